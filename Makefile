@@ -1,0 +1,101 @@
+# `make demo` and `make test` work on a fresh machine with Python >= 3.11, git and make; `make help` lists the rest.
+
+PYTHON  ?= python3
+# Processes that run tests side by side.
+WORKERS ?= 2
+
+VENV := .venv
+BIN  := $(VENV)/bin
+RUN  := $(BIN)/python
+PIP  := $(RUN) -m pip --disable-pip-version-check --no-input
+# The second option pins what builds packages, the first what they need to run.
+PINS := --constraint constraints.txt --build-constraint constraints.txt
+
+# pyright would otherwise ask the network for a newer release at each start.
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.PHONY: help demo test test-slow bench lint format types contract clean distclean
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+# ---------------------------------------------------------------------------------------------- environment
+# One environment in .venv. A stamp per set of packages makes the second call instant and is outdated by a
+# change of what is required or pinned.
+
+BASE    := $(VENV)/base.stamp
+RUNTIME := $(VENV)/runtime.stamp
+DEV     := $(VENV)/dev.stamp
+BENCH   := $(VENV)/bench.stamp
+
+$(BASE): constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	    echo "error: PYTHON must be Python 3.11 or newer, got $$($(PYTHON) --version 2>&1);" \
+	         "name another with make PYTHON=/path/to/python3." >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	    echo "error: PYTHON must come with the modules venv and ensurepip, which $(PYTHON) lacks;" \
+	         "install them (Debian: the package python3-venv) or name another with make PYTHON=/path/to/python3." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --constraint constraints.txt pip
+	@touch $@
+
+$(RUNTIME): pyproject.toml constraints.txt | $(BASE)
+	$(PIP) install --editable . $(PINS)
+	@touch $@
+
+# What tests need includes what the demo needs, so both stamps are fresh after it.
+$(DEV): pyproject.toml constraints.txt | $(BASE)
+	$(PIP) install --editable '.[dev]' $(PINS)
+	@touch $(RUNTIME) $@
+
+$(BENCH): pyproject.toml constraints.txt | $(BASE)
+	$(PIP) install --editable '.[bench]' $(PINS)
+	@touch $(RUNTIME) $@
+
+# ---------------------------------------------------------------------------------------------- main job
+
+demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record; results in demo/
+	@rm -rf demo/table2 demo/model demo/diagnosis
+	$(RUN) -m datagen campaign=table2 out=demo/table2
+	$(RUN) -m classifier data=demo/table2 out=demo/model
+	$(RUN) -m classifier.diagnose model=demo/model signal=demo/table2/example.csv out=demo/diagnosis
+	@echo "Pictures:"
+	@find demo -name '*.png' | sort | sed 's/^/  /'
+
+bench: $(BENCH) ## measure speed and accuracy beside other solvers; fills the table in benchmarks/README.md
+	$(RUN) -m benchmarks
+
+# ---------------------------------------------------------------------------------------------- checks
+
+test: $(DEV) ## run the tests, then the kernel tests again without compilation
+	$(RUN) -m pytest -n $(WORKERS)
+	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n $(WORKERS) -m "unjitted and not slow and not gpu"
+
+test-slow: $(DEV) ## run the tests marked slow, which `make test` leaves out
+	$(RUN) -m pytest -n $(WORKERS) -m "slow and not gpu"
+
+lint: $(DEV) ## check style and format (ruff)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(DEV) ## repair style and format where ruff can
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+types: $(DEV) ## check types (pyright)
+	$(BIN)/pyright
+
+contract: $(DEV) ## check who may import whom (import-linter)
+	$(BIN)/lint-imports --no-logo
+
+# ---------------------------------------------------------------------------------------------- cleaning
+
+clean: ## remove demo results, built files and caches
+	rm -rf demo build dist .hypothesis .import_linter_cache .pytest_cache .ruff_cache
+	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean ## remove the environment too
+	rm -rf $(VENV)

@@ -1,0 +1,100 @@
+"""Training from the command line: ``python -m classifier data=DIR out=DIR [net.hidden=20 trainer=traingdx
+seed=0 ...]``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+import torch
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from classifier.dataset import SUBSETS, load_dataset
+from classifier.features import make_features
+from classifier.model import MODEL_YAML, save_model
+from classifier.output_folder import check_output_folder, output_folder
+from classifier.train import Result, train
+from classifier.trainers import make_trainer
+from datagen.command import hydra_command, job_folder
+from indexer_env.checks import check_integer
+
+
+def results_table(result: Result) -> Table:
+    """Both errors [%] and the number of records of each subset; the restarts' range in brackets."""
+    training = result.training
+    many = len(training.epochs) > 1
+    table = Table(
+        title=f"network {result.kept + 1} of {len(training.epochs)}, "
+        f"epoch {training.best_epoch[result.kept]} of {training.epochs[result.kept]} "
+        f"(stopped by {training.stopped_by[result.kept]})"
+    )
+    table.add_column("subset")
+    for column in ("records", "mean square error [%]", "misclassified [%]"):
+        table.add_column(column, justify="right")
+    for subset in SUBSETS:
+        kept = result.score(subset)
+        cells = []
+        for name, digits in (("mse_percent", 3), ("misclassified_percent", 1)):
+            values = [getattr(score, name) for score in result.scores[subset]]
+            spread = f"  ({min(values):.{digits}f} … {max(values):.{digits}f})" if many else ""
+            cells.append(f"{getattr(kept, name):.{digits}f}{spread}")
+        table.add_row(subset, str(kept.records), *cells)
+    if many:
+        table.caption = f"in brackets: range over the {len(training.epochs)} restarts"
+    return table
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/classifier.yaml."""
+    started = time.perf_counter()
+    out = check_output_folder(job_folder(config["out"]), MODEL_YAML, config["overwrite"])
+    check_integer("classifier", "threads", config["threads"], low=1)
+    torch.set_num_threads(config["threads"])
+    features, trainer = make_features(config["features"]), make_trainer(config["trainer"])
+    console = Console()
+
+    dataset = load_dataset(str(config["data"]))
+    columns = (
+        TextColumn("epoch {task.completed}"),
+        BarColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+    )
+    # Off a terminal the bar would be a wall of lines; the table that follows says all.
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("training", total=trainer.epochs)
+
+        def progress(epoch: int, error: float) -> None:
+            bar.update(task, completed=epoch, description=f"control error {100 * error:.2f} %")
+
+        result = train(
+            dataset,
+            features,
+            trainer,
+            hidden=config["net"]["hidden"],
+            seed=config["seed"],
+            restarts=config["restarts"],
+            progress=progress,
+        )
+    console.print(results_table(result))
+
+    # Drawing is loaded only now: its import takes as long as the training of a small data set.
+    from classifier.pictures import draw_training
+
+    with output_folder(out, MODEL_YAML, config["overwrite"]) as folder:
+        save_model(result.model, folder)
+        results = {**result.to_dict(), "config": config}
+        (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+        for name, figure in draw_training(dataset, result).items():
+            figure.savefig(folder / f"{name}.png")
+    console.print(f"written {out} in {time.perf_counter() - started:.1f} s", highlight=False)
+
+
+main = hydra_command("classifier")(run)
+
+if __name__ == "__main__":
+    main()

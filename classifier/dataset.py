@@ -1,0 +1,99 @@
+"""A labelled data set as the classifier needs it: records, labels and the three subsets of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from classifier.codes import CodeBook
+from datagen.campaign import SUBSETS
+from datagen.shard import read_shards
+from datagen.store import MANIFEST, sha256
+from indexer_env.errors import SignalError
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """Labelled one-turn records that share rate, length, quantity and unit.
+
+    records      (n, samples) float32, in `unit`
+    classes      (n,) class labels
+    subsets      (n,) one of SUBSETS each; the data set has assigned them per machine draw
+    codes        the classes with their names and codes
+    sample_rate  [Hz]
+    provenance   where the records come from: folder, SHA-256 of its manifest, number of records, campaign,
+                 seed
+    """
+
+    records: np.ndarray
+    classes: np.ndarray
+    subsets: np.ndarray
+    codes: CodeBook
+    sample_rate: float
+    quantity: str
+    unit: str
+    provenance: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        for subset in SUBSETS:
+            present = set(self.classes[self.subsets == subset].tolist())
+            missing = [label for label in self.codes.classes if label not in present]
+            if missing:
+                raise SignalError(
+                    f"the {subset} subset must hold at least one record of every class, "
+                    f"got none of class {missing[0]}; generate more records."
+                )
+
+    def rows(self, subset: str) -> np.ndarray:
+        """Mask (n,) of the rows of one subset."""
+        return self.subsets == subset
+
+
+def _one(table: Any, name: str, path: Path) -> Any:
+    values = table.column(name).unique().to_pylist()
+    if len(values) != 1:
+        raise SignalError(f"{name} must be the same for all records of {path}, got {values[:3]}.")
+    return values[0]
+
+
+def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
+    place: dict[int, str] = {}
+    for draw, subset in zip(draws.tolist(), subsets.tolist(), strict=True):
+        if place.setdefault(draw, subset) != subset:
+            raise SignalError(
+                f"all records of machine draw {draw} of {path} must be in one subset, "
+                f"got {place[draw]} and {subset}; a network would be judged on machines that it has seen."
+            )
+
+
+def load_dataset(path: str | Path) -> Dataset:
+    """Data set from a folder written by `datagen`.
+
+    Raises SignalError for a folder that is none, for records that differ in rate, length, quantity or unit,
+    for a machine draw in two subsets, and for a subset that lacks a class.
+    """
+    folder = Path(path)
+    data = read_shards(folder)
+    table = data.table
+    classes = table.column("class").to_numpy()
+    subsets = np.array(table.column("subset").to_pylist())
+    _check_no_leak(table.column("machine_draw").to_numpy(), subsets, folder)
+    names, codes = (np.array(table.column(name).to_pylist()) for name in ("class_name", "code"))
+    return Dataset(
+        records=data.records,
+        classes=classes,
+        subsets=subsets,
+        codes=CodeBook.of_rows(classes, names, codes),
+        sample_rate=float(_one(table, "sample_rate", folder)),
+        quantity=_one(table, "quantity", folder),
+        unit=_one(table, "unit", folder),
+        provenance={
+            "folder": str(path),
+            "manifest_sha256": sha256(folder / MANIFEST),
+            "records": len(data),
+            **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
+        },
+    )

@@ -1,0 +1,218 @@
+"""Pictures of data, training and diagnosis, in one style; each function returns matplotlib figures and writes
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from classifier.dataset import SUBSETS, Dataset
+from classifier.diagnose import Diagnosis
+from classifier.model import Model
+from classifier.train import Result
+from indexer_env.signal import Signal
+
+# Okabe and Ito's colours, told apart by colour-blind readers too; black and grey are kept for what is no
+# class.
+_COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#8A7A00")
+_GREY, _DARK = "0.75", "0.25"
+_STYLE: Any = {
+    "figure.dpi": 130,
+    "savefig.dpi": 130,
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "lines.linewidth": 1.0,
+}
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def _colour(position: int) -> str:
+    return _COLOURS[position % len(_COLOURS)]
+
+
+def _name(quantity: str, unit: str) -> str:
+    return f"{quantity.replace('_', ' ')} [{unit.replace('^2', '²')}]"
+
+
+def _density_name(unit: str) -> str:
+    return f"PSD [({unit.replace('^2', '²')})²/Hz]"
+
+
+def _grid(count: int, columns: int, width: float, height: float, **shared: Any) -> tuple[Figure, list[Axes]]:
+    rows = -(-count // columns)
+    figure = Figure(figsize=(width, height * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **shared).flatten()
+    for unused in axes[count:]:
+        unused.remove()
+    return figure, list(axes[:count])
+
+
+def draw_training(dataset: Dataset, result: Result) -> dict[str, Figure]:
+    """All pictures of a training by file name: accelerations, psds, training, confusion."""
+    makers: dict[str, Callable[[Dataset, Result], Figure]] = {
+        "accelerations": _accelerations,
+        "psds": _psds,
+        "training": _training,
+        "confusion": _confusion,
+    }
+    with _style():
+        return {name: make(dataset, result) for name, make in makers.items()}
+
+
+def _accelerations(dataset: Dataset, result: Result) -> Figure:
+    """First calibration record of each class: the whole turn, and its first second."""
+    codes = dataset.codes
+    time = np.arange(dataset.records.shape[1]) / dataset.sample_rate
+    first_second = time <= 1.0
+    figure, axes = _grid(2 * len(codes.classes), 2, 11, 1.7, sharex="col", sharey=True, width_ratios=(3, 2))
+    for position, label in enumerate(codes.classes):
+        row = int(np.flatnonzero((dataset.classes == label) & dataset.rows("calibration"))[0])
+        whole, detail = axes[2 * position], axes[2 * position + 1]
+        whole.plot(time, dataset.records[row], color=_colour(position), linewidth=0.6)
+        detail.plot(time[first_second], dataset.records[row][first_second], color=_colour(position))
+        whole.set_title(f"class {label}: {codes.names[position]} ({codes.codes[position]})")
+        detail.set_title("its first second")
+    for ax in axes[-2:]:
+        ax.set_xlabel("time [s]")
+    figure.supylabel(_name(dataset.quantity, dataset.unit), fontsize=9)
+    return figure
+
+
+def _psds(dataset: Dataset, result: Result) -> Figure:
+    """Mean and range of the densities of each class's calibration records, the other classes' means
+    behind.
+    """
+    model, codes = result.model, dataset.codes
+    frequencies = model.features.frequencies(model.sample_rate)
+    figure, axes = _grid(len(codes.classes), 2, 11, 2.2, sharex=True, sharey=True)
+    for position, (ax, label) in enumerate(zip(axes, codes.classes, strict=True)):
+        rows = (dataset.classes == label) & dataset.rows("calibration")
+        densities = model.features.density(dataset.records[rows], dataset.sample_rate)
+        ax.semilogy(frequencies, model.mean_densities.T, color=_GREY, linewidth=0.6)
+        ax.fill_between(
+            frequencies,
+            densities.min(axis=0),
+            densities.max(axis=0),
+            color=_colour(position),
+            alpha=0.25,
+            linewidth=0,
+        )
+        ax.semilogy(frequencies, model.mean_densities[position], color=_colour(position))
+        ax.set_title(f"class {label}: {codes.names[position]}")
+    figure.supxlabel("frequency [Hz]", fontsize=9)
+    figure.supylabel(_density_name(dataset.unit), fontsize=9)
+    count = int(dataset.rows("calibration").sum())
+    words = (
+        f"mean (line) and range (band) of the {count} calibration records; grey: means of the other classes"
+    )
+    figure.suptitle(words, fontsize=9)
+    return figure
+
+
+def _training(dataset: Dataset, result: Result) -> Figure:
+    """Mean square errors over the epochs: the kept network, and the control errors of the other restarts."""
+    training, kept = result.training, result.kept
+    figure, (ax,) = _grid(1, 1, 7, 4)
+    for other in range(len(training.epochs)):
+        if other != kept:
+            label = "control, other restarts" if other == (kept == 0) else None
+            ax.semilogy(100 * training.control_error[:, other], color=_GREY, linewidth=0.6, label=label)
+    ax.semilogy(
+        100 * training.calibration_error[:, kept], color=_COLOURS[0], label="calibration, kept network"
+    )
+    ax.semilogy(100 * training.control_error[:, kept], color=_COLOURS[4], label="control, kept network")
+    best = training.best_epoch[kept]
+    ax.axvline(best, color=_DARK, linewidth=0.8, linestyle=":", label=f"weights kept: epoch {best}")
+    ax.set(xlabel="epoch", ylabel="mean square error [%]")
+    ax.legend()
+    return figure
+
+
+def _confusion(dataset: Dataset, result: Result) -> Figure:
+    """True against named class on each subset, counts of records."""
+    labels = [str(label) for label in dataset.codes.classes]
+    figure, axes = _grid(len(SUBSETS), len(SUBSETS), 11, 4)
+    for ax, subset in zip(axes, SUBSETS, strict=True):
+        score = result.score(subset)
+        counts = np.array(score.confusion)
+        ax.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1)
+        for (true, named), count in np.ndenumerate(counts):
+            colour = "white" if count > 0.5 * counts[true].sum() else _DARK
+            if count:
+                ax.text(named, true, str(count), ha="center", va="center", color=colour)
+        ax.set_xticks(range(len(labels)), labels)
+        ax.set_yticks(range(len(labels)), labels)
+        ax.grid(visible=False)
+        ax.set(xlabel="named class", ylabel="true class")
+        ax.set_title(
+            f"{subset}: {score.records} records\n"
+            f"mean square error {score.mse_percent:.2f} %, misclassified {score.misclassified_percent:.1f} %"
+        )
+    return figure
+
+
+def draw_diagnosis(model: Model, signal: Signal, diagnosis: Diagnosis) -> Figure:
+    """The record, its PSD among the mean PSDs of the classes, and the outputs beside the nearest code."""
+    with _style():
+        figure = Figure(figsize=(11, 6.5), layout="constrained")
+        grid = figure.add_gridspec(2, 2, width_ratios=(2, 1))
+        named = model.codes.classes.index(diagnosis.class_label)
+        used = signal.values[: model.samples]
+
+        ax = figure.add_subplot(grid[0, :])
+        ax.plot(signal.time[: used.size], used, color=_DARK, linewidth=0.6)
+        ax.set(xlabel="time [s]", ylabel=_name(signal.quantity, signal.unit))
+        ax.set_title(
+            f"class {diagnosis.class_label}: {diagnosis.class_name} "
+            f"(distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f})",
+            fontweight="bold",
+        )
+
+        ax = figure.add_subplot(grid[1, 0])
+        frequencies = model.features.frequencies(model.sample_rate)
+        for position, label in enumerate(model.codes.classes):
+            width = 2.0 if position == named else 0.8
+            ax.semilogy(
+                frequencies,
+                model.mean_densities[position],
+                color=_colour(position),
+                linewidth=width,
+                label=f"class {label}",
+            )
+        density = model.features.density(used[None], model.sample_rate)[0]
+        ax.semilogy(frequencies, density, color="black", linewidth=1.2, label="record")
+        ax.set(xlabel="frequency [Hz]", ylabel=_density_name(model.unit))
+        ax.set_title("record among the mean PSDs of the classes")
+        ax.legend(ncols=2)
+
+        ax = figure.add_subplot(grid[1, 1])
+        nodes = np.arange(1, model.codes.bits + 1)
+        ax.bar(nodes, diagnosis.outputs, color=_colour(named), width=0.6, label="output")
+        code = [int(bit) for bit in diagnosis.code]
+        ax.plot(nodes, code, linestyle="none", marker="_", markersize=28, color="black", label="nearest code")
+        ax.set_xticks(
+            nodes, [f"{node}\n{value:.3f}" for node, value in zip(nodes, diagnosis.outputs, strict=True)]
+        )
+        ax.set(xlabel="output node", ylabel="output", ylim=(-0.05, 1.25))
+        ax.set_title(f"outputs and code {diagnosis.code}")
+        ax.legend(loc="upper center", ncols=2)
+    return figure

@@ -1,0 +1,145 @@
+"""Training: from a labelled data set to a classifier, its scores and its record of how it came about."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import torch
+
+from classifier.dataset import SUBSETS, Dataset
+from classifier.evaluate import Score, score
+from classifier.features import Psd, Scaling, describe_features
+from classifier.model import Model
+from classifier.network import Mlp
+from classifier.trainers import Examples, Trainer, Training
+from indexer_env.checks import check_integer
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A trained classifier with all that was seen on the way.
+
+    model     the network with the lowest control error among the restarts
+    kept      which of the restarts it is
+    training  the training of the whole stack of restarts
+    scores    per subset, one Score per restart
+    """
+
+    model: Model
+    kept: int
+    training: Training
+    scores: dict[str, tuple[Score, ...]]
+
+    def score(self, subset: str) -> Score:
+        """Score of the kept network on one subset."""
+        return self.scores[subset][self.kept]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists for results.json: the kept network, every restart, the training curve,
+        provenance.
+        """
+        training = self.training
+        last = int(training.epochs[self.kept]) + 1
+        return {
+            "kept": self.kept,
+            "best_epoch": int(training.best_epoch[self.kept]),
+            "scores": {subset: self.score(subset).to_dict() for subset in SUBSETS},
+            "restarts": [
+                {
+                    "epochs": int(training.epochs[i]),
+                    "best_epoch": int(training.best_epoch[i]),
+                    "stopped_by": training.stopped_by[i],
+                    **{f"{subset}_mse_percent": self.scores[subset][i].mse_percent for subset in SUBSETS},
+                    **{
+                        f"{subset}_misclassified_percent": self.scores[subset][i].misclassified_percent
+                        for subset in SUBSETS
+                    },
+                }
+                for i in range(len(training.epochs))
+            ],
+            "curve": {
+                "calibration_mse": training.calibration_error[:last, self.kept].tolist(),
+                "control_mse": training.control_error[:last, self.kept].tolist(),
+            },
+            "provenance": self.model.provenance,
+        }
+
+
+def train(
+    dataset: Dataset,
+    features: Psd,
+    trainer: Trainer,
+    hidden: int = 20,
+    seed: int = 0,
+    restarts: int = 10,
+    progress: Callable[[int, float], None] | None = None,
+) -> Result:
+    """Train `restarts` networks from different starts as one stack and keep the best on the control subset.
+
+    dataset   labelled records; scaling and weights are fitted to its calibration subset alone, its control
+              subset decides when to stop and which restart is kept, its validation subset is only scored
+    hidden    nodes of the hidden layer
+    seed      of the random start; the networks of a smaller number of restarts are the first ones of a larger
+    progress  called after each epoch with its number and the lowest control error so far
+
+    Raises ParameterError.
+    """
+    check_integer("train", "seed", seed, low=0, high=2**63 - 1)
+    check_integer("train", "restarts", restarts, low=1)
+
+    values = features.compute(dataset.records, dataset.sample_rate)
+    calibration = dataset.rows("calibration")
+    scaling = Scaling.fit(values[calibration])
+    scaled = torch.from_numpy(scaling.apply(values))
+    targets = torch.from_numpy(dataset.codes.targets(dataset.classes))
+    examples = {
+        subset: Examples(scaled[dataset.rows(subset)], targets[dataset.rows(subset)]) for subset in SUBSETS
+    }
+
+    network = Mlp(inputs=scaled.shape[1], hidden=hidden, outputs=dataset.codes.bits)
+    start = network.initial(restarts, torch.Generator().manual_seed(seed))
+    training = trainer.train(network, start, examples["calibration"], examples["control"], progress)
+
+    scores = {
+        subset: tuple(
+            score(dataset.codes, outputs, dataset.classes[dataset.rows(subset)])
+            for outputs in network.outputs_of(training.parameters, examples[subset].inputs).numpy()
+        )
+        for subset in SUBSETS
+    }
+    kept = training.best
+    densities = features.density(dataset.records[calibration], dataset.sample_rate)
+    labels = dataset.classes[calibration]
+    model = Model(
+        features=features,
+        scaling=scaling,
+        codes=dataset.codes,
+        network=network,
+        parameters=training.parameters[kept],
+        sample_rate=dataset.sample_rate,
+        samples=dataset.records.shape[1],
+        quantity=dataset.quantity,
+        unit=dataset.unit,
+        mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
+        provenance={
+            "data": dataset.provenance,
+            "seed": seed,
+            "restarts": restarts,
+            "features": describe_features(features),
+            "trainer": {"kind": trainer.kind, **asdict(trainer)},
+            "versions": {
+                name: importlib.metadata.version(name)
+                for name in ("indexer-diagnosis", "numpy", "scipy", "torch")
+            },
+        },
+        metrics={
+            "epochs": int(training.epochs[kept]),
+            "best_epoch": int(training.best_epoch[kept]),
+            **{subset: scores[subset][kept].to_dict() for subset in SUBSETS},
+        },
+    )
+    return Result(model, kept, training, scores)

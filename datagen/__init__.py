@@ -1,0 +1,26 @@
+"""Data sets: from one line on the command line to Parquet files that say how each of their rows was made.
+
+In reading order, along the data flow:
+    seeds          (seed, part, item) -> random stream; item i never depends on item i-1
+    laws           the laws of chance that YAML names beside each drawn number
+    campaign       item i -> label and what differs from the base machine; `build` makes the machine
+    campaigns/     the families, one file each: table2 (the paper's six classes)
+    order          all that decides the bytes of a data set, checked first
+    produce        items -> simulate_batch -> sensor -> rows and records
+    rows           a machine, sensor and run as columns, and back
+    schema         every column with type, unit and one sentence
+    shard          rows <-> Parquet; `read_shards(folder)`
+    store          whole files, the manifest, whom a folder belongs to
+    generate       an order -> a folder: shards, rejected items, example, manifest
+    example        example.csv, as a data logger would write it, and its truth
+    remake         a row -> its record again, bit for bit
+    tables         measured CSV and Parquet files as named columns
+    measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
+    progress       a bar or log lines
+    command        the Hydra entry point that all commands of the project share
+    __main__       python -m datagen
+
+Units are SI and rad throughout; every numeric column carries its unit in the field metadata of the Parquet
+files. Index conventions: items and machine draws count from 0, classes from 1 as in the paper. A row is one
+record, whatever batch or shard it was made in. DATA.md shows the folder and the schema as one tree.
+"""

@@ -1,0 +1,27 @@
+"""The families of data sets, one file each; `campaign=NAME` on the command line picks
+`conf/campaign/NAME.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from indexer_env.build import from_mapping
+
+from datagen.campaign import Campaign
+from datagen.campaigns.table2 import Table2
+from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
+
+CAMPAIGNS: dict[str, type[Campaign]] = {family.name: family for family in (Table2,)}
+"""Family by the `name` that its YAML gives."""
+
+
+def make_campaign(mapping: Mapping[str, Any]) -> Campaign:
+    """The campaign of a mapping {name: FAMILY, ...settings of the family}."""
+    if "name" not in mapping:
+        raise refuse("campaign", "name", "one of " + ", ".join(CAMPAIGNS), None)
+    check_choice("campaign", "name", mapping["name"], CAMPAIGNS)
+    family = CAMPAIGNS[mapping["name"]]
+    settings = {key: value for key, value in mapping.items() if key != "name"}
+    return from_mapping(family, settings, owner="campaign")

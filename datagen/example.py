@@ -1,0 +1,39 @@
+"""example.csv: one record as a data logger would write it, from a machine that is in no data set, and
+example.json, its truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from datagen.order import Order
+from datagen.produce import produce
+from datagen.seeds import Part
+from datagen.store import whole_file, write_json
+
+DIGITS = 6
+"""Significant digits of a sample: a 16-bit logger has under five, so none is lost."""
+
+
+def write_example(order: Order, folder: Path) -> None:
+    """Write example.csv and example.json into a data set's folder; nothing, where the example's machine was
+    rejected."""
+    item = order.campaign.example(order.base, order.seed)
+    rows, records, _ = produce(order, [item], noise=Part.EXAMPLE_SENSOR)
+    if not rows:
+        return
+    row, record = rows[0], records[0]
+    with whole_file(folder / "example.csv") as temporary:
+        temporary.write_text(_csv(record, row["sample_rate"], row["unit"]), encoding="utf-8")
+    truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw")}
+    note = "The truth about example.csv; its machine is in no data set of this seed."
+    write_json(folder / "example.json", {"note": note, **truth})
+
+
+def _csv(record: np.ndarray, sample_rate: float, unit: str) -> str:
+    # Enough decimals to tell neighbouring samples apart a hundredfold: 6 at 1 kHz.
+    decimals = max(0, round(np.ceil(np.log10(sample_rate)))) + 3 if sample_rate > 1.0 else 3
+    lines = [f"time [s],acceleration [{unit}]"]
+    lines += [f"{index / sample_rate:.{decimals}f},{value:.{DIGITS}g}" for index, value in enumerate(record)]
+    return "\n".join(lines) + "\n"

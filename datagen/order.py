@@ -1,0 +1,75 @@
+"""An order: all that decides the bytes of a data set, checked before anything is simulated or written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from indexer_env.simulate import Run
+
+from datagen.campaign import Base, Campaign
+from datagen.campaigns import make_campaign
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.machine import machine_from_mapping
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+
+KEYS = (
+    *("campaign", "machine", "operating_point", "sensor", "run"),
+    *("count", "seed", "shard_items", "out", "overwrite"),
+)
+"""Keys of the composed configuration."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to generate; the same order gives the same bytes.
+
+    Attributes
+    ----------
+    campaign, base, sensor, run
+        Which items, from which machine and operating point, read how, simulated how.
+    count : int
+        Items, rejected ones included, >= 1.
+    seed : int
+        >= 0.
+    shard_items : int
+        Items simulated together and written as one file, >= 1.
+    config : mapping
+        The configuration as composed, for the manifest.
+    """
+
+    campaign: Campaign
+    base: Base
+    sensor: Sensor = Sensor()
+    run: Run = Run()
+    count: int = 126
+    seed: int = 0
+    shard_items: int = 512
+    config: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_integer("datagen", "count", self.count, low=1)
+        check_integer("datagen", "seed", self.seed, low=0, high=2**63 - 1)
+        check_integer("datagen", "shard_items", self.shard_items, low=1)
+
+
+def order_from(config: Mapping[str, Any]) -> Order:
+    """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
+    for key in config:
+        check_choice("datagen", "key", key, KEYS)
+    base = Base(
+        machine_from_mapping(config["machine"]), from_mapping(OperatingPoint, config["operating_point"])
+    )
+    return Order(
+        campaign=make_campaign(config["campaign"]),
+        base=base,
+        sensor=from_mapping(Sensor, config["sensor"]),
+        run=from_mapping(Run, config["run"]),
+        count=config["count"],
+        seed=config["seed"],
+        shard_items=config["shard_items"],
+        config={key: value for key, value in config.items() if key not in ("out", "overwrite")},
+    )

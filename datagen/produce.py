@@ -1,0 +1,92 @@
+"""Items -> machines -> simulation -> sensor -> rows: the inner step of every data set, without a file in
+sight."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from indexer_env.simulate import simulate_batch
+
+from datagen.campaign import Case, Item, build
+from datagen.order import Order
+from datagen.rows import case_columns, label_columns, run_columns, sensor_columns, version_columns
+from datagen.seeds import Part, stream
+from indexer_env.errors import ParameterError
+
+Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
+"""Rows without their records, records of shape (n, samples) in the sensor's unit, rows of the rejected
+items."""
+
+
+def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> Produced:
+    """Simulate and sense these items together.
+
+    Raises
+    ------
+    ParameterError
+        The run or the sensor does not suit the items as a whole; an item that fails alone is in the third
+        part.
+    """
+    cases: list[Case] = []
+    rejected: list[dict[str, Any]] = []
+    for item in items:
+        try:
+            cases.append(build(item, order.base))
+        except ParameterError as error:
+            rejected.append(_rejected(order, item, "machine", str(error)))
+    if not cases:
+        return [], np.empty((0, 0)), rejected
+    batch = simulate_batch(
+        [case.machine for case in cases], [case.operating_point for case in cases], order.run
+    )
+    rejected += [
+        _rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()
+    ]
+    rejected.sort(key=lambda row: row["item"])
+    kept = [place for place in range(len(cases)) if place not in batch.rejected]
+    if not kept:
+        return [], np.empty((0, 0)), rejected
+    accelerations = batch.table_acceleration[kept]
+    noises = [stream(order.seed, noise, cases[place].item.index) for place in kept]
+    records = order.sensor.read_batch(accelerations, batch.sample_rate, noises)
+    common = {
+        "sample_rate": order.sensor.record_rate(batch.sample_rate),
+        "quantity": "table_acceleration",
+        "unit": order.sensor.unit,
+        "campaign": order.campaign.name,
+        "seed": order.seed,
+        **run_columns(order.run, accelerations.shape[1]),
+        **sensor_columns(order.sensor),
+        **version_columns(),
+    }
+    rows = [
+        {
+            **common,
+            **case_columns(cases[place]),
+            "warmup_turns": int(batch.warmup_turns[place]),
+            "warmup_settled": bool(batch.settled[place]),
+            "warmup_difference": _finite_or_none(float(batch.warmup_difference[place])),
+        }
+        for place in kept
+    ]
+    return rows, records, rejected
+
+
+def _finite_or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _rejected(order: Order, item: Item, stage: str, reason: str) -> dict[str, Any]:
+    draws = {"machine": item.machine, "faults": item.faults, "operating_point": item.operating_point}
+    return {
+        "seed": order.seed,
+        "item": item.index,
+        **label_columns(item.label),
+        "stage": stage,
+        "reason": reason,
+        "draws": json.dumps(draws),
+    }

@@ -1,0 +1,161 @@
+"""A case as the columns of a row, and a row as the case again: nothing else in the project flattens or
+rebuilds a machine."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib.metadata
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from indexer_env.simulate import Run
+
+from datagen.campaign import Case, Label
+from datagen.schema import SCHEMA_VERSION
+from indexer_env.effects import MachineEffect, make_effect
+from indexer_env.faults import Faults
+from indexer_env.machine import Joint, Machine
+from indexer_env.motion_law import MOTION_LAWS, MotionLaw
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+
+JOINTS = ("input_joint", "output_joint", "base_joint")
+_WRITTEN_AS_TEXT = ("motion_law", "effects", *JOINTS)
+
+
+@dataclass(frozen=True)
+class Remade:
+    """What a row says of its making: everything `datagen.remake` needs to make the record again."""
+
+    machine: Machine
+    operating_point: OperatingPoint
+    run: Run
+    sensor: Sensor
+    seed: int
+    item: int
+
+
+def label_columns(label: Label) -> dict[str, Any]:
+    """The columns of a label."""
+    return {
+        "class": label.number,
+        "class_name": label.name,
+        "code": label.code,
+        "subset": label.subset,
+        "machine_draw": label.machine_draw,
+    }
+
+
+def case_columns(case: Case) -> dict[str, Any]:
+    """Label, item, machine, faults and operating point of a case, by column name."""
+    return {
+        **label_columns(case.item.label),
+        "item": case.item.index,
+        **machine_columns(case.machine),
+        **_fields(case.faults, "fault_"),
+        **_fields(case.operating_point),
+    }
+
+
+def machine_columns(machine: Machine) -> dict[str, Any]:
+    """A machine by column name; exact, so that `machine_of` gives an equal machine back."""
+    columns = _fields(machine, leave_out=_WRITTEN_AS_TEXT)
+    columns["machine_name"] = columns.pop("name")
+    law = machine.motion_law
+    columns["motion_law"] = law.name
+    columns["motion_law_parameters"] = json.dumps(dataclasses.asdict(law))  # type: ignore[call-overload]
+    for name in JOINTS:
+        columns.update(_fields(getattr(machine, name), f"{name}_"))
+    columns["effects"] = json.dumps(
+        [{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects]
+    )
+    return columns
+
+
+def sensor_columns(sensor: Sensor) -> dict[str, Any]:
+    """A sensor by column name."""
+    return _fields(sensor, "sensor_")
+
+
+def run_columns(run: Run, samples: int) -> dict[str, Any]:
+    """A run by column name; `samples` is the number that it gave, also where the run leaves it to the
+    turn."""
+    return {
+        "simulation_rate": float(run.sample_rate),
+        "simulation_samples": samples,
+        "step": float(run.step),
+        "warmup_limit": run.warmup_turns,
+        "warmup_tolerance": float(run.warmup_tolerance),
+    }
+
+
+@functools.cache
+def version_columns() -> dict[str, Any]:
+    """Versions of what makes a record, by column name."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "package_version": _version("indexer-diagnosis"),
+        "numpy_version": _version("numpy"),
+        "numba_version": _version("numba"),
+    }
+
+
+def _version(distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        # Run from a checkout that was never installed.
+        return "not installed"
+
+
+def machine_of(row: Mapping[str, Any]) -> Machine:
+    """The machine of a row, equal to the one it was written from."""
+    names = [field.name for field in dataclasses.fields(Machine) if field.name not in _WRITTEN_AS_TEXT]
+    return Machine(
+        **{name: row["machine_name" if name == "name" else name] for name in names},
+        motion_law=_law(row["motion_law"], json.loads(row["motion_law_parameters"])),
+        effects=tuple(_effect(entry) for entry in json.loads(row["effects"])),
+        **{name: _object(Joint, row, f"{name}_") for name in JOINTS},
+    )
+
+
+def remade(row: Mapping[str, Any]) -> Remade:
+    """The objects that a row (a mapping of its columns) was made with."""
+    run = Run(
+        sample_rate=row["simulation_rate"],
+        samples=row["simulation_samples"],
+        step=row["step"],
+        warmup_turns=row["warmup_limit"],
+        warmup_tolerance=row["warmup_tolerance"],
+    )
+    operating_point = _object(OperatingPoint, row)
+    return Remade(
+        machine_of(row), operating_point, run, _object(Sensor, row, "sensor_"), row["seed"], row["item"]
+    )
+
+
+def faults_of(row: Mapping[str, Any]) -> Faults:
+    """The faults of a row; its machine already has them, among its effects."""
+    return _object(Faults, row, "fault_")
+
+
+def _fields(target: Any, prefix: str = "", leave_out: tuple[str, ...] = ()) -> dict[str, Any]:
+    names = [field.name for field in dataclasses.fields(target) if field.name not in leave_out]
+    return {prefix + name: getattr(target, name) for name in names}
+
+
+def _object(kind: type, row: Mapping[str, Any], prefix: str = "") -> Any:
+    return kind(**{field.name: row[prefix + field.name] for field in dataclasses.fields(kind)})
+
+
+def _law(name: str, parameters: Mapping[str, Any]) -> MotionLaw:
+    return MOTION_LAWS[name](**{key: tuple(value) for key, value in parameters.items()})
+
+
+def _effect(entry: Mapping[str, Any]) -> MachineEffect:
+    effect = make_effect(entry["name"], {key: value for key, value in entry.items() if key != "name"})
+    assert isinstance(effect, MachineEffect)
+    return effect

@@ -1,0 +1,262 @@
+"""Files of measured data as tables of named columns: CSV (as data loggers write it) and Parquet.
+
+Nothing is interpreted here but the layout: delimiter, decimal mark, header, unit in the header. Cells become
+numbers only when a column is used, so that a comment column in text does no harm; the first cell that is no
+number is named by line and column.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from indexer_env.errors import SignalError
+
+_NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*$"
+_NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
+_MISSING = {"", "nan", "-nan", "na", "n/a", "null", "inf", "-inf", "+inf"}
+_HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
+_SNIFFED_LINES = 400
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a measured file: `name`, `unit` as written (None without one) and `numbers()`, float64 of
+    shape (n,)."""
+
+    name: str
+    unit: str | None
+    numbers: Callable[[], np.ndarray]
+    decimals: int | None = None
+    """Digits after the decimal mark as written (the most of any cell), None where the file holds binary
+    numbers."""
+
+
+@dataclass(frozen=True)
+class MeasuredTable:
+    """A measured file: `columns` in file order and `row_name`, what a user calls the row of sample 0 ("line
+    2")."""
+
+    path: Path
+    columns: tuple[Column, ...]
+    has_header: bool
+    row_word: str
+    first_row: int
+
+    def row(self, sample: int) -> str:
+        """Where a sample stands in the file, e.g. "line 12"."""
+        return f"{self.row_word} {self.first_row + sample}"
+
+
+def read_table(path: str | Path) -> MeasuredTable:
+    """Open a CSV or Parquet file.
+
+    Raises
+    ------
+    SignalError
+        Missing, empty or binary file, rows of unequal length, no numeric row.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise SignalError(f"{path} does not exist; give the path of a CSV or Parquet file.")
+    if path.is_dir():
+        raise SignalError(f"{path} is a folder; give the path of one CSV or Parquet file in it.")
+    content = path.read_bytes()
+    if not content.strip():
+        raise SignalError(f"{path} is empty; it must hold a time column and an acceleration column.")
+    if content.startswith(b"PAR1"):
+        return _parquet(path)
+    return _csv(path, _decode(path, content))
+
+
+def _decode(path: Path, content: bytes) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings = ["utf-16"]
+    elif b"\0" in content:
+        raise SignalError(f"{path} is a binary file of unknown kind; export it as CSV or Parquet.")
+    else:
+        encodings = ["utf-8-sig", "cp1252", "latin-1"]
+    for encoding in encodings:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    raise SignalError(f"{path} is not readable text; export it as CSV in UTF-8.")
+
+
+def _csv(path: Path, text: str) -> MeasuredTable:
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n")
+    delimiter, width, start = _layout(lines)
+    if width == 0:
+        raise SignalError(
+            f"{path} has no numeric column; rows must be numbers separated by commas, semicolons or tabs."
+        )
+    header = _header(lines[:start], delimiter, width)
+    body = "\n".join(lines[start:])
+    table = _cells(
+        path, body, delimiter, width, start, columns_named="the header" if header else "the first row"
+    )
+    sampled = lines[start : start + _SNIFFED_LINES]
+    comma = delimiter != "," and any(re.search(r"\d,\d", line) for line in sampled)
+    names = header or [f"column {index + 1}" for index in range(width)]
+    columns = []
+    for index, title in enumerate(names):
+        name, unit = split_title(title)
+        texts = table.column(index).combine_chunks()
+        if comma:
+            texts = pc.replace_substring(texts, ",", ".")  # type: ignore[attr-defined]
+        columns.append(Column(name, unit, _parser(path, name, texts, start + 1), _decimals(texts)))
+    return MeasuredTable(path, tuple(columns), bool(header), "line", start + 1)
+
+
+def _layout(lines: list[str]) -> tuple[str, int, int]:
+    """Delimiter, cells a row and index of the first row of numbers; the delimiter that makes most rows
+    numeric wins."""
+    best = (0, ",", 0, 0)
+    for delimiter in (";", "\t", ","):
+        rows = [_split(line, delimiter) for line in lines[:_SNIFFED_LINES]]
+        numeric = [index for index, cells in enumerate(rows) if len(cells) > 1 and _is_numeric(cells)]
+        if len(numeric) > best[0]:
+            best = (len(numeric), delimiter, len(rows[numeric[0]]), numeric[0])
+    if best[0]:
+        return best[1:]
+    single = [index for index, line in enumerate(lines[:_SNIFFED_LINES]) if _NUMBER_OR_COMMA.match(line)]
+    return (";", 1, single[0]) if single else (",", 0, 0)
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def _is_numeric(cells: list[str]) -> bool:
+    """At least half the cells are numbers; a broken cell must not turn the first row of data into a
+    header."""
+    numbers = sum(bool(_NUMBER_OR_COMMA.match(cell)) for cell in cells)
+    return numbers > 0 and 2 * numbers >= len(cells)
+
+
+def _header(before: list[str], delimiter: str, width: int) -> list[str]:
+    """Titles from the line above the data; a line of units between titles and data is joined as "title
+    [unit]"."""
+    rows = [_split(line, delimiter) for line in before if line.strip()]
+    if not rows or len(rows[-1]) != width:
+        return []
+    if len(rows) > 1 and width > 1 and len(rows[-2]) == width and all(rows[-2]):
+        units = [cell.strip("[]()") for cell in rows[-1]]
+        return [f"{name} [{unit}]" if unit else name for name, unit in zip(rows[-2], units, strict=True)]
+    return rows[-1]
+
+
+def split_title(title: str) -> tuple[str, str | None]:
+    """Name and unit of a column title: "acceleration [m/s^2]" or "acc (g)" -> ("acceleration", "m/s^2"),
+    ("acc", "g")."""
+    found = _HEADER.match(title.strip())
+    if not found:
+        return title.strip(), None
+    return found["name"].strip(), found["unit"].strip() or None
+
+
+def _cells(path: Path, body: str, delimiter: str, width: int, start: int, columns_named: str) -> pa.Table:
+    bad: list[tuple[int, int]] = []
+
+    def note(row: pyarrow.csv.InvalidRow) -> str:
+        bad.append((row.number or 0, row.actual_columns))
+        return "skip"
+
+    names = [str(index) for index in range(width)]
+    try:
+        table = pyarrow.csv.read_csv(
+            io.BytesIO(body.encode()),
+            read_options=pyarrow.csv.ReadOptions(column_names=names, use_threads=False),
+            parse_options=pyarrow.csv.ParseOptions(
+                delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=note
+            ),
+            convert_options=pyarrow.csv.ConvertOptions(
+                column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
+            ),
+        )
+    except pa.ArrowInvalid as error:
+        raise SignalError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}.") from None
+    if bad:
+        number, cells = bad[0]
+        raise SignalError(
+            f"{path}, line {start + number}: {cells} cells where {columns_named} has {width}; "
+            "repair the row, and with a decimal comma export with semicolons between the columns."
+        )
+    return table
+
+
+def _parser(path: Path, name: str, texts: pa.StringArray, first_line: int) -> Callable[[], np.ndarray]:
+    def numbers() -> np.ndarray:
+        valid = pc.match_substring_regex(texts, _NUMBER).to_numpy(zero_copy_only=False)  # type: ignore[attr-defined]
+        if not valid.all():
+            sample = int(np.argmin(valid))
+            cell = texts[sample].as_py().strip()
+            problem = "no value" if cell.lower() in _MISSING else "text"
+            raise SignalError(
+                f"{path}, line {first_line + sample}, column {name!r}: {problem} ({cell!r}) where a finite "
+                "number must be; repair the cell or cut the record before it."
+            )
+        plain = pc.replace_substring_regex(texts, r"^\s*\+?|\s*$", "")  # type: ignore[attr-defined]
+        values = pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False)
+        return _finite(values, path, name, "line", first_line)
+
+    return numbers
+
+
+def _decimals(texts: pa.StringArray) -> int | None:
+    head = [text.as_py() for text in texts[:_SNIFFED_LINES]]
+    if any("e" in text.lower() for text in head):
+        return None
+    return max((len(text.strip().partition(".")[2]) for text in head), default=0)
+
+
+def _finite(values: np.ndarray, path: Path, name: str, row_word: str, first_row: int) -> np.ndarray:
+    finite = np.isfinite(values)
+    if not finite.all():
+        sample = int(np.argmin(finite))
+        raise SignalError(
+            f"{path}, {row_word} {first_row + sample}, column {name!r}: {values[sample]} where a finite "
+            "number must be; repair the cell or cut the record before it."
+        )
+    return values
+
+
+def _parquet(path: Path) -> MeasuredTable:
+    try:
+        with pq.ParquetFile(path) as file:
+            table = file.read()
+        titles = table.column_names
+    except (pa.ArrowInvalid, OSError, UnicodeDecodeError) as error:
+        raise SignalError(f"{path} is a damaged Parquet file ({str(error).splitlines()[0]}).") from None
+    columns = []
+    for title, field, chunks in zip(titles, table.schema, table.columns, strict=True):
+        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
+            continue
+        name, unit = split_title(title)
+        if field.metadata and b"unit" in field.metadata:
+            unit = field.metadata[b"unit"].decode(errors="replace")
+        columns.append(Column(name, unit, _numbers_of(path, name, chunks)))
+    if not columns:
+        raise SignalError(f"{path} has no numeric column; it must hold time and acceleration as numbers.")
+    if table.num_rows == 0:
+        raise SignalError(f"{path} is empty; it must hold a time column and an acceleration column.")
+    return MeasuredTable(path, tuple(columns), True, "row", 0)
+
+
+def _numbers_of(path: Path, name: str, chunks: pa.ChunkedArray) -> Callable[[], np.ndarray]:
+    def numbers() -> np.ndarray:
+        values = chunks.cast(pa.float64()).to_numpy()
+        return _finite(np.array(values), path, name, "row", 0)
+
+    return numbers

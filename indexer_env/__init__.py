@@ -1,0 +1,71 @@
+"""The cam indexing machine: motor → reducer → spatial cam with roller followers → rotary table.
+
+Map, in reading order
+---------------------
+errors, checks, build      one sentence for every mistake; plain mappings to self-checking objects
+motion_law                 the cam's law β(α): four classical laws and the user's own table
+machine, operating_point   what the machine is, what it is asked to do
+effects                    the library of effects the model can be extended by, by name
+faults                     faults of the bench as severities, which stand for effects
+presets                    machines, operating points and sensors in YAML, each number with unit and reason
+coefficients               from these objects to the plain numbers of the kernels: the only door
+kernels                    the physics as plain scalar functions, compiled; the integrator
+engine, turns, run         all cores; warm-up turn after turn; how to record
+simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
+reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
+modes                      natural frequencies of the linearised machine, and the step that resolves them
+signal, sensors, filters   the record as a measuring chain gives it
+
+Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.
+Indices: joints are numbered 1 (input), 2 (output), 3 (base); stations 0 … S-1; arrays are (item, sample).
+Signs: δ1 = τγ - α, δ2 = φ - β(α) - θ, δ3 = θ; a backlash is the TOTAL play of its joint.
+"""
+
+from indexer_env.effects import EFFECTS, Effect, MachineEffect, SensorEffect, make_effect
+from indexer_env.errors import IndexerError, ParameterError, SignalError, SimulationError
+from indexer_env.faults import Faults
+from indexer_env.machine import Joint, Machine, machine_from_mapping
+from indexer_env.modes import Modes, natural_frequencies
+from indexer_env.motion_law import MOTION_LAWS, MotionLaw, TableLaw, motion_law
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine, load_operating_point, load_sensor
+from indexer_env.run import Run
+from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
+from indexer_env.simulate import simulate, simulate_batch
+from indexer_env.trajectory import CHANNELS, Batch, Trajectory, WarmupReport
+
+__all__ = [
+    "CHANNELS",
+    "EFFECTS",
+    "MOTION_LAWS",
+    "Batch",
+    "Effect",
+    "Faults",
+    "IndexerError",
+    "Joint",
+    "Machine",
+    "MachineEffect",
+    "Modes",
+    "MotionLaw",
+    "OperatingPoint",
+    "ParameterError",
+    "Run",
+    "Sensor",
+    "SensorEffect",
+    "Signal",
+    "SignalError",
+    "SimulationError",
+    "TableLaw",
+    "Trajectory",
+    "WarmupReport",
+    "load_machine",
+    "load_operating_point",
+    "load_sensor",
+    "machine_from_mapping",
+    "make_effect",
+    "motion_law",
+    "natural_frequencies",
+    "simulate",
+    "simulate_batch",
+]

@@ -1,0 +1,69 @@
+"""The one door from plain mappings (YAML, Hydra, JSON) to the self-checking objects.
+
+Keys are the fields' names; a key that ends in ``_deg`` or ``_rpm`` is converted to the SI field without the ending.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from indexer_env.checks import check_number, did_you_mean
+from indexer_env.errors import ParameterError
+
+_UNITS = {"_deg": math.pi / 180.0, "_rpm": 2.0 * math.pi / 60.0}
+
+_T = TypeVar("_T")
+
+
+def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = None) -> _T:
+    """Build a frozen dataclass from a mapping of its fields.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass; its ``__post_init__`` checks the values.
+    mapping : mapping
+        Field names, with ``_deg`` and ``_rpm`` keys converted, to plain values.
+    owner : str, optional
+        Name used in errors; the class's name where not given.
+
+    Raises
+    ------
+    ParameterError
+        Not a mapping, an unknown or doubled key, a missing field, or what the class itself refuses.
+    """
+    owner = owner or cls.__name__
+    if not isinstance(mapping, Mapping):
+        raise ParameterError(f"{owner} must be a mapping of parameters to values, got {mapping!r}.")
+    fields = {field.name: field for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
+    values: dict[str, Any] = {}
+    for key, value in mapping.items():
+        name, number = _converted(owner, str(key), value, fields)
+        if name in values:
+            raise ParameterError(f"{owner}.{name} is given twice, once as {key!r}; keep one of them.")
+        values[name] = number
+    missing = [
+        name
+        for name, field in fields.items()
+        if name not in values
+        and field.default is dataclasses.MISSING
+        and field.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise ParameterError(f"{owner} lacks {', '.join(missing)}; give a value for each.")
+    return cls(**values)
+
+
+def _converted(owner: str, key: str, value: Any, fields: Mapping[str, Any]) -> tuple[str, Any]:
+    if key in fields:
+        return key, value
+    for ending, factor in _UNITS.items():
+        name = key.removesuffix(ending)
+        if name != key and name in fields:
+            check_number(owner, key, value)
+            return name, value * factor
+    hint = did_you_mean(key, fields) or "its parameters are " + (", ".join(fields) or "none")
+    raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")

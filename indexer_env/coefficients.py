@@ -1,0 +1,204 @@
+"""From a machine at an operating point to the plain numbers that the kernels take: the only way in."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from indexer_env.errors import ParameterError
+from indexer_env.kernels import layout
+from indexer_env.machine import Machine
+from indexer_env.motion_law import MotionLaw
+from indexer_env.operating_point import OperatingPoint
+
+_MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
+
+_OFF = {
+    # sizes of effects that are off, and shapes that only keep a division by zero out of an unused line
+    "cubic_2": 0.0, "single_ratio_2": 1.0, "single_station": -1.0, "motor_acceleration": 0.0,
+    "coulomb_torque": 0.0, "coulomb_speed": 1.0, "viscous": 0.0,
+    "stribeck_torque": 0.0, "stribeck_speed": 1.0, "stribeck_smoothing": 1.0,
+    "imbalance_torque": 0.0, "imbalance_phase": 0.0,
+    "process_torque": 0.0, "process_centre": 0.0, "process_half_width": 1.0,
+    "slip_compliance": 1.0, "ripple_amplitude": 0.0, "ripple_order": 1.0, "ripple_phase": 0.0,
+    "transmission_amplitude": 0.0, "transmission_order": 1.0, "transmission_phase": 0.0,
+    "mesh_depth": 0.0, "mesh_order": 1.0, "mesh_phase": 0.0,
+    "bump_height": 0.0, "bump_centre": 0.0, "bump_half_width": 1.0,
+    "spacing_error": 0.0, "spacing_station": -1.0,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LawTable:
+    """Pieces of a motion law as the kernel reads them.
+
+    Attributes
+    ----------
+    pieces : ndarray (k, PIECE_COLUMNS)
+        Reach [rad], break flags, coefficients of β in powers of (α - reach's low end).
+    steepest : float
+        Largest |β'| at the pieces' ends [-].
+    """
+
+    pieces: np.ndarray
+    steepest: float
+
+
+@functools.lru_cache(maxsize=1024)
+def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
+    """The law's pieces for a cam of so many stations and such a share of motion."""
+    source = law.pieces(stations, motion_share)
+    table = np.empty((len(source.coefficients), layout.PIECE_COLUMNS))
+    turn = 2.0 * math.pi
+    table[:, layout.PIECE_LOW] = source.edges[:-1] * turn
+    table[:, layout.PIECE_HIGH] = source.edges[1:] * turn
+    table[:, layout.PIECE_BREAK_LOW] = source.breaks[:-1]
+    table[:, layout.PIECE_BREAK_HIGH] = source.breaks[1:]
+    # a cam turn begins where single-station effects change, so that edge is always landed on
+    table[0, layout.PIECE_BREAK_LOW] = table[-1, layout.PIECE_BREAK_HIGH] = 1.0
+    table[:, layout.PIECE_C_0 :] = source.coefficients / turn ** np.arange(6)
+    table.flags.writeable = False
+    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()))
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """One machine at one operating point, as the kernels take it.
+
+    Attributes
+    ----------
+    model, features : int
+        The kernels' model and feature bits (kernels/layout.py).
+    row : ndarray (COEFFICIENT_ROWS,)
+        In the order of layout.COEFFICIENT_NAMES; the law's place in a table of pieces is filled in by `pack`.
+    law : LawTable
+    """
+
+    model: int
+    features: int
+    row: np.ndarray
+    law: LawTable
+
+    def __getitem__(self, name: str) -> float:
+        """A coefficient by its name."""
+        return float(self.row[layout.COEFFICIENT_NAMES.index(name)])
+
+
+def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficients:
+    """The coefficients of a machine at an operating point.
+
+    Raises
+    ------
+    ParameterError
+        An effect that does not fit the machine (a station it has not, a loose base under Model A).
+    """
+    values = dict(_OFF)
+    for part in ("cam", "follower", "table", "housing", "motor"):
+        values[f"{part}_inertia"] = getattr(machine, f"{part}_inertia")
+    values |= {
+        "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
+        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0,
+    }  # fmt: skip
+    for number, joint in enumerate((machine.input_joint, machine.output_joint, machine.base_joint), start=1):
+        values |= {
+            f"stiffness_{number}": joint.stiffness, f"damping_{number}": joint.damping,
+            f"backlash_{number}": joint.backlash, f"ratio_{number}": joint.stiffness_ratio,
+        }  # fmt: skip
+    model, features = machine.model, 0
+    for effect in machine.effects:
+        if effect.is_null:
+            continue
+        effect.extend(values, machine)
+        features |= effect.feature
+        if effect.name == "base.looseness":
+            if model == "A":
+                raise ParameterError(
+                    "base.looseness needs Machine.model B or B_on_base, got 'A'; Model A has no housing to move."
+                )
+            model = "B_on_base"
+    for number in (1, 2, 3):
+        features |= _edges(values, number, machine.contact_law)
+    if model == "A":
+        features &= ~layout.HAS_EDGES_1
+    if model != "B_on_base":
+        features &= ~layout.HAS_EDGES_3
+    row = np.array([values[name] for name in layout.COEFFICIENT_NAMES])
+    law = law_table(machine.motion_law, machine.stations, machine.motion_share)
+    return Coefficients(_MODELS[model], features, row, law)
+
+
+def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
+    """Derive a joint's edges and release times from its play and ratio; return its feature bit if it has edges."""
+    play, damping = values.pop(f"backlash_{number}"), values[f"damping_{number}"]
+    stiffness, ratio = values[f"stiffness_{number}"], values[f"ratio_{number}"]
+    bilinear = ratio < 1.0 or (number == 2 and values["single_ratio_2"] < 1.0)
+    release = damping / stiffness if play > 0.0 and contact_law == "clipped" else 0.0
+    values |= {
+        f"edge_{number}": play / 2.0 if play > 0.0 else (0.0 if bilinear else -math.inf),
+        f"release_{number}": release,
+        f"release_minus_{number}": release / ratio,
+        f"free_damping_{number}": damping if play > 0.0 and contact_law == "damped_play" else 0.0,
+    }
+    return layout.HAS_EDGES_1 << (number - 1) if play > 0.0 or bilinear else 0
+
+
+@dataclass(eq=False)
+class Pack:
+    """Items of the same model and features, side by side as the kernel takes them.
+
+    Attributes
+    ----------
+    model, features : int
+    states : ndarray (n, STATE_ROWS)
+        Start states: kinematic motion at `start_angle`, no deflection.
+    coefficients : ndarray (n, COEFFICIENT_ROWS)
+    pieces : ndarray (p, PIECE_COLUMNS)
+        All laws' pieces, one after the other.
+    """
+
+    model: int
+    features: int
+    states: np.ndarray
+    coefficients: np.ndarray
+    pieces: np.ndarray
+
+
+def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoint]) -> Pack:
+    """Put items of equal model and features side by side."""
+    laws = {id(item.law): item.law for item in items}
+    first: dict[int, int] = {}
+    total = 0
+    for key, law in laws.items():
+        first[key] = total
+        total += len(law.pieces)
+    rows = np.stack([item.row for item in items])
+    place = layout.COEFFICIENT_NAMES.index
+    rows[:, place("law_first")] = [first[id(item.law)] for item in items]
+    rows[:, place("law_count")] = [len(item.law.pieces) for item in items]
+    states = np.stack([start_state(item, point) for item, point in zip(items, operating_points, strict=True)])
+    pieces = np.concatenate([law.pieces for law in laws.values()])
+    return Pack(items[0].model, items[0].features, states, rows, pieces)
+
+
+def start_state(item: Coefficients, operating_point: OperatingPoint) -> np.ndarray:
+    """State (STATE_ROWS,) of kinematic motion: every joint undeflected, the table on its law, the motor at speed."""
+    turn = 2.0 * math.pi
+    alpha = operating_point.start_angle
+    turns = math.floor(alpha / turn)
+    pieces, angle = item.law.pieces, alpha - turn * turns
+    row = pieces[max(int(np.searchsorted(pieces[:, layout.PIECE_LOW], angle, side="right")) - 1, 0)]
+    polynomial = np.polynomial.Polynomial(row[layout.PIECE_C_0 :])
+    x = angle - row[layout.PIECE_LOW]
+    cam_rate = item["reduction"] * operating_point.motor_speed
+    state = dict.fromkeys(layout.STATE_NAMES, 0.0) | {
+        "cam_angle": alpha, "cam_rate": cam_rate,
+        "table_angle": turns * item["advance"] + polynomial(x), "table_rate": polynomial.deriv()(x) * cam_rate,
+        "motor_angle": alpha / item["reduction"], "motor_rate": operating_point.motor_speed,
+        "motor_command": operating_point.motor_speed,
+        "region_1": 2.0, "piece": -1.0,
+    }  # fmt: skip
+    return np.array([state[name] for name in layout.STATE_NAMES])

@@ -1,0 +1,55 @@
+"""The library of effects by which the model can be extended; environment, generator and discrepancy workflow share it.
+
+Reading order
+-------------
+base      Effect, MachineEffect, SensorEffect: parameters with unit, range and null value; the registry
+friction  friction.coulomb · friction.viscous · friction.stribeck
+load      load.imbalance · load.process
+drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.mesh_stiffness
+cam       cam.profile_error · cam.station_spacing
+roller    roller.crack · roller.crack_single
+joint     input.backlash · output.backlash · output.cubic_stiffness · base.looseness
+sensor    sensor.gain · sensor.lowpass · sensor.bracket_resonance · sensor.mains_hum · sensor.offset_drift
+
+A new effect is one class in one of these files; what enters the equations of motion in a new place also gets its scalar
+equation in kernels/effects.py and a line in kernels/rates.py.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from indexer_env.checks import did_you_mean
+from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor
+from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect
+from indexer_env.errors import ParameterError
+
+__all__ = ["EFFECTS", "Effect", "MachineEffect", "SensorEffect", "make_effect"]
+
+_FAMILIES = (cam, drive, friction, joint, load, roller, sensor)
+
+
+def make_effect(name: str, parameters: Mapping[str, object] | None = None, **more: object) -> Effect:
+    """Build an effect by its name, its parameters given as a mapping or as keywords.
+
+    A key that ends in ``_deg`` is converted to radians.
+
+    Raises
+    ------
+    ParameterError
+        Unknown effect, unknown, missing or ill-valued parameter.
+    """
+    from indexer_env.build import from_mapping
+
+    if name not in EFFECTS:
+        hint = did_you_mean(name, EFFECTS) or "the names are " + ", ".join(sorted(EFFECTS))
+        raise ParameterError(f"There is no effect {name!r}; {hint}.")
+    return from_mapping(EFFECTS[name], {**(parameters or {}), **more}, owner=name)
+
+
+def null_effect(name: str) -> Effect:
+    """The effect at its null value, other parameters at their defaults."""
+    cls = EFFECTS[name]
+    sizes = {f.name: f.metadata["null"] for f in dataclasses.fields(cls) if f.metadata["null"] is not None}
+    return cls(**sizes)

@@ -1,0 +1,108 @@
+"""What an effect is: a frozen, self-checking object that adds one named piece of physics to the model.
+
+Every parameter of an effect carries its unit, meaning and range; the one that measures the effect's size also carries
+its null value. An effect at its null value leaves the machine's coefficients bit-equal to the machine without it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from indexer_env.checks import check_integer, check_number
+
+if TYPE_CHECKING:
+    from indexer_env.machine import Machine
+    from indexer_env.sensors import Sensor
+
+
+def parameter(
+    meaning: str,
+    unit: str,
+    *,
+    default: float | None = None,
+    null: float | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    low_open: bool = False,
+    high_open: bool = False,
+    whole: bool = False,
+) -> Any:
+    """A dataclass field of an effect: meaning, unit, range; `null` for the parameter that measures its size."""
+    metadata = {
+        "meaning": meaning, "unit": unit, "null": null, "low": low, "high": high,
+        "low_open": low_open, "high_open": high_open, "whole": whole,
+    }  # fmt: skip
+    if default is None:
+        return dataclasses.field(metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Base of all effects.
+
+    Class attributes
+    ----------------
+    name : str
+        ``family.effect``, the name in YAML, tables and verdicts.
+    sentence, equation, source, enters : str
+        What it is, its equation in the symbols of the equation sheet, where that comes from, and which quantity of the
+        model it enters.
+    """
+
+    name: ClassVar[str]
+    sentence: ClassVar[str]
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    enters: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            rules, value = field.metadata, getattr(self, field.name)
+            if rules["whole"]:
+                check_integer(
+                    self.name, field.name, value, low=rules["low"], high=rules["high"], unit=rules["unit"]
+                )
+            else:
+                bounds = {key: rules[key] for key in ("low", "high", "low_open", "high_open", "unit")}
+                check_number(self.name, field.name, value, **bounds)
+
+    @property
+    def is_null(self) -> bool:
+        """True where the effect's size is at its null value: the machine is then bit-equal to one without it."""
+        sizes = [field for field in dataclasses.fields(self) if field.metadata["null"] is not None]
+        return all(getattr(self, field.name) == field.metadata["null"] for field in sizes)
+
+
+class MachineEffect(Effect):
+    """An effect that enters the equations of motion, through the coefficients of one machine."""
+
+    feature: ClassVar[int] = 0
+    """The kernel's feature bit that the effect switches on (layout.py); 0 where plain coefficients suffice."""
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        """Write the effect into the coefficients (names and units: kernels/layout.py)."""
+        raise TypeError(f"{type(self).__name__} must define extend().")
+
+
+class SensorEffect(Effect):
+    """An effect that enters the sensor chain."""
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        """The sensor with the effect in its chain."""
+        raise TypeError(f"{type(self).__name__} must define extend_sensor().")
+
+
+_E = TypeVar("_E", bound=Effect)
+
+EFFECTS: dict[str, type[Effect]] = {}
+"""All effects by name; filled by `register` when the families are imported (indexer_env.effects)."""
+
+
+def register(effect: type[_E]) -> type[_E]:
+    """Class decorator: enter an effect into `EFFECTS`."""
+    EFFECTS[effect.name] = effect
+    return effect

@@ -1,0 +1,101 @@
+"""Motor and reducer: what makes the cam's drive side run other than evenly."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.kernels.layout import USES_MESH, USES_RIPPLE, USES_SLIP, USES_TRANSMISSION
+
+if TYPE_CHECKING:
+    from indexer_env.machine import Machine
+
+
+@register
+@dataclass(frozen=True)
+class Slip(MachineEffect):
+    """Induction motor near its synchronous speed: its speed falls in proportion to its torque; its inertia takes part."""
+
+    name = "drive.slip"
+    sentence = "The motor's speed falls with the torque asked of it, as an induction motor's does."
+    equation = "J_m γ̈ = (γ̇_command - γ̇)/c - τ M1"
+    source = "linear part of the torque-speed curve, e.g. Leonhard, Control of Electrical Drives (2001), section 10.2"
+    enters = "motor speed"
+    feature = USES_SLIP
+
+    compliance: float = parameter("speed lost per torque c", "rad/(s N m)", null=0.0, low=0.0)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["slip_compliance"] = self.compliance
+
+
+@register
+@dataclass(frozen=True)
+class SpeedRipple(MachineEffect):
+    """The motor's speed ripples with its own rotation (cogging, a bent coupling, an eccentric pinion)."""
+
+    name = "drive.speed_ripple"
+    sentence = "The motor's speed ripples at an order of its own shaft."
+    equation = "angle of the shaft = γ + (depth/order) sin(order γ + phase); its speed = γ̇ (1 + depth cos(…))"
+    source = "kinematics; depth is the relative amplitude of the speed"
+    enters = "drive side of joint 1"
+    feature = USES_RIPPLE
+
+    depth: float = parameter("relative amplitude of the speed", "-", null=0.0, low=0.0, high=0.5)
+    order: float = parameter("order", "1/motor turn", default=1.0, low=0.0, low_open=True)
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["ripple_amplitude"] = self.depth / self.order / machine.reduction_ratio
+        coefficients["ripple_order"] = self.order
+        coefficients["ripple_phase"] = self.phase
+
+
+@register
+@dataclass(frozen=True)
+class TransmissionError(MachineEffect):
+    """The reducer's output wavers about τγ at an order of its gears."""
+
+    name = "drive.transmission_error"
+    sentence = "The reducer's output angle wavers at an order of its gears."
+    equation = "drive side of joint 1 = τ γ + e sin(order γ + phase)"
+    source = "Smith, Gear Noise and Vibration (2003), chapter 1: transmission error as a displacement input"
+    enters = "drive side of joint 1"
+    feature = USES_TRANSMISSION
+
+    amplitude: float = parameter("amplitude e at the cam shaft", "rad", null=0.0, low=0.0, high=0.1)
+    order: float = parameter(
+        "order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True
+    )
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["transmission_amplitude"] = self.amplitude
+        coefficients["transmission_order"] = self.order
+        coefficients["transmission_phase"] = self.phase
+
+
+@register
+@dataclass(frozen=True)
+class MeshStiffness(MachineEffect):
+    """The reducer's stiffness varies as teeth come in and out of mesh."""
+
+    name = "drive.mesh_stiffness"
+    sentence = "The reducer's stiffness varies as teeth come in and out of mesh."
+    equation = "M1 → M1 (1 + depth cos(order γ + phase))"
+    source = "Kahraman and Singh, J. Sound Vib. 146 (1991) 135: first harmonic of the mesh stiffness"
+    enters = "torque of joint 1"
+    feature = USES_MESH
+
+    depth: float = parameter("relative amplitude", "-", null=0.0, low=0.0, high=0.9)
+    order: float = parameter(
+        "order (teeth in mesh per motor turn)", "1/motor turn", default=2.0, low=0.0, low_open=True
+    )
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["mesh_depth"] = self.depth
+        coefficients["mesh_order"] = self.order
+        coefficients["mesh_phase"] = self.phase

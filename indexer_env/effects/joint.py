@@ -1,0 +1,90 @@
+"""Play and hardening of the joints, and the loosened base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from indexer_env.effects.base import MachineEffect, parameter, register
+
+if TYPE_CHECKING:
+    from indexer_env.machine import Machine
+
+
+@register
+@dataclass(frozen=True)
+class InputBacklash(MachineEffect):
+    """More play in the reducer and input shaft."""
+
+    name = "input.backlash"
+    sentence = "The reducer has more play."
+    equation = "g1 → g1 + play (total play at the cam shaft; dead zone ±g1/2)"
+    source = "design.md, section 2; paper.txt, fig. 3b"
+    enters = "torque of joint 1"
+
+    play: float = parameter("added total play at the cam shaft", "rad", null=0.0, low=0.0, high=0.2)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["backlash_1"] += self.play
+
+
+@register
+@dataclass(frozen=True)
+class OutputBacklash(MachineEffect):
+    """More play between cam and rollers or at the output shaft."""
+
+    name = "output.backlash"
+    sentence = "There is more play between the cam and its rollers."
+    equation = "g2 → g2 + play (total play at the table; dead zone ±g2/2)"
+    source = "design.md, section 2; paper.txt, fig. 3b"
+    enters = "torque of joint 2"
+
+    play: float = parameter("added total play at the table", "rad", null=0.0, low=0.0, high=0.2)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["backlash_2"] += self.play
+
+
+@register
+@dataclass(frozen=True)
+class OutputCubicStiffness(MachineEffect):
+    """Contact that hardens with load: a cubic term in the output joint."""
+
+    name = "output.cubic_stiffness"
+    sentence = "The output joint hardens as its deflection grows."
+    equation = "M2 += k_c x³ in contact, x = δ2 ∓ g2/2"
+    source = "first odd term of a hardening contact, e.g. Nayfeh and Mook, Nonlinear Oscillations (1979), section 2.3"
+    enters = "torque of joint 2"
+
+    stiffness: float = parameter("cubic stiffness k_c", "N m/rad³", null=0.0, low=0.0)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["cubic_2"] = self.stiffness
+
+
+@register
+@dataclass(frozen=True)
+class BaseLooseness(MachineEffect):
+    """Loose base screws: the housing rotates on joint 3, Model B becomes Model B on its base."""
+
+    name = "base.looseness"
+    sentence = "The base screws are loose, so that the housing rotates against the floor."
+    equation = "k3 = 1/compliance, r3 = 2 ζ √(k3 (J_F + J_b)), total play g3; compliance 0 is Model B"
+    source = "design.md, sections 2 and 5"
+    enters = "joint 3"
+
+    compliance: float = parameter("compliance of the base 1/k3", "rad/(N m)", null=0.0, low=0.0)
+    damping_ratio: float = parameter(
+        "damping ratio ζ of the housing on it", "-", default=0.05, low=0.0, high=1.0
+    )
+    play: float = parameter("total play of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        stiffness = 1.0 / self.compliance
+        inertia = machine.follower_inertia + machine.housing_inertia
+        coefficients["stiffness_3"] = stiffness
+        coefficients["damping_3"] = 2.0 * self.damping_ratio * math.sqrt(stiffness * inertia)
+        coefficients["backlash_3"] = self.play
+        coefficients["ratio_3"] = 1.0

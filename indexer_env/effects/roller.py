@@ -1,0 +1,57 @@
+"""Cracked rollers: a crack opens under load in one sense, so the output joint becomes bilinear (Lucifredi et al., paper [2])."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.errors import refuse
+
+if TYPE_CHECKING:
+    from indexer_env.machine import Machine
+
+_SEVERITY = "loss of stiffness for δ2 < 0, 1 - ρ"
+
+
+@register
+@dataclass(frozen=True)
+class RollerCrack(MachineEffect):
+    """Cracked rollers as the paper models them: joint 2 bilinear at every station."""
+
+    name = "roller.crack"
+    sentence = "Cracked rollers make the output joint softer in one sense at every station."
+    equation = "joint 2: ρ → ρ (1 - severity)"
+    source = "paper.txt, section 4.1 and fig. 3c"
+    enters = "torque of joint 2"
+
+    severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["ratio_2"] *= 1.0 - self.severity
+
+
+@register
+@dataclass(frozen=True)
+class SingleRollerCrack(MachineEffect):
+    """One cracked roller: joint 2 bilinear only in the cam turn in which that roller carries the load."""
+
+    name = "roller.crack_single"
+    sentence = "One cracked roller makes the output joint softer in one sense, once per table turn."
+    equation = (
+        "joint 2: ρ → ρ (1 - severity) while the table moves from `station` to the next and dwells there"
+    )
+    source = "own extension of paper.txt, fig. 3c, to one roller of the turret"
+    enters = "torque of joint 2"
+
+    severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)
+    station: int = parameter("station the roller leaves under load", "-", default=0, low=0, whole=True)
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        if self.station >= machine.stations:
+            raise refuse(
+                self.name, "station", f"below the machine's {machine.stations} stations", self.station
+            )
+        coefficients["single_ratio_2"] = 1.0 - self.severity
+        coefficients["single_station"] = float(self.station)

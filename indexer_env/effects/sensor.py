@@ -1,0 +1,113 @@
+"""Effects of the measuring chain; each sets fields of the Sensor (indexer_env/sensors.py, which holds the equations)."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from indexer_env.effects.base import SensorEffect, parameter, register
+
+if TYPE_CHECKING:
+    from indexer_env.sensors import Sensor
+
+_CHAIN = "indexer_env/sensors.py, the chain's equation"
+
+
+@register
+@dataclass(frozen=True)
+class SensorGain(SensorEffect):
+    """The chain's gain is off."""
+
+    name = "sensor.gain"
+    sentence = "The gain of the measuring chain is off."
+    equation = "gain → gain (1 + error)"
+    source = _CHAIN
+    enters = "sensor"
+
+    error: float = parameter("relative error of the gain", "-", null=0.0, low=-0.9, high=10.0)
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        return dataclasses.replace(sensor, gain=sensor.gain * (1.0 + self.error))
+
+
+@register
+@dataclass(frozen=True)
+class SensorLowpass(SensorEffect):
+    """The chain's low-pass cuts lower than thought."""
+
+    name = "sensor.lowpass"
+    sentence = "A low-pass in the measuring chain cuts into the band."
+    equation = "second-order Butterworth low-pass; time_constant 0 is none"
+    source = _CHAIN
+    enters = "sensor"
+
+    time_constant: float = parameter("1/(2π cut-off frequency)", "s", null=0.0, low=0.0)
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        if self.is_null:
+            return sensor
+        return dataclasses.replace(
+            sensor, lowpass_hz=1.0 / (6.283185307179586 * self.time_constant), lowpass_order=2
+        )
+
+
+@register
+@dataclass(frozen=True)
+class SensorBracketResonance(SensorEffect):
+    """The accelerometer's bracket rings."""
+
+    name = "sensor.bracket_resonance"
+    sentence = "The bracket that holds the accelerometer resonates."
+    equation = (
+        "(2ζωs + ω²)/(s² + 2ζωs + ω²); compliance (g per unit stiffness) enters as 1/ω², 0 is a rigid bracket"
+    )
+    source = _CHAIN
+    enters = "sensor"
+
+    inverse_square: float = parameter("1/(2π f)² of the bracket", "s²/rad²", null=0.0, low=0.0)
+    damping: float = parameter("damping ratio", "-", default=0.02, low=0.0, low_open=True, high=0.3)
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        if self.is_null:
+            return sensor
+        frequency = 1.0 / (6.283185307179586 * self.inverse_square**0.5)
+        return dataclasses.replace(sensor, bracket_hz=frequency, bracket_damping=self.damping)
+
+
+@register
+@dataclass(frozen=True)
+class SensorMainsHum(SensorEffect):
+    """Mains hum on the signal."""
+
+    name = "sensor.mains_hum"
+    sentence = "Mains hum rides on the signal."
+    equation = "y += A sin(2π f t + phase)"
+    source = _CHAIN
+    enters = "sensor"
+
+    amplitude: float = parameter("amplitude A", "unit of the signal", null=0.0, low=0.0)
+    frequency: float = parameter("mains frequency", "Hz", default=50.0, low=0.0, low_open=True)
+    phase: float = parameter("phase at t = 0", "rad", default=0.0)
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        return dataclasses.replace(
+            sensor, hum_amplitude=self.amplitude, hum_hz=self.frequency, hum_phase=self.phase
+        )
+
+
+@register
+@dataclass(frozen=True)
+class SensorOffsetDrift(SensorEffect):
+    """The chain's zero drifts."""
+
+    name = "sensor.offset_drift"
+    sentence = "The zero of the measuring chain drifts."
+    equation = "y += rate · t"
+    source = _CHAIN
+    enters = "sensor"
+
+    rate: float = parameter("drift", "unit of the signal per s", null=0.0)
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        return dataclasses.replace(sensor, offset_drift=sensor.offset_drift + self.rate)

@@ -1,0 +1,129 @@
+"""Runs the compiled kernel: compile once with a word to the user, all cores, nothing else."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from indexer_env import kernels
+from indexer_env.coefficients import Pack
+from indexer_env.kernels.layout import LANES
+
+LARGEST_DEFLECTION = 0.5
+"""rad; a joint deflected by more has left the range in which the model means anything."""
+
+_NOTICE_AFTER = 1.0
+"""s of silence before the word that the kernel is being compiled; a cached kernel loads faster than that."""
+
+
+def _fingerprint() -> str:
+    """Hash of all kernel sources. numba keys its cache on the entry function's file alone; this covers its callees."""
+    digest = hashlib.sha256()
+    for source in sorted(Path(kernels.__file__).parent.glob("*.py")):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+@functools.lru_cache(maxsize=1)
+def _kernel() -> Callable[..., str]:
+    from indexer_env.kernels.integrate import entry
+
+    return entry(_fingerprint())
+
+
+_first_call = threading.Lock()
+
+
+def cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def advance(
+    pack: Pack,
+    n_steps: np.ndarray,
+    steps: np.ndarray,
+    last_steps: np.ndarray,
+    *,
+    every: int,
+    rows: np.ndarray,
+    samples: int,
+    threads: int | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Advance all items of a pack in place, each by n_steps whole steps and one last step.
+
+    Parameters
+    ----------
+    pack : Pack
+        Its states are advanced.
+    n_steps, steps, last_steps : ndarray (n,)
+        Whole steps, their length [s] and the length of the one after them [s].
+    every : int
+        Steps from sample to sample; samples fall at steps 0, every, 2·every …
+    rows : ndarray (c,) of int
+        Workspace rows to record (kernels/layout.py).
+    samples : int
+        Samples to keep.
+    threads : int, optional
+        All cores where not given; the results do not depend on it.
+
+    Returns
+    -------
+    out : ndarray (n, c, samples)
+    status : ndarray (n,) of int
+        layout.RUNNING, NOT_FINITE or OUT_OF_RANGE.
+    status_time : ndarray (n,)
+        Time at which a faulty item was stopped [s].
+    """
+    n = len(pack.states)
+    out = np.full((n, len(rows), samples), np.nan)
+    status, status_time = np.zeros(n, dtype=np.int64), np.zeros(n)
+    arguments = (
+        pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
+        np.asarray(n_steps, dtype=np.int64), np.asarray(steps, dtype=float), np.asarray(last_steps, dtype=float),
+        every, np.asarray(rows, dtype=np.int64), LARGEST_DEFLECTION, out, status, status_time,
+    )  # fmt: skip
+    workers = threads or cores()
+    blocks = -(-n // LANES)
+    share = LANES * max(1, blocks // (4 * workers))
+    spans = [(first, min(first + share, n)) for first in range(0, n, share)]
+    _compile(arguments)
+    kernel = _kernel()
+    if workers == 1 or len(spans) == 1:
+        for first, stop in spans:
+            kernel(first, stop, *arguments)
+    else:
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(lambda span: kernel(*span, *arguments), spans))
+    return out, status, status_time
+
+
+def _compile(arguments: tuple) -> None:
+    """Have the kernel ready (it runs over no items here); say so if that takes long enough to be noticed."""
+    with _first_call:
+        if getattr(_kernel(), "signatures", True):
+            return
+        notice = threading.Timer(_NOTICE_AFTER, _say_compiling)
+        notice.daemon = True
+        notice.start()
+        try:
+            _kernel()(0, 0, *arguments)
+        finally:
+            notice.cancel()
+
+
+def _say_compiling() -> None:
+    print(
+        "indexer_env: compiling the simulator, once per installation (about 20 s) …",
+        file=sys.stderr,
+        flush=True,
+    )

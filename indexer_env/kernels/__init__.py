@@ -1,0 +1,19 @@
+"""The compiled core: plain floats and arrays, no objects, no framework (numpy, math and numba only).
+
+Reading order
+-------------
+layout      the rows of the workspace: state, coefficients, motion-law piece, stage values
+compiling   the decorators
+joints      torque of a joint with play and bilinear stiffness; its contact regions and their guards
+effects     scalar equations of the model's extensions (friction, ripple, bumps, slip)
+dynamics    equations of motion of Models A, B and B on its base as plain scalar functions
+rates       accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
+edges       landing on the edge of a play or of a motion-law segment inside one step
+integrate   the RK4 step and `entry`, which makes the one entry point
+
+Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every
+value is a row of LANES numbers, so each inner loop runs over neighbouring memory and becomes vector code. The scalar
+functions (joints, effects, dynamics) know nothing of lanes: a GPU kernel can compile the same ones per thread.
+No fast-math: a lane's numbers are the same whatever its neighbours, its place in the batch or the compiler's mood,
+and the same as in plain Python (NUMBA_DISABLE_JIT=1).
+"""

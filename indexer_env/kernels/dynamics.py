@@ -1,0 +1,43 @@
+"""Equations of motion (design.md, section 2) as plain scalar functions; symbols as there.
+
+b0, b1, b2 are β, β', β''; w is α̇; M1, M2, M3 the joints' torques; T_L everything that opposes the table.
+"""
+
+from __future__ import annotations
+
+from indexer_env.kernels.compiling import scalar
+
+
+@scalar
+def follower_law(x, c0, c1, c2, c3, c4, c5):
+    """β, β' and β'' of one piece of the motion law at x = α - origin [rad]."""
+    b0 = ((((c5 * x + c4) * x + c3) * x + c2) * x + c1) * x + c0
+    b1 = (((5.0 * c5 * x + 4.0 * c4) * x + 3.0 * c3) * x + 2.0 * c2) * x + c1
+    b2 = ((20.0 * c5 * x + 12.0 * c4) * x + 6.0 * c3) * x + 2.0 * c2
+    return b0, b1, b2
+
+
+@scalar
+def table_acceleration(J_t, T_L, M2):
+    """J_t φ̈ = -(T_L + M2), the same in all three models."""
+    return -(T_L + M2) / J_t
+
+
+@scalar
+def cam_acceleration(J_C, J_F, b1, b2, w, M1, M2):
+    """Model B: (J_C + J_F β'²) α̈ = M1 + β' (M2 - J_F β'' α̇²)."""
+    return (M1 + b1 * (M2 - J_F * b2 * w * w)) / (J_C + J_F * b1 * b1)
+
+
+@scalar
+def cam_and_housing_acceleration(J_C, J_F, J_b, b1, b2, w, M1, M2, M3):
+    """Model B on its base, both rows solved for (α̈, θ̈)::
+
+    (J_C + J_F β'²) α̈ + J_F β' θ̈    = M1 + β' M2 - J_F β' β'' α̇²
+    J_F β' α̈         + (J_F + J_b) θ̈ = M2 - M3 - J_F β'' α̇²
+    """
+    inertia = J_F * b2 * w * w
+    m11, m12, m22 = J_C + J_F * b1 * b1, J_F * b1, J_F + J_b
+    q1, q2 = M1 + b1 * (M2 - inertia), M2 - M3 - inertia
+    determinant = m11 * m22 - m12 * m12
+    return (m22 * q1 - m12 * q2) / determinant, (m11 * q2 - m12 * q1) / determinant

@@ -1,0 +1,262 @@
+"""Edges inside a step: where a joint enters or leaves contact, or the cam a segment of its law, the vector field has a
+kink or a jump, and a Runge-Kutta step across it is no longer of fourth order. A lane that crossed one repeats the step
+in parts that end on the edges (`mend`); between them every joint stays on one line and the law on one polynomial.
+
+The edge is found on the cubic Hermite interpolant of the deflections over the step, whose error is of order h⁴.
+"""
+
+from __future__ import annotations
+
+import math
+
+from indexer_env.kernels.compiling import lanes, outlined, scalar
+from indexer_env.kernels.joints import region_after, region_guard, region_line, region_of
+from indexer_env.kernels.layout import *
+
+TWO_PI = 2.0 * math.pi
+
+LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
+"""Which guard ran out."""
+
+_SEARCHES = 60
+"""Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""
+
+_NEAR = 1e-12
+"""A guard this near to zero, as a share of its change over the step, is on the edge."""
+
+_INFINITY = math.inf
+
+
+@scalar
+def set_line(w, i, region, line, joint, ratio):
+    """Put the joint whose coefficient rows begin at `joint` on the line of its region."""
+    k, offset, r = region_line(
+        w[region + i], w[joint + i], w[joint + R_1 - K_1 + i], w[joint + EDGE_1 - K_1 + i], ratio,
+        w[joint + FREE_R_1 - K_1 + i],
+    )  # fmt: skip
+    w[line + i], w[line + LINE_OFFSET_1 - LINE_K_1 + i], w[line + LINE_R_1 - LINE_K_1 + i] = k, offset, r
+
+
+@outlined
+def set_lines(w, i):
+    """Put all three joints of lane i on the lines of their regions."""
+    set_line(w, i, REGION_1, LINE_K_1, K_1, w[RATIO_1 + i])
+    set_line(w, i, REGION_2, LINE_K_2, K_2, w[STATION_RATIO_2 + i])
+    set_line(w, i, REGION_3, LINE_K_3, K_3, w[RATIO_3 + i])
+    w[LINE_CUBIC_2 + i] = 0.0 if w[REGION_2 + i] == 0.0 else w[CUBIC_2 + i]
+
+
+@outlined
+def load_piece(w, i, piece, turn, pieces):
+    """Load piece `piece` of the law in cam turn `turn` into lane i; indices beyond the turn wrap into its neighbours.
+
+    A station whose spacing is off by ε lengthens the index that leads to it by the factor 1 + ε/h and shortens the next.
+    """
+    count = int(w[LAW_COUNT + i])
+    if piece < 0:
+        piece, turn = count - 1, turn - 1.0
+    elif piece >= count:
+        piece, turn = 0, turn + 1.0
+    row = int(w[LAW_FIRST + i]) + piece
+    start = TWO_PI * turn
+    w[PIECE + i], w[CAM_TURN + i] = float(piece), turn
+    w[ORIGIN + i] = start + pieces[row, PIECE_LOW]
+    w[REACH_LOW + i] = w[ORIGIN + i]
+    w[REACH_HIGH + i] = start + pieces[row, PIECE_HIGH]
+    w[BREAK_LOW + i] = w[REACH_LOW + i] if pieces[row, PIECE_BREAK_LOW] != 0.0 else -_INFINITY
+    w[BREAK_HIGH + i] = w[REACH_HIGH + i] if pieces[row, PIECE_BREAK_HIGH] != 0.0 else _INFINITY
+
+    stations, advance, spacing = w[STATIONS + i], w[ADVANCE + i], w[SPACING_ERROR + i]
+    station = turn - stations * math.floor(turn / stations)
+    following = station + 1.0 - stations * math.floor((station + 1.0) / stations)
+    factor, offset = 1.0, turn * advance
+    if spacing != 0.0 and following == w[SPACING_STATION + i]:
+        factor = 1.0 + spacing / advance
+    elif spacing != 0.0 and station == w[SPACING_STATION + i]:
+        factor, offset = 1.0 - spacing / advance, offset + spacing
+    w[C_0 + i] = offset + factor * pieces[row, PIECE_C_0]
+    for j in range(1, 6):
+        w[C_0 + j * LANES + i] = factor * pieces[row, PIECE_C_0 + j]
+    ratio = w[RATIO_2 + i] * (w[SINGLE_RATIO_2 + i] if station == w[SINGLE_STATION + i] else 1.0)
+    if ratio != w[STATION_RATIO_2 + i]:
+        w[STATION_RATIO_2 + i] = ratio
+        w[RELEASE_MINUS_2 + i] = w[RELEASE_2 + i] / ratio
+        set_lines(w, i)
+
+
+@outlined
+def find_piece(w, i, pieces):
+    """Load the piece that holds the cam's angle, from any state."""
+    turn = math.floor(w[CAM + i] / TWO_PI)
+    angle = w[CAM + i] - TWO_PI * turn
+    first, low, high = int(w[LAW_FIRST + i]), 0, int(w[LAW_COUNT + i]) - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if pieces[first + middle, PIECE_LOW] <= angle:
+            low = middle
+        else:
+            high = middle - 1
+    load_piece(w, i, low, turn, pieces)
+
+
+@scalar
+def joint_guard(w, i, region, edge, deflection, rate):
+    """Guard of the joint whose EDGE row is `edge`."""
+    release, release_minus = edge + RELEASE_1 - EDGE_1 + i, edge + RELEASE_MINUS_1 - EDGE_1 + i
+    return region_guard(w[region + i], deflection, rate, w[edge + i], w[release], w[release_minus])
+
+
+@lanes
+def mark(w, features):
+    """Mark the lanes that left their piece of the law (1) or crossed an edge (2); return whether there is any."""
+    for i in range(LANES):
+        cam = w[CAM + i]
+        left = 1.0 if (cam >= w[REACH_HIGH + i]) or (cam < w[REACH_LOW + i]) else 0.0
+        broke = (cam >= w[BREAK_HIGH + i]) or (cam < w[BREAK_LOW + i])
+        w[MARK + i] = 2.0 if broke else left
+    if features & HAS_EDGES_1:
+        mark_joint(w, REGION_1, EDGE_1, DEFLECTION_1)
+    if features & HAS_EDGES_2:
+        mark_joint(w, REGION_2, EDGE_2, DEFLECTION_2)
+    if features & HAS_EDGES_3:
+        mark_joint(w, REGION_3, EDGE_3, DEFLECTION_3)
+    total = 0.0
+    for i in range(LANES):
+        total = max(total, w[MARK + i])
+    return total > 0.0
+
+
+@lanes
+def mark_joint(w, region, edge, deflection):
+    for i in range(LANES):
+        guard = joint_guard(w, i, region, edge, w[deflection + i], w[deflection + LANES + i])
+        w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
+
+
+@scalar
+def hermite(s, h, y0, v0, y1, v1):
+    """Value and rate at share s of a step of length h of the cubic with these end values and rates."""
+    difference = y1 - y0
+    a, b = h * v0 - difference, difference - h * v1
+    value = y0 + s * (difference + (1.0 - s) * (a * (1.0 - s) + b * s))
+    slope = difference + (1.0 - 2.0 * s) * (a * (1.0 - s) + b * s) + s * (1.0 - s) * (b - a)
+    return value, slope / h
+
+
+@scalar
+def joint_rows(joint):
+    """Rows of the region, the edge and the deflection of joint 0, 1 or 2."""
+    return REGION_1 + joint * LANES, EDGE_1 + joint * (EDGE_2 - EDGE_1), DEFLECTION_1 + 2 * joint * LANES
+
+
+@outlined
+def crossed(w, i, features):
+    """Whether lane i is beyond an edge of its regions or a break of its law."""
+    if w[CAM + i] >= w[BREAK_HIGH + i] or w[CAM + i] < w[BREAK_LOW + i]:
+        return True
+    for joint in range(3):
+        if features & (HAS_EDGES_1 << joint):
+            region, edge, row = joint_rows(joint)
+            if joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i]) < 0.0:
+                return True
+    return False
+
+
+@outlined
+def find_edge(w, i, h, features):
+    """The first edge that lane i crossed in its step of length h: share of the step, which edge, deflection there."""
+    first, which, at = 1.0, LAW_HIGH, 0.0
+    if w[CAM + i] >= w[BREAK_HIGH + i]:
+        first = find_angle(w, i, h, w[BREAK_HIGH + i])
+    elif w[CAM + i] < w[BREAK_LOW + i]:
+        first, which = find_angle(w, i, h, w[BREAK_LOW + i]), LAW_LOW
+    for joint in range(3):
+        if features & (HAS_EDGES_1 << joint):
+            region, edge, row = joint_rows(joint)
+            if joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i]) < 0.0:
+                share, deflection = find_joint_edge(w, i, h, region, edge, row)
+                if share < first:
+                    first, which, at = share, JOINT_1 + joint, deflection
+    return first, which, at
+
+
+@scalar
+def find_angle(w, i, h, angle):
+    """Share of the step at which the cam passes `angle`."""
+    s0, s1 = 0.0, 1.0
+    g0, g1 = w[CAM_0 + i] - angle, w[CAM + i] - angle
+    near = _NEAR * abs(g1 - g0)
+    for _ in range(_SEARCHES):
+        s = false_position(s0, g0, s1, g1)
+        g = hermite(s, h, w[CAM_0 + i], w[CAM_RATE_0 + i], w[CAM + i], w[CAM_RATE + i])[0] - angle
+        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        if abs(g) <= near:
+            return s
+    return s1
+
+
+@scalar
+def find_joint_edge(w, i, h, region, edge, row):
+    """Share of the step at which the guard of a joint runs out, and its deflection there."""
+    y0, v0, y1, v1 = (
+        w[row + DEFLECTION_1_0 - DEFLECTION_1 + i],
+        w[row + DEFLECTION_RATE_1_0 - DEFLECTION_1 + i],
+        w[row + i],
+        w[row + LANES + i],
+    )
+    s0, s1, deflection = 0.0, 1.0, y0
+    g0, g1 = joint_guard(w, i, region, edge, y0, v0), joint_guard(w, i, region, edge, y1, v1)
+    if g0 <= 0.0:
+        return s0, deflection
+    near = _NEAR * (g0 - g1)
+    for _ in range(_SEARCHES):
+        s = false_position(s0, g0, s1, g1)
+        deflection, rate = hermite(s, h, y0, v0, y1, v1)
+        g = joint_guard(w, i, region, edge, deflection, rate)
+        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        if abs(g) <= near:
+            return s, deflection
+    return s1, deflection
+
+
+@scalar
+def false_position(s0, g0, s1, g1):
+    """Next trial point of a bracketed root: the secant's, or the middle where rounding puts that outside."""
+    s = s1 - g1 * (s1 - s0) / (g1 - g0)
+    return s if s0 < s < s1 else 0.5 * (s0 + s1)
+
+
+@scalar
+def narrow(s0, g0, s1, g1, s, g):
+    """The bracket after trial (s, g); the value at the end that stays is halved (Illinois rule)."""
+    if (g < 0.0) == (g1 < 0.0):
+        return s0, 0.5 * g0, s, g
+    return s, g, s1, 0.5 * g1
+
+
+@outlined
+def cross(w, i, which, deflection, pieces):
+    """Go over the edge that was landed on: the next piece of the law, or the joint's next region."""
+    if which == LAW_HIGH:
+        load_piece(w, i, int(w[PIECE + i]) + 1, w[CAM_TURN + i], pieces)
+    elif which == LAW_LOW:
+        load_piece(w, i, int(w[PIECE + i]) - 1, w[CAM_TURN + i], pieces)
+    else:
+        region, edge, _ = joint_rows(which - JOINT_1)
+        w[region + i] = region_after(w[region + i], deflection, w[edge + i])
+        set_lines(w, i)
+
+
+@outlined
+def settle_regions(w, i):
+    """Regions of lane i from its state alone, without history."""
+    for joint in range(3):
+        edge, deflection = EDGE_1 + joint * (EDGE_2 - EDGE_1) + i, DEFLECTION_1 + 2 * joint * LANES + i
+        w[REGION_1 + joint * LANES + i] = region_of(
+            w[deflection],
+            w[deflection + LANES],
+            w[edge],
+            w[edge + RELEASE_1 - EDGE_1],
+            w[edge + RELEASE_MINUS_1 - EDGE_1],
+        )
+    set_lines(w, i)

@@ -1,0 +1,298 @@
+"""The fixed-step RK4 of a block of lanes, and `advance`, the one entry point to the compiled core."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from indexer_env.kernels.compiling import lanes, outlined, scalar
+from indexer_env.kernels.edges import (
+    cross,
+    crossed,
+    find_edge,
+    find_piece,
+    load_piece,
+    mark,
+    set_lines,
+    settle_regions,
+)
+from indexer_env.kernels.layout import *
+from indexer_env.kernels.rates import rates
+
+_INFINITY = math.inf
+
+_MOST_EDGES = 16
+"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
+taken on the present lines and the regions are set from the state reached."""
+
+
+@lanes
+def first_stage(w, low, high, model):
+    """Keep state and accelerations as the step's start, and go on to the second stage's state."""
+    first_stage_pair(w, low, high, CAM, CAM_0, CAM_ACC)
+    first_stage_pair(w, low, high, TABLE, TABLE_0, TABLE_ACC)
+    if model == MODEL_B_ON_BASE:
+        first_stage_pair(w, low, high, HOUSING, HOUSING_0, HOUSING_ACC)
+    first_stage_pair(w, low, high, MOTOR, MOTOR_0, MOTOR_ACC)
+    for i in range(low, high):
+        w[STAGE_TIME + i] = 0.5 * w[STEP + i]
+
+
+@lanes
+def first_stage_pair(w, low, high, angle, start, acc):
+    for i in range(low, high):
+        h, x, v, a = 0.5 * w[STEP + i], w[angle + i], w[angle + LANES + i], w[acc + i]
+        w[start + i], w[start + LANES + i], w[acc + CAM_ACC_0 - CAM_ACC + i] = x, v, a
+        w[angle + i] = x + h * v
+        w[angle + LANES + i] = v + h * a
+
+
+@lanes
+def stage(w, low, high, model, share, acc):
+    """State of the next stage: from the saved start with the present stage's rates and its accelerations in `acc`."""
+    stage_pair(w, low, high, share, CAM, CAM_0, acc)
+    stage_pair(w, low, high, share, TABLE, TABLE_0, acc + TABLE_ACC - CAM_ACC)
+    if model == MODEL_B_ON_BASE:
+        stage_pair(w, low, high, share, HOUSING, HOUSING_0, acc + HOUSING_ACC - CAM_ACC)
+    stage_pair(w, low, high, share, MOTOR, MOTOR_0, acc + MOTOR_ACC - CAM_ACC)
+    for i in range(low, high):
+        w[STAGE_TIME + i] = share * w[STEP + i]
+
+
+@lanes
+def stage_pair(w, low, high, share, angle, start, acc):
+    for i in range(low, high):
+        h = share * w[STEP + i]
+        w[angle + i] = w[start + i] + h * w[angle + LANES + i]
+        w[angle + LANES + i] = w[start + LANES + i] + h * w[acc + i]
+
+
+@lanes
+def finish(w, low, high, model):
+    """State at the step's end from the four stages' accelerations."""
+    finish_pair(w, low, high, CAM, CAM_0, CAM_ACC)
+    finish_pair(w, low, high, TABLE, TABLE_0, TABLE_ACC)
+    if model == MODEL_B_ON_BASE:
+        finish_pair(w, low, high, HOUSING, HOUSING_0, HOUSING_ACC)
+    finish_pair(w, low, high, MOTOR, MOTOR_0, MOTOR_ACC)
+    for i in range(low, high):
+        w[STAGE_TIME + i] = w[STEP + i]
+
+
+@lanes
+def finish_pair(w, low, high, angle, start, acc):
+    """RK4's weights (1, 2, 2, 1)/6; for the angle, whose stage rates are start + sums of accelerations, (1, 1, 1)/6."""
+    for i in range(low, high):
+        h = w[STEP + i]
+        a0, a1, a2 = (
+            w[acc + CAM_ACC_0 - CAM_ACC + i],
+            w[acc + CAM_ACC_1 - CAM_ACC + i],
+            w[acc + CAM_ACC_2 - CAM_ACC + i],
+        )
+        inner = a1 + a2
+        w[angle + i] = w[start + i] + h * (w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + inner))
+        w[angle + LANES + i] = w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + 2.0 * inner + w[acc + i])
+
+
+@lanes
+def rk4(w, low, high, model, features):
+    """One step of classical RK4 over w[STEP] from the present state, whose accelerations are at hand."""
+    first_stage(w, low, high, model)
+    rates(w, low, high, model, features, CAM_ACC_1, False)
+    stage(w, low, high, model, 0.5, CAM_ACC_1)
+    rates(w, low, high, model, features, CAM_ACC_2, False)
+    stage(w, low, high, model, 1.0, CAM_ACC_2)
+    rates(w, low, high, model, features, CAM_ACC, False)
+    finish(w, low, high, model)
+
+
+@outlined
+def one_lane_rates(w, i, model, features):
+    rates(w, i, i + 1, model, features, CAM_ACC, True)
+
+
+@outlined
+def one_lane_step(w, i, step, model, features):
+    """Take lane i alone over a step of its own length."""
+    w[STEP + i] = step
+    rk4(w, i, i + 1, model, features)
+
+
+@outlined
+def restore_start(w, i):
+    """Put lane i back to the start of its step."""
+    for row in range(8):
+        w[CAM + row * LANES + i] = w[CAM_0 + row * LANES + i]
+    for row in range(4):
+        w[CAM_ACC + row * LANES + i] = w[CAM_ACC_0 + row * LANES + i]
+
+
+@outlined
+def mend(w, i, model, features, pieces):
+    """Repeat the step of a lane that crossed edges, landing on each of them."""
+    whole = rest = w[STEP + i]
+    for _ in range(_MOST_EDGES):
+        share, which, deflection = find_edge(w, i, rest, features)
+        restore_start(w, i)
+        one_lane_step(w, i, share * rest, model, features)
+        cross(w, i, which, deflection, pieces)
+        one_lane_rates(w, i, model, features)
+        rest -= share * rest
+        one_lane_step(w, i, rest, model, features)
+        one_lane_rates(w, i, model, features)
+        if not crossed(w, i, features):
+            break
+    else:
+        settle_regions(w, i)
+        find_piece(w, i, pieces)
+        one_lane_rates(w, i, model, features)
+    w[STEP + i] = whole
+
+
+@outlined
+def follow_pieces(w, i, pieces):
+    """Load the law's piece that the cam has reached. Smooth junctions need no landing and no new rates: the two
+    polynomials agree there far below the step's error."""
+    while w[CAM + i] >= w[REACH_HIGH + i]:
+        load_piece(w, i, int(w[PIECE + i]) + 1, w[CAM_TURN + i], pieces)
+    while w[CAM + i] < w[REACH_LOW + i]:
+        load_piece(w, i, int(w[PIECE + i]) - 1, w[CAM_TURN + i], pieces)
+
+
+@scalar
+def largest_deflection(w, i):
+    return max(max(abs(w[DEFLECTION_1 + i]), abs(w[DEFLECTION_2 + i])), abs(w[DEFLECTION_3 + i]))
+
+
+@lanes
+def any_fault(w, limit):
+    """Whether a lane has left the physical range or is no longer finite (NaN fails every comparison)."""
+    good = 0
+    for i in range(LANES):
+        sound = (
+            (largest_deflection(w, i) <= limit)
+            & (abs(w[TABLE_ACC + i]) < _INFINITY)
+            & (abs(w[CAM_ACC + i]) < _INFINITY)
+            & (abs(w[HOUSING_ACC + i]) < _INFINITY)
+            & (abs(w[MOTOR_RATE + i]) < _INFINITY)
+        )
+        good += 1 if sound else 0
+    return good < LANES
+
+
+@outlined
+def stop_faulty(w, block, width, limit, status, status_time):
+    """Give the lanes that left the physical range their status and time, and let them stand still."""
+    for i in range(width):
+        if status[block + i] != RUNNING:
+            continue
+        total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
+        total += abs(w[DEFLECTION_1 + i]) + abs(w[DEFLECTION_2 + i]) + abs(w[DEFLECTION_3 + i])
+        if not math.isfinite(total):
+            status[block + i] = NOT_FINITE
+        elif largest_deflection(w, i) > limit:
+            status[block + i] = OUT_OF_RANGE
+        if status[block + i] != RUNNING:
+            status_time[block + i] = w[TIME + i]
+            w[STEP + i] = 0.0
+
+
+@outlined
+def load_block(w, first, states, coefficients, pieces, steps, n_steps, model, features):
+    """Fill the workspace from items first … first + LANES - 1; lanes beyond the last item repeat it and stand still."""
+    last = states.shape[0] - 1
+    for i in range(LANES):
+        item = min(first + i, last)
+        for row in range(STATE_ROWS):
+            w[row * LANES + i] = states[item, row]
+        for row in range(COEFFICIENT_ROWS):
+            w[(STATE_ROWS + row) * LANES + i] = coefficients[item, row]
+        w[MESH_FACTOR + i] = 1.0
+        for row in range(DRIVE_EXTRA, MESH_FACTOR, LANES):
+            w[row + i] = 0.0
+        w[STATION_RATIO_2 + i] = -1.0
+        w[STEP + i] = steps[item] if first + i <= last and n_steps[item] > 0 else 0.0
+        if w[PIECE + i] < 0.0:
+            find_piece(w, i, pieces)
+        else:
+            load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
+        set_lines(w, i)
+    rates(w, 0, LANES, model, features, CAM_ACC, True)
+    for i in range(LANES):
+        if states[min(first + i, last), REGION_1 // LANES] > 1.0:
+            settle_regions(w, i)
+    rates(w, 0, LANES, model, features, CAM_ACC, True)
+
+
+def entry(fingerprint: str):
+    """The compiled entry point; `fingerprint` stands for all kernel sources in the key of numba's cache."""
+
+    @njit(error_model="numpy", nogil=True, cache=True)
+    def advance(
+        first,
+        stop,
+        model,
+        features,
+        states,
+        coefficients,
+        pieces,
+        n_steps,
+        steps,
+        last_steps,
+        every,
+        rows,
+        limit,
+        out,
+        status,
+        status_time,
+    ):
+        """Advance items first … stop-1 in place.
+
+        states (n, STATE_ROWS) and coefficients (n, COEFFICIENT_ROWS) in layout's order; a state with piece < 0 or
+        region_1 > 1 gets both from its angles. n_steps (n,) whole steps of steps (n,) [s], then one of last_steps (n,).
+        Every `every` steps the workspace rows `rows` (c,) go to out (n, c, samples) until it is full. status (n,) tells
+        RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,) when; such a lane stops.
+        """
+        w = np.zeros(WORKSPACE)
+        samples = out.shape[2]
+        for block in range(first, stop, LANES):
+            width = min(LANES, stop - block)
+            load_block(w, block, states, coefficients, pieces, steps, n_steps, model, features)
+            shortest = longest = n_steps[block]
+            for item in range(block, block + width):
+                shortest, longest = min(shortest, n_steps[item]), max(longest, n_steps[item])
+            for step in range(longest + 1):
+                if step % every == 0:
+                    sample = step // every
+                    if any_fault(w, limit):
+                        stop_faulty(w, block, width, limit, status, status_time)
+                    if sample < samples:
+                        for c in range(rows.shape[0]):
+                            for i in range(width):
+                                out[block + i, c, sample] = w[rows[c] + i]
+                if step >= shortest:
+                    for i in range(width):
+                        item = block + i
+                        if step == n_steps[item] and status[item] == RUNNING:
+                            w[STEP + i] = last_steps[item]
+                        elif step > n_steps[item]:
+                            w[STEP + i] = 0.0
+                rk4(w, 0, LANES, model, features)
+                rates(w, 0, LANES, model, features, CAM_ACC, True)
+                if mark(w, features):
+                    for i in range(width):
+                        if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
+                            mend(w, i, model, features, pieces)
+                        if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
+                            follow_pieces(w, i, pieces)
+                for i in range(LANES):
+                    w[TIME + i] += w[STEP + i]
+                    w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * w[STEP + i]
+            for i in range(width):
+                for row in range(STATE_ROWS):
+                    states[block + i, row] = w[row * LANES + i]
+        return fingerprint
+
+    return advance

@@ -1,0 +1,170 @@
+"""Accelerations of lanes `low`..`high` of a block from their stage state, with every joint on its present line.
+
+Effects first add what they add to the drive side, the law and the load (each costs one comparison when it is off for
+the whole call); then one loop over the lanes evaluates the machine without a branch.
+"""
+
+from __future__ import annotations
+
+import math
+
+from indexer_env.kernels.compiling import lanes
+from indexer_env.kernels.dynamics import (
+    cam_acceleration,
+    cam_and_housing_acceleration,
+    follower_law,
+    table_acceleration,
+)
+from indexer_env.kernels.effects import bump, friction_torque, harmonic, mesh_factor, slip_acceleration
+from indexer_env.kernels.joints import line_torque
+from indexer_env.kernels.layout import *
+
+TWO_PI = 2.0 * math.pi
+
+
+@lanes
+def rates(w, low, high, model, features, acc, keep):
+    """Accelerations of the lanes into the four rows from `acc` on; with `keep` deflections and torques into theirs.
+
+    Model A's cam has no acceleration of its own: it follows the drive side.
+    """
+    if features & USES_ANY_EFFECT:
+        drive_extras(w, low, high, features)
+        load_extras(w, low, high, features)
+    if model == MODEL_A:
+        for i in range(low, high):
+            w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
+            w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i]
+    if features & (USES_BUMP | USES_PROCESS):
+        cam_phase_extras(w, low, high, features)
+    table_acc, cam_acc, housing_acc = acc + TABLE_ACC - CAM_ACC, acc, acc + HOUSING_ACC - CAM_ACC
+    if model == MODEL_B_ON_BASE:
+        for i in range(low, high):
+            b1, b2, M1, M2 = joints(w, i, w[HOUSING + i], w[HOUSING_RATE + i], keep)
+            M3 = line_torque(
+                w[LINE_K_3 + i],
+                w[LINE_OFFSET_3 + i],
+                w[LINE_R_3 + i],
+                w[HOUSING + i],
+                w[HOUSING_RATE + i],
+                0.0,
+            )
+            if keep:
+                keep_deflection(w, i, DEFLECTION_3, w[HOUSING + i], w[HOUSING_RATE + i])
+                w[TORQUE_3 + i] = M3
+            w[table_acc + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            w[cam_acc + i], w[housing_acc + i] = cam_and_housing_acceleration(
+                w[J_CAM + i], w[J_FOLLOWER + i], w[J_HOUSING + i], b1, b2, w[CAM_RATE + i], M1, M2, M3
+            )
+    else:
+        for i in range(low, high):
+            b1, b2, M1, M2 = joints(w, i, 0.0, 0.0, keep)
+            w[table_acc + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            if model == MODEL_B:
+                w[cam_acc + i] = cam_acceleration(
+                    w[J_CAM + i], w[J_FOLLOWER + i], b1, b2, w[CAM_RATE + i], M1, M2
+                )
+    motor(w, low, high, features, acc + MOTOR_ACC - CAM_ACC)
+
+
+@lanes
+def joints(w, i, housing, housing_rate, keep):
+    """β', β'', M1, M2 of one lane; `keep` puts δ1 = τγ - α, δ2 = φ - β - θ, their rates and torques into the workspace."""
+    b0, b1, b2 = follower_law(
+        w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
+    )
+    b0, b1, b2 = b0 + w[BETA_EXTRA + i], b1 + w[BETA_1_EXTRA + i], b2 + w[BETA_2_EXTRA + i]
+    d1 = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i] - w[CAM + i]
+    v1 = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i] - w[CAM_RATE + i]
+    d2 = w[TABLE + i] - b0 - housing
+    v2 = w[TABLE_RATE + i] - b1 * w[CAM_RATE + i] - housing_rate
+    M1 = w[MESH_FACTOR + i] * line_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1, 0.0)
+    M2 = line_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, v2, w[LINE_CUBIC_2 + i])
+    w[TORQUE_1 + i] = M1
+    if keep:
+        keep_deflection(w, i, DEFLECTION_1, d1, v1)
+        keep_deflection(w, i, DEFLECTION_2, d2, v2)
+        w[TORQUE_2 + i] = M2
+    return b1, b2, M1, M2
+
+
+@lanes
+def keep_deflection(w, i, row, deflection, rate):
+    """A joint's deflection and rate at the present state; those of the step's start move to the rows that hold them."""
+    w[row + DEFLECTION_1_0 - DEFLECTION_1 + i], w[row + DEFLECTION_RATE_1_0 - DEFLECTION_1 + i] = (
+        w[row + i],
+        w[row + LANES + i],
+    )
+    w[row + i], w[row + LANES + i] = deflection, rate
+
+
+@lanes
+def drive_extras(w, low, high, features):
+    """What ripples on the reducer's output, and the factor of its mesh."""
+    for i in range(low, high):
+        w[DRIVE_EXTRA + i] = 0.0
+        w[DRIVE_RATE_EXTRA + i] = 0.0
+    if features & USES_RIPPLE:
+        add_harmonic(w, low, high, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE)
+    if features & USES_TRANSMISSION:
+        add_harmonic(w, low, high, TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE)
+    if features & USES_MESH:
+        for i in range(low, high):
+            w[MESH_FACTOR + i] = mesh_factor(
+                w[MOTOR + i], w[MESH_DEPTH + i], w[MESH_ORDER + i], w[MESH_PHASE + i]
+            )
+
+
+@lanes
+def add_harmonic(w, low, high, amplitude, order, phase):
+    for i in range(low, high):
+        angle, rate = harmonic(w[MOTOR + i], w[MOTOR_RATE + i], w[amplitude + i], w[order + i], w[phase + i])
+        w[DRIVE_EXTRA + i] += angle
+        w[DRIVE_RATE_EXTRA + i] += rate
+
+
+@lanes
+def load_extras(w, low, high, features):
+    """What opposes the table beside joint 2 and the constant load: friction and gravity."""
+    for i in range(low, high):
+        w[LOAD_EXTRA + i] = 0.0
+    if features & USES_FRICTION:
+        for i in range(low, high):
+            w[LOAD_EXTRA + i] += friction_torque(
+                w[TABLE_RATE + i], w[COULOMB_TORQUE + i], w[COULOMB_SPEED + i], w[VISCOUS + i],
+                w[STRIBECK_TORQUE + i], w[STRIBECK_SPEED + i], w[STRIBECK_SMOOTHING + i],
+            )  # fmt: skip
+    if features & USES_IMBALANCE:
+        for i in range(low, high):
+            w[LOAD_EXTRA + i] += w[IMBALANCE_TORQUE + i] * math.sin(w[TABLE + i] + w[IMBALANCE_PHASE + i])
+
+
+@lanes
+def cam_phase_extras(w, low, high, features):
+    """What depends on the cam's phase: the process torque, and the bump on the cam's profile."""
+    if features & USES_PROCESS:
+        for i in range(low, high):
+            height, _, _ = bump(w[CAM + i] / TWO_PI, w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])
+            w[LOAD_EXTRA + i] += w[PROCESS_TORQUE + i] * height
+    if features & USES_BUMP:
+        for i in range(low, high):
+            height, scale = w[BUMP_HEIGHT + i], 1.0 / (TWO_PI * w[BUMP_HALF_WIDTH + i])
+            y0, y1, y2 = bump(w[CAM + i] / TWO_PI, w[BUMP_CENTRE + i], w[BUMP_HALF_WIDTH + i])
+            w[BETA_EXTRA + i] = height * y0
+            w[BETA_1_EXTRA + i] = height * scale * y1
+            w[BETA_2_EXTRA + i] = height * scale * scale * y2
+
+
+@lanes
+def motor(w, low, high, features, motor_acc):
+    """Motor on its commanded ramp, or slipping under its share of the input joint's torque."""
+    if features & USES_SLIP:
+        for i in range(low, high):
+            command = w[COMMAND + i] + w[MOTOR_ACCELERATION + i] * w[STAGE_TIME + i]
+            reaction = w[REDUCTION + i] * w[TORQUE_1 + i]
+            w[motor_acc + i] = slip_acceleration(
+                command, w[MOTOR_RATE + i], w[SLIP_COMPLIANCE + i], reaction, w[J_MOTOR + i]
+            )
+    else:
+        for i in range(low, high):
+            w[motor_acc + i] = w[MOTOR_ACCELERATION + i]

@@ -1,0 +1,119 @@
+"""The linearised machine: natural frequencies by cam angle, and what step resolves the fastest of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.kernels import layout
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+
+LARGEST_PHASE_STEP = 0.25
+"""h ω of the fastest mode may not exceed this [rad]: 25 steps a period, where RK4's phase error is 3e-5 rad a period."""
+
+LARGEST_DECAY_STEP = 1.0
+"""h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of the linearised machine.
+
+    Attributes
+    ----------
+    cam_angle : ndarray (n,)
+        [rad].
+    frequency_hz : ndarray (n, d)
+        Undamped natural frequencies [Hz], ascending; d = 1, 2 or 3 with the model.
+    damping_ratio : ndarray (n, d)
+        Damping ratio of each mode [-], from the mode's own damping (exact for light damping).
+    """
+
+    cam_angle: np.ndarray
+    frequency_hz: np.ndarray
+    damping_ratio: np.ndarray
+
+
+def natural_frequencies(
+    machine: Machine,
+    cam_angle: float | np.ndarray = 0.0,
+    operating_point: OperatingPoint | None = None,
+) -> Modes:
+    """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank.
+
+    M q̈ + R q̇ + K q = 0 in q = (α, φ, θ) with δ1 = -α, δ2 = φ - β'α - θ, δ3 = θ::
+
+        M = [[J_C + J_F β'², 0, J_F β'], [0, J_t, 0], [J_F β', 0, J_F + J_b]],   K = Σ k_j v_j v_jᵀ,   v_j = ∂δ_j/∂q
+
+    Parameters
+    ----------
+    machine : Machine
+    cam_angle : float or ndarray (n,)
+        [rad]; β' of the law at these angles enters, effects on the law do not.
+    operating_point : OperatingPoint, optional
+        Only checked effects depend on it; the reference one where not given.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    ParameterError
+        An effect that does not fit the machine.
+    """
+    angles = np.atleast_1d(np.asarray(cam_angle, dtype=float))
+    item = coefficients(machine, operating_point or OperatingPoint())
+    _, slope, _ = machine.motion_law.evaluate(angles, machine.stations, machine.motion_share)
+    inertia, damping, stiffness = _matrices(item, np.asarray(slope))
+    squares, shapes = (np.real(part) for part in np.linalg.eig(np.linalg.solve(inertia, stiffness)))
+    order = np.argsort(squares, axis=-1)
+    squares = np.take_along_axis(squares, order, axis=-1)
+    shapes = np.take_along_axis(shapes, order[:, None, :], axis=-1)
+    omega = np.sqrt(squares)
+    modal_damping = np.einsum("nij,nik,nkj->nj", shapes, damping, shapes)
+    modal_inertia = np.einsum("nij,nik,nkj->nj", shapes, inertia, shapes)
+    return Modes(angles, omega / (2.0 * math.pi), modal_damping / (2.0 * omega * modal_inertia))
+
+
+def _matrices(item: Coefficients, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, R, K (n, d, d) at the law's slopes β' (n,), reduced to the model's coordinates."""
+    n, one, zero = len(slope), np.ones_like(slope), np.zeros_like(slope)
+    gradients = (
+        np.stack([-one, zero, zero], axis=-1),
+        np.stack([-slope, one, -one], axis=-1),
+        np.stack([zero, zero, one], axis=-1),
+    )
+    inertia, damping, stiffness = np.zeros((n, 3, 3)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
+    inertia[:, 0, 0] = item["cam_inertia"] + item["follower_inertia"] * slope**2
+    inertia[:, 0, 2] = inertia[:, 2, 0] = item["follower_inertia"] * slope
+    inertia[:, 1, 1] = item["table_inertia"]
+    inertia[:, 2, 2] = item["follower_inertia"] + item["housing_inertia"]
+    for number, gradient in enumerate(gradients, start=1):
+        square = gradient[:, :, None] * gradient[:, None, :]
+        damping += item[f"damping_{number}"] * square
+        stiffness += item[f"stiffness_{number}"] * square
+    kept = {layout.MODEL_A: [1], layout.MODEL_B: [0, 1], layout.MODEL_B_ON_BASE: [0, 1, 2]}[item.model]
+    index = np.ix_(range(n), kept, kept)
+    return inertia[index], damping[index], stiffness[index]
+
+
+def largest_step(item: Coefficients) -> float:
+    """The largest step [s] that resolves the fastest mode and the fastest decay of an item, dwell and steepest law."""
+    slope = np.array([0.0, item.law.steepest])
+    inertia, damping, stiffness = _matrices(item, slope)
+    omega = math.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(inertia, stiffness))).max())
+    decay = np.abs(np.linalg.eigvals(np.linalg.solve(inertia, damping))).max()
+    friction = (
+        item["coulomb_torque"] / item["coulomb_speed"]
+        + item["viscous"]
+        + item["stribeck_torque"] / item["stribeck_smoothing"]
+    )
+    decay = max(decay, friction / item["table_inertia"])
+    if item.features & layout.USES_SLIP:
+        decay = max(decay, 1.0 / (item["slip_compliance"] * item["motor_inertia"]))
+    return min(LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay if decay > 0.0 else math.inf)

@@ -1,0 +1,81 @@
+"""Laws given by one normalised rise: dwell, scaling and pieces, once for all of them."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from indexer_env.errors import refuse
+from indexer_env.motion_law.base import MotionLaw, Values, check_use, split_turns
+from indexer_env.motion_law.pieces import LawPieces, quintic_hermite
+
+# A multiple of 8, so that junctions at eighths of the motion fall on edges. With 256 the quintics follow the
+# most curved rise to a few 1e-9 of its peak acceleration, the order of what rounding leaves.
+PIECES_PER_MOTION = 256
+
+
+class RiseLaw(MotionLaw):
+    """A rise y(s) with y(1 - s) = 1 - y(s) during the first share f of each cam turn, then dwell.
+
+    A subclass gives the first half only; the mirror makes closing and symmetry exact in floating point.
+    """
+
+    junctions: ClassVar[tuple[float, ...]] = ()  # inner s where the formula changes, eighths
+
+    @abstractmethod
+    def _first_half(self, s: Values) -> tuple[Values, Values, Values, Values]:
+        """y, v, a, j for 0 <= s <= 1/2."""
+
+    def rise(self, s: ArrayLike) -> tuple[Values, Values, Values, Values]:
+        """Height, velocity, acceleration and jerk of the normalised rise, each shaped like s in [0, 1].
+
+        The jerk at s = 0 and s = 1 is that of the motion; in the dwell it is zero. Raises `ParameterError`
+        for s outside [0, 1].
+        """
+        time = np.asarray(s, dtype=np.float64)
+        inside = (time >= 0.0) & (time <= 1.0)
+        if not inside.all():
+            raise refuse(
+                type(self).__name__, "s", "within [0, 1] of the motion", float(time[~inside].flat[0])
+            )
+        return self._mirrored(time)
+
+    def _mirrored(self, s: Values) -> tuple[Values, Values, Values, Values]:
+        late = s > 0.5
+        y, v, a, j = self._first_half(np.where(late, 1.0 - s, s))
+        return np.where(late, 1.0 - y, y)[()], v[()], np.where(late, -a, a)[()], j[()]
+
+    def evaluate(
+        self, cam_angle: ArrayLike, stations: int, motion_share: float
+    ) -> tuple[Values, Values, Values]:
+        check_use(type(self).__name__, stations, motion_share)
+        whole, phase = split_turns(type(self).__name__, cam_angle)
+        y, v, a, _ = self._mirrored(np.minimum(phase / motion_share, 1.0))
+        advance = 2.0 * math.pi / stations
+        per_rad = 1.0 / (2.0 * math.pi * motion_share)
+        return advance * (whole + y), advance * per_rad * v, advance * per_rad**2 * a
+
+    def pieces(self, stations: int, motion_share: float) -> LawPieces:
+        check_use(type(self).__name__, stations, motion_share)
+        return _pieces(self, stations, motion_share)
+
+
+@lru_cache(maxsize=1024)
+def _pieces(law: RiseLaw, stations: int, motion_share: float) -> LawPieces:
+    s = np.arange(PIECES_PER_MOTION + 1) / PIECES_PER_MOTION
+    y, v, a, _ = law.rise(s)
+    advance = 2.0 * math.pi / stations
+    per_turn = motion_share ** -np.arange(6.0)  # du = f ds
+    coefficients = advance * per_turn * quintic_hermite(1.0 / PIECES_PER_MOTION, y, v, a)
+    edges = motion_share * s
+    breaks = np.isin(s, (0.0, *law.junctions, 1.0))
+    if motion_share < 1.0:
+        coefficients = np.vstack([coefficients, [advance, 0.0, 0.0, 0.0, 0.0, 0.0]])
+        edges = np.append(edges, 1.0)
+        breaks = np.append(breaks, True)
+    return LawPieces(edges, coefficients, breaks)

@@ -1,0 +1,63 @@
+"""Where the YAML presets live, and how to load one by name or path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from indexer_env.build import from_mapping
+from indexer_env.checks import did_you_mean
+from indexer_env.errors import ParameterError
+from indexer_env.machine import Machine, machine_from_mapping
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+
+
+def config_dir() -> Path:
+    """The folder of YAML files: `indexer_env/conf` inside an installed wheel, `conf` beside it in a checkout."""
+    inside = Path(__file__).parent / "conf"
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "conf"
+
+
+def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
+    """Read a preset of a group (`machine`, `operating_point`, `sensor`) by name, or a YAML file by path.
+
+    Raises
+    ------
+    ParameterError
+        No such preset or file, or not a YAML mapping.
+    """
+    import yaml
+
+    folder = config_dir() / group
+    text = str(name_or_path)
+    path = Path(text) if text.endswith((".yaml", ".yml")) else folder / f"{text}.yaml"
+    if not path.is_file():
+        names = sorted(preset.stem for preset in folder.glob("*.yaml"))
+        hint = did_you_mean(text, names) or "the presets are " + ", ".join(names)
+        raise ParameterError(f"There is no {group} preset or YAML file {text!r}; {hint}.")
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        where = str(error).replace("\n", " ")
+        raise ParameterError(f"{path} is not readable YAML: {where}.") from error
+    if not isinstance(content, dict):
+        raise ParameterError(
+            f"{path} must hold a mapping of parameters to values, got {type(content).__name__}."
+        )
+    return content
+
+
+def load_machine(name_or_path: str | Path = "reference") -> Machine:
+    """A machine preset by name (`conf/machine`) or a YAML file by path."""
+    return machine_from_mapping(load_yaml("machine", name_or_path))
+
+
+def load_operating_point(name_or_path: str | Path = "reference") -> OperatingPoint:
+    """An operating point preset by name (`conf/operating_point`) or a YAML file by path."""
+    return from_mapping(OperatingPoint, load_yaml("operating_point", name_or_path))
+
+
+def load_sensor(name_or_path: str | Path = "ideal") -> Sensor:
+    """A sensor preset by name (`conf/sensor`) or a YAML file by path."""
+    return from_mapping(Sensor, load_yaml("sensor", name_or_path))

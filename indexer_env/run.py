@@ -1,0 +1,58 @@
+"""How to simulate and record: one object for the whole run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from indexer_env.checks import check_integer, check_number
+from indexer_env.trajectory import check_channels
+
+
+@dataclass(frozen=True)
+class Run:
+    """How to simulate and record.
+
+    Attributes
+    ----------
+    sample_rate : float
+        [Hz], > 0.
+    samples : int or None
+        Samples of the record; None is one table turn at the commanded speed, rounded.
+    step : float
+        Largest step of the integrator [s]; the step used is the sampling interval over a whole number.
+    warmup_turns : int
+        Bound on the table turns run before the record, >= 0. Every contact re-made at random by play keeps turns from
+        agreeing; the linear transient is gone by then (two turns are 46 time constants of the reference machine's
+        slowest mode).
+    warmup_tolerance : float
+        A turn is recorded once its last cam turn agrees with that of the turn before to this relative rms difference of
+        φ̈ [-], > 0: the state then repeats, so the turn is free of the start's transient from its first sample.
+    channels : tuple of str
+        Quantities to record, of `trajectory.CHANNELS`.
+    """
+
+    sample_rate: float = 1000.0
+    samples: int | None = None
+    step: float = 0.25e-3
+    warmup_turns: int = 2
+    warmup_tolerance: float = 1e-6
+    channels: tuple[str, ...] = ("table_acceleration",)
+
+    def __post_init__(self) -> None:
+        check_number("Run", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
+        if self.samples is not None:
+            check_integer("Run", "samples", self.samples, low=1)
+        check_number("Run", "step", self.step, low=0.0, low_open=True, unit="s")
+        check_integer("Run", "warmup_turns", self.warmup_turns, low=0, high=1000)
+        check_number("Run", "warmup_tolerance", self.warmup_tolerance, low=0.0, low_open=True)
+        check_channels("Run", self.channels)
+
+    @property
+    def steps_per_sample(self) -> int:
+        """Integrator steps per sampling interval."""
+        return max(1, math.ceil(1.0 / (self.sample_rate * self.step) - 1e-9))
+
+    def samples_of(self, turn_duration: float) -> int:
+        """Samples of the record of a machine whose turn takes so long."""
+        return self.samples or max(1, round(turn_duration * self.sample_rate))

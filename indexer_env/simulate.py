@@ -1,0 +1,152 @@
+"""Simulate one machine or a batch: warm-up by criterion, one record each, the faulty ones apart.
+
+`simulate` raises where `simulate_batch` rejects the item, with the same sentence. An item's numbers do not depend on its
+batch: the kernel's lanes are independent, and only items of the same model and features share a call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.machine import Machine
+from indexer_env.modes import LARGEST_PHASE_STEP, largest_step
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.run import Run
+from indexer_env.trajectory import Batch, Trajectory, WarmupReport
+from indexer_env.turns import TurnGroup
+
+__all__ = ["Run", "simulate", "simulate_batch"]
+
+_GROUP = 512
+"""Items run at once: enough for all cores, few enough that two turns of each take less than 100 MB."""
+
+
+def simulate(
+    machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None
+) -> Trajectory:
+    """Simulate one machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    operating_point : OperatingPoint, optional
+        The reference one where not given.
+    run : Run, optional
+        One turn at 1 kHz after warm-up where not given.
+
+    Returns
+    -------
+    Trajectory
+        Channels (n,) in SI units and radians; the record begins at cam angle `start_angle` of a table turn.
+
+    Raises
+    ------
+    ParameterError
+        An effect that does not fit the machine, or a step that cannot resolve its fastest mode.
+    SimulationError
+        The run became non-finite or left the physical range; names machine, time and state.
+    """
+    run = run or Run()
+    batch = _run_batch([machine], [operating_point or OperatingPoint()], run, None, reject=False)
+    channels = {name: values[0] for name, values in batch.channels.items()}
+    report = WarmupReport(
+        int(batch.warmup_turns[0]), bool(batch.settled[0]), float(batch.warmup_difference[0])
+    )
+    return Trajectory(run.sample_rate, channels, report)
+
+
+def simulate_batch(
+    machines: Sequence[Machine],
+    operating_points: Sequence[OperatingPoint] | OperatingPoint | None = None,
+    run: Run | None = None,
+    *,
+    threads: int | None = None,
+) -> Batch:
+    """Simulate many machines at once, each with its own parameters, effects and operating point.
+
+    Parameters
+    ----------
+    machines : sequence of Machine
+    operating_points : sequence of OperatingPoint, or one for all
+        The reference one where not given.
+    run : Run, optional
+        `run.samples` must be given where the turns' durations differ.
+    threads : int, optional
+        All cores where not given; the results do not depend on it.
+
+    Returns
+    -------
+    Batch
+        Channels (n_items, n_samples); items that could not be run are in `rejected` with their reason.
+
+    Raises
+    ------
+    ParameterError
+        Numbers of machines and operating points differ, or the records would differ in length.
+    """
+    run = run or Run()
+    points = operating_points if operating_points is not None else OperatingPoint()
+    if isinstance(points, OperatingPoint):
+        points = [points] * len(machines)
+    if len(points) != len(machines):
+        raise ParameterError(
+            f"simulate_batch needs one operating point per machine or one for all, got {len(points)} for "
+            f"{len(machines)} machines."
+        )
+    return _run_batch(machines, points, run, threads, reject=True)
+
+
+def _run_batch(
+    machines: Sequence[Machine],
+    points: Sequence[OperatingPoint],
+    run: Run,
+    threads: int | None,
+    *,
+    reject: bool,
+) -> Batch:
+    n = len(machines)
+    lengths = {
+        run.samples_of(machine.turn_duration(point)) for machine, point in zip(machines, points, strict=True)
+    }
+    if len(lengths) > 1:
+        raise ParameterError(
+            f"Run.samples must be given where turns differ in length, got turns of {min(lengths)} to {max(lengths)} samples."
+        )
+    samples = lengths.pop() if lengths else 0
+    batch = Batch(
+        run.sample_rate,
+        {name: np.full((n, samples), np.nan) for name in run.channels},
+        np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
+    )  # fmt: skip
+    groups: dict[tuple[int, int], list[tuple[int, Coefficients]]] = {}
+    for index, (machine, point) in enumerate(zip(machines, points, strict=True)):
+        try:
+            item = coefficients(machine, point)
+            _check_step(machine, item, run)
+        except ParameterError as error:
+            if not reject:
+                raise
+            batch.rejected[index] = str(error)
+            continue
+        groups.setdefault((item.model, item.features), []).append((index, item))
+    for members in groups.values():
+        for first in range(0, len(members), _GROUP):
+            TurnGroup(members[first : first + _GROUP], machines, points, run, samples, threads).run_into(
+                batch
+            )
+    if batch.rejected and not reject:
+        raise SimulationError(batch.rejected[0])
+    return batch
+
+
+def _check_step(machine: Machine, item: Coefficients, run: Run) -> None:
+    step, largest = 1.0 / (run.sample_rate * run.steps_per_sample), largest_step(item)
+    if step > largest:
+        raise ParameterError(
+            f"Run.step must be <= {largest:.3g} s to resolve the fastest mode of {machine.name} "
+            f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {step:.3g} s; set step to {0.9 * largest:.2g}."
+        )

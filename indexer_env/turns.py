@@ -1,0 +1,175 @@
+"""Turn after turn: a group of items is run until each record is free of the start's transient, or a bound is reached."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from indexer_env.coefficients import Coefficients, Pack, pack
+from indexer_env.engine import LARGEST_DEFLECTION, advance
+from indexer_env.kernels import layout
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.run import Run
+from indexer_env.trajectory import Batch
+
+_ROWS = {
+    "cam_angle": layout.CAM, "cam_rate": layout.CAM_RATE, "table_angle": layout.TABLE, "table_rate": layout.TABLE_RATE,
+    "housing_angle": layout.HOUSING, "housing_rate": layout.HOUSING_RATE,
+    "motor_angle": layout.MOTOR, "motor_rate": layout.MOTOR_RATE,
+    "cam_acceleration": layout.CAM_ACC, "table_acceleration": layout.TABLE_ACC,
+    "housing_acceleration": layout.HOUSING_ACC, "motor_acceleration": layout.MOTOR_ACC,
+    "deflection_1": layout.DEFLECTION_1, "deflection_2": layout.DEFLECTION_2, "deflection_3": layout.DEFLECTION_3,
+    "deflection_rate_1": layout.DEFLECTION_RATE_1, "deflection_rate_2": layout.DEFLECTION_RATE_2,
+    "deflection_rate_3": layout.DEFLECTION_RATE_3,
+    "torque_1": layout.TORQUE_1, "torque_2": layout.TORQUE_2, "torque_3": layout.TORQUE_3,
+    "region_1": layout.REGION_1, "region_2": layout.REGION_2, "region_3": layout.REGION_3,
+}  # fmt: skip
+
+_CAM = layout.STATE_NAMES.index("cam_angle")
+
+
+class TurnGroup:
+    """Items of one model and features, run turn after turn until their records are settled or the bound is reached."""
+
+    def __init__(
+        self,
+        members: Sequence[tuple[int, Coefficients]],
+        machines: Sequence[Machine],
+        points: Sequence[OperatingPoint],
+        run: Run,
+        samples: int,
+        threads: int | None,
+    ) -> None:
+        self.machines, self.run, self.samples, self.threads = machines, run, samples, threads
+        self.items = np.array([index for index, _ in members])
+        self.durations = np.array([machines[index].turn_duration(points[index]) for index in self.items])
+        self.pack = pack([item for _, item in members], [points[index] for index in self.items])
+        self.stations = np.array([machines[index].stations for index in self.items])
+        self.start_angles = np.array([points[index].start_angle for index in self.items])
+        self.difference = np.full(len(self.items), np.nan)
+        self.every = run.steps_per_sample
+        self.step = 1.0 / (run.sample_rate * self.every)
+        self.names = tuple(dict.fromkeys((*run.channels, "table_acceleration")))
+        self.judge = self.names.index("table_acceleration")
+
+    def run_into(self, batch: Batch) -> None:
+        """Fill the batch's rows of these items."""
+        previous: np.ndarray | None = None
+        slipping = bool(self.pack.features & layout.USES_SLIP)
+        # a slipping motor's first turn only serves to learn how long a turn takes it
+        bound = self.run.warmup_turns + (1 if slipping and self.run.warmup_turns > 0 else 0)
+        for turn in range(bound + 1):
+            last = turn == bound
+            start = self.pack.states.copy()
+            out, sound, lengths = self._turn(batch, whole=not last)
+            if previous is not None:
+                judged = lengths >= self._turn_samples() - 1
+                change = _differences(previous, out[:, self.judge], lengths, self.stations)
+                self.difference = np.where(judged, change, self.difference)
+            settled = self.difference <= self.run.warmup_tolerance
+            done = sound & (settled | last)
+            if done.any():
+                record = out[done]
+                if not last and self.samples > lengths[done].min():
+                    record, fine = self._longer(batch, done, start)
+                    done[np.flatnonzero(done)[~fine]] = False
+                    sound &= done | ~settled
+                    record = record[fine]
+                finished = self.items[done]
+                for channel, name in enumerate(self.names):
+                    if name in batch.channels:
+                        batch.channels[name][finished] = record[:, channel, : self.samples]
+                batch.warmup_turns[finished] = turn
+                batch.settled[finished] = settled[done]
+                batch.warmup_difference[finished] = self.difference[done]
+            going = sound & ~done
+            if not going.any():
+                return
+            previous = out[going, self.judge]
+            self._keep(going)
+            if slipping:
+                self._aim_at_turn_end(turn + 2, start[going])
+
+    def _turn(self, batch: Batch, *, whole: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Advance by one turn, or only to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""
+        n_steps = np.full(len(self.items), self.samples * self.every, dtype=np.int64)
+        remainder = np.zeros(len(self.items))
+        if whole:
+            n_steps = np.floor(self.durations / self.step + 1e-9).astype(np.int64)
+            remainder = np.maximum(self.durations - n_steps * self.step, 0.0)
+        lengths = np.minimum(n_steps // self.every, self._turn_samples())
+        return (*self._advance(batch, self.items, self.pack, n_steps, remainder), lengths)
+
+    def _turn_samples(self) -> np.ndarray:
+        """Whole sampling intervals in a turn of each item (n,)."""
+        return np.floor(self.durations / self.step + 1e-9).astype(np.int64) // self.every
+
+    def _longer(self, batch: Batch, done: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Records longer than a turn, run in one piece from the start of the turn that settled."""
+        again = Pack(
+            self.pack.model,
+            self.pack.features,
+            start[done],
+            self.pack.coefficients[done].copy(),
+            self.pack.pieces,
+        )
+        n_steps = np.full(int(done.sum()), self.samples * self.every, dtype=np.int64)
+        return self._advance(batch, self.items[done], again, n_steps, np.zeros(len(n_steps)))
+
+    def _advance(
+        self, batch: Batch, items: np.ndarray, packed: Pack, n_steps: np.ndarray, remainder: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Run a pack; note the faulty items as rejected. Outputs (n, c, k) and sound items (n,)."""
+        out, status, when = advance(
+            packed, n_steps, np.full(len(items), self.step), remainder,
+            every=self.every, rows=np.array([_ROWS[name] for name in self.names]),
+            samples=-(-int(n_steps.max()) // self.every), threads=self.threads,
+        )  # fmt: skip
+        for k in np.flatnonzero(status != layout.RUNNING):
+            name = f"{self.machines[items[k]].name} (item {items[k]})"
+            batch.rejected[int(items[k])] = _reason(name, int(status[k]), float(when[k]), packed.states[k])
+        return out, status == layout.RUNNING
+
+    def _aim_at_turn_end(self, turns: int, start: np.ndarray) -> None:
+        """Let the next turn end where the cam has made `turns` table turns, at the mean speed of the one just run."""
+        angles = self.pack.states[:, _CAM]
+        rate = (angles - start[:, _CAM]) / self.durations
+        self.durations = (self.start_angles + 2.0 * math.pi * self.stations * turns - angles) / rate
+
+    def _keep(self, going: np.ndarray) -> None:
+        self.items, self.durations, self.difference = (
+            self.items[going],
+            self.durations[going],
+            self.difference[going],
+        )
+        self.stations, self.start_angles = self.stations[going], self.start_angles[going]
+        self.pack.states = self.pack.states[going].copy()
+        self.pack.coefficients = self.pack.coefficients[going].copy()
+
+
+def _differences(
+    previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, stations: np.ndarray
+) -> np.ndarray:
+    """Relative rms difference (n,) of two turns' records (n, samples) over their last cam turn. Where that agrees, so does
+    all that follows, and the later of the two turns is free of the start's transient from its first sample."""
+    width = min(previous.shape[1], present.shape[1])
+    place = np.arange(width)
+    counted = (place < lengths[:, None]) & (place >= (lengths - lengths // stations)[:, None])
+    change = np.where(counted, present[:, :width] - previous[:, :width], 0.0)
+    size = np.where(counted, present[:, :width], 0.0)
+    return np.sqrt((change**2).sum(axis=1) / np.maximum((size**2).sum(axis=1), np.finfo(float).tiny))
+
+
+def _reason(name: str, status: int, when: float, state: np.ndarray) -> str:
+    what = (
+        "became non-finite"
+        if status == layout.NOT_FINITE
+        else f"deflected a joint beyond {LARGEST_DEFLECTION} rad"
+    )
+    values = ", ".join(
+        f"{key} {value:.4g}" for key, value in zip(layout.STATE_NAMES[:8], state, strict=False)
+    )
+    return f"{name} {what} at t = {when:.4g} s ({values})."

@@ -1,0 +1,102 @@
+"""A small data set whose three classes ring at 10, 20 and 30 Hz, and a classifier trained on it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from classifier.codes import CodeBook
+from classifier.dataset import SUBSETS, Dataset
+from classifier.features import Psd
+from classifier.train import Result, train
+from classifier.trainers import TrainGdx
+from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
+from datagen.shard import to_table, write_parquet
+from datagen.store import MANIFEST, sha256, shard_name, write_json
+
+RATE = 200.0
+CODES = CodeBook((1, 2, 3), ("rings at 10 Hz", "rings at 20 Hz", "rings at 30 Hz"), ("011", "101", "110"))
+
+
+@pytest.fixture(scope="session")
+def dataset() -> Dataset:
+    rng = np.random.default_rng(5)
+    classes = np.tile(CODES.classes, 24)
+    time = np.arange(400) / RATE
+    phase, level = rng.uniform(0, 2 * np.pi, (2, len(classes)))
+    records = (1 + 0.1 * level[:, None]) * np.sin(2 * np.pi * 10 * classes[:, None] * time + phase[:, None])
+    records += 0.3 * rng.standard_normal(records.shape)
+    return Dataset(
+        records=records.astype(np.float32),
+        classes=classes,
+        subsets=np.repeat(SUBSETS, 24),
+        codes=CODES,
+        sample_rate=RATE,
+        quantity="table_acceleration",
+        unit="rad/s^2",
+        provenance={"folder": "made by the tests"},
+    )
+
+
+@pytest.fixture(scope="session")
+def features() -> Psd:
+    return Psd(resolution_hz=2.0, maximum_hz=50.0)
+
+
+@pytest.fixture(scope="session")
+def trainer() -> TrainGdx:
+    return TrainGdx(epochs=300)
+
+
+@pytest.fixture(scope="session")
+def result(dataset: Dataset, features: Psd, trainer: TrainGdx) -> Result:
+    return train(dataset, features, trainer, hidden=6, seed=3, restarts=3)
+
+
+@pytest.fixture(scope="session")
+def write_dataset() -> Callable[..., Path]:
+    """Write a data set as datagen does: through its schema, its Parquet writer and its manifest.
+
+    `last` replaces columns of the last row.
+    """
+
+    def write(dataset: Dataset, folder: Path, **last: object) -> Path:
+        fixed = {"sample_rate": dataset.sample_rate, "quantity": dataset.quantity, "unit": dataset.unit}
+        # What a machine would fill in does not matter to a classifier.
+        empty = {pa.float64(): 0.0, pa.int64(): 0, pa.string(): "", pa.bool_(): True}
+        rows = []
+        for item, label in enumerate(dataset.classes.tolist()):
+            position = dataset.codes.classes.index(label)
+            own = {
+                "class": label,
+                "class_name": dataset.codes.names[position],
+                "code": dataset.codes.codes[position],
+                "subset": str(dataset.subsets[item]),
+                "machine_draw": item,
+                "item": item,
+            }
+            others = {name: empty[column.type] for name, column in COLUMNS.items() if name != RECORD}
+            rows.append({**others, **fixed, **own})
+        rows[-1].update(last)
+        shard = folder / shard_name(0)
+        shard.parent.mkdir(parents=True)
+        write_parquet(to_table(rows, dataset.records), shard)
+        entry = {
+            "name": shard_name(0),
+            "rows": len(rows),
+            "bytes": shard.stat().st_size,
+            "sha256": sha256(shard),
+        }
+        manifest = {
+            "format": FORMAT,
+            "schema_version": SCHEMA_VERSION,
+            "campaign": "test",
+            "seed": 5,
+            "count": len(rows),
+        }
+        write_json(folder / MANIFEST, {**manifest, "shards": [entry]})
+        return folder
+
+    return write

@@ -1,0 +1,132 @@
+"""The two commands from end to end: as a user starts them; bad input in this process, to save time."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from classifier import __main__ as training
+from classifier import diagnose as diagnosing
+
+SETTINGS = (
+    "features.maximum_hz=50",
+    "features.resolution_hz=2",
+    "net.hidden=6",
+    "trainer.epochs=200",
+    "restarts=2",
+)
+
+
+def start(module, *overrides, cwd):
+    command = [sys.executable, "-W", "error", "-m", module, *overrides]
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def place(dataset, write_dataset, tmp_path_factory):
+    """A folder with a data set and the model that the command trained on it."""
+    folder = tmp_path_factory.mktemp("commands")
+    write_dataset(dataset, folder / "set")
+    code, out, err = start("classifier", "data=set", "out=model", *SETTINGS, cwd=folder)
+    assert (code, err) == (0, ""), err
+    assert "mean square error [%]" in out
+    assert "misclassified [%]" in out
+    return folder
+
+
+@pytest.fixture(scope="module")
+def csv(place, dataset):
+    row = np.flatnonzero((dataset.classes == 3) & dataset.rows("validation"))[0]
+    time = np.arange(dataset.records.shape[1]) / dataset.sample_rate
+    table = np.column_stack([time, dataset.records[row]])
+    np.savetxt(
+        place / "record.csv",
+        table,
+        delimiter=",",
+        fmt="%.6f",
+        header="time [s],acceleration [rad/s^2]",
+        comments="",
+    )
+    return "record.csv"
+
+
+def test_training_leaves_a_model_its_results_and_pictures(place):
+    names = {path.name for path in (place / "model").iterdir()}
+    pictures = {f"{name}.png" for name in ("accelerations", "psds", "training", "confusion")}
+    assert names == {"model.safetensors", "model.yaml", "results.json"} | pictures
+    assert {path.name for path in place.iterdir()} >= {"set", "model"}
+    assert not [path for path in place.iterdir() if path.name.startswith((".", "outputs"))]
+    results = json.loads((place / "model" / "results.json").read_text())
+    assert results["scores"]["validation"]["misclassified_percent"] == 0.0
+    assert len(results["restarts"]) == 2
+    assert results["config"]["net"]["hidden"] == 6
+    assert len(results["curve"]["control_mse"]) == results["restarts"][results["kept"]]["epochs"] + 1
+
+
+def test_training_again_is_refused_unless_asked(place):
+    before = (place / "model" / "model.safetensors").read_bytes()
+    code, _, err = start("classifier", "data=set", "out=model", *SETTINGS, "seed=1", cwd=place)
+    assert code == 2
+    assert "overwrite=true" in err
+    assert len(err.strip().splitlines()) == 1
+    assert (place / "model" / "model.safetensors").read_bytes() == before
+
+
+def test_diagnosis_of_a_csv_file(place, csv):
+    code, out, err = start("classifier.diagnose", "model=model", f"signal={csv}", "out=diagnosis", cwd=place)
+    assert (code, err) == (0, ""), err
+    assert "3: rings at 30 Hz" in out
+    said = json.loads((place / "diagnosis" / "diagnosis.json").read_text())
+    assert (said["class_label"], said["code"], len(said["outputs"])) == (3, "110", 3)
+    assert (place / "diagnosis" / "diagnosis.png").stat().st_size > 10_000
+
+
+def test_diagnosis_without_a_folder_only_prints(place, csv):
+    before = set(place.iterdir())
+    code, out, err = start("classifier.diagnose", "model=model", f"signal={csv}", cwd=place)
+    assert (code, err) == (0, ""), err
+    assert "3: rings at 30 Hz" in out
+    assert set(place.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("module", "overrides", "words"),
+    [
+        ("classifier", ("data=nowhere", "out=new"), "nowhere"),
+        ("classifier", ("data=set",), "out must be given"),
+        ("classifier", ("data=set", "out=new", "net.hiden=3"), "hidden"),
+        ("classifier", ("data=set", "out=new", "trainer=traingdy"), "traingdx"),
+        ("classifier", ("data=set", "out=new", "trainer.momentum=2"), "momentum"),
+        ("classifier", ("data=set", "out=new", "threads=0"), "threads"),
+        ("classifier", ("data=set", "out=new", "features.maximum_hz=150"), "half the sample rate"),
+        ("classifier", ("data=set", "out=set"), "other files"),
+        ("classifier.diagnose", ("model=set", "signal=record.csv", "out=new"), "model.yaml"),
+        ("classifier.diagnose", ("model=model", "signal=nowhere.csv", "out=new"), "nowhere.csv"),
+        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.unit=5"), "read.unit"),
+        (
+            "classifier.diagnose",
+            ("model=model", "signal=record.csv", "overwrite=perhaps", "out=new"),
+            "overwrite",
+        ),
+        ("classifier.diagnose", ("model=model", "signal=short.csv", "out=new"), "short.csv"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_nothing_is_written(
+    place, csv, monkeypatch, capsys, module, overrides, words
+):
+    rows = (place / csv).read_text().splitlines()
+    (place / "short.csv").write_text("\n".join(rows[:200]) + "\n")
+    before = set(place.iterdir())
+    monkeypatch.chdir(place)
+    monkeypatch.setattr(sys, "argv", [module, *overrides])
+    with pytest.raises(SystemExit) as stopped:
+        {"classifier": training, "classifier.diagnose": diagnosing}[module].main()
+    assert stopped.value.code == 2
+    err = capsys.readouterr().err
+    assert err.startswith("error: ")
+    assert len(err.strip().splitlines()) == 1
+    assert words in err
+    assert set(place.iterdir()) == before

@@ -1,0 +1,64 @@
+import pytest
+
+from classifier.output_folder import check_output_folder, output_folder
+from indexer_env.errors import ParameterError
+
+
+def files(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*") if path.is_file()
+    }
+
+
+def write(out, text, overwrite=False):
+    with output_folder(out, "mark.txt", overwrite) as folder:
+        (folder / "mark.txt").write_text(text)
+    return out
+
+
+@pytest.mark.parametrize("prepare", [lambda out: None, lambda out: out.mkdir()])
+def test_a_new_or_empty_folder_is_filled(tmp_path, prepare):
+    out = tmp_path / "a" / "b"
+    out.parent.mkdir()
+    prepare(out)
+    write(out, "first")
+    assert files(tmp_path) == {"a/b/mark.txt": "first"}
+
+
+def test_an_error_leaves_nothing(tmp_path):
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out", "mark.txt") as folder:
+        (folder / "half.txt").write_text("half")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_earlier_result_is_replaced_only_when_asked(tmp_path):
+    out = write(tmp_path / "out", "first")
+    (out / "more.txt").write_text("of the first")
+    with pytest.raises(ParameterError, match="overwrite=true"):
+        write(out, "second")
+    assert files(out) == {"mark.txt": "first", "more.txt": "of the first"}
+    write(out, "second", overwrite=True)
+    assert files(tmp_path) == {"out/mark.txt": "second"}
+
+
+def test_an_error_while_replacing_keeps_the_earlier_result(tmp_path):
+    out = write(tmp_path / "out", "first")
+    with pytest.raises(RuntimeError), output_folder(out, "mark.txt", True) as folder:
+        (folder / "mark.txt").write_text("second")
+        raise RuntimeError
+    assert files(tmp_path) == {"out/mark.txt": "first"}
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_foreign_folder_is_never_touched(tmp_path, overwrite):
+    (tmp_path / "thesis.txt").write_text("mine")
+    with pytest.raises(ParameterError, match="it holds other files"):
+        write(tmp_path, "second", overwrite)
+    assert files(tmp_path) == {"thesis.txt": "mine"}
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(ParameterError, match="must be a folder"):
+        check_output_folder(tmp_path / "out", "mark.txt", True)

@@ -1,0 +1,115 @@
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from classifier.dataset import SUBSETS, load_dataset
+from classifier.evaluate import score
+from classifier.train import train
+from indexer_env.errors import ParameterError, SignalError
+
+
+def test_three_resonances_are_told_apart(result, dataset):
+    for subset in SUBSETS:
+        assert result.score(subset).misclassified_percent == 0.0
+        assert result.score(subset).records == 24
+        assert np.trace(result.score(subset).confusion) == 24
+    assert result.score("validation").mse_percent < 2.0
+
+
+def test_scores_are_those_of_the_model_that_is_handed_out(result, dataset):
+    rows = dataset.rows("validation")
+    again = score(dataset.codes, result.model.outputs(dataset.records[rows]), dataset.classes[rows])
+    assert again.mse_percent == pytest.approx(result.score("validation").mse_percent, rel=1e-12)
+    assert again.confusion == result.score("validation").confusion
+
+
+def test_the_best_restart_on_the_control_subset_is_kept(result):
+    control = [score.mse_percent for score in result.scores["control"]]
+    assert len(control) == 3
+    assert result.kept == np.argmin(control)
+    assert len(set(control)) == 3
+
+
+def test_validation_records_change_nothing_in_the_model(result, dataset, features, trainer):
+    """Scaling, weights, number of epochs and mean spectra are blind to the validation subset."""
+    records = dataset.records.copy()
+    records[dataset.rows("validation")] *= 7.0
+    changed = train(
+        dataclasses.replace(dataset, records=records), features, trainer, hidden=6, seed=3, restarts=3
+    )
+    assert torch.equal(changed.model.parameters, result.model.parameters)
+    assert np.array_equal(changed.model.scaling.low, result.model.scaling.low)
+    assert np.array_equal(changed.model.scaling.high, result.model.scaling.high)
+    assert np.array_equal(changed.model.mean_densities, result.model.mean_densities)
+    assert changed.score("validation").mse_percent != result.score("validation").mse_percent
+
+
+def test_scaling_is_fitted_to_the_calibration_subset_alone(result, dataset, features, trainer):
+    values = features.compute(dataset.records[dataset.rows("calibration")], dataset.sample_rate)
+    assert np.array_equal(result.model.scaling.low, values.min(axis=0))
+    assert np.array_equal(result.model.scaling.high, values.max(axis=0))
+
+
+def test_the_seed_decides(result, dataset, features, trainer):
+    same = train(dataset, features, trainer, hidden=6, seed=3, restarts=3)
+    other = train(dataset, features, trainer, hidden=6, seed=4, restarts=3)
+    assert torch.equal(same.model.parameters, result.model.parameters)
+    assert not torch.equal(other.model.parameters, result.model.parameters)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"seed": -1}, "train.seed must be a whole number >= 0"),
+        ({"restarts": 0}, "train.restarts must be a whole number >= 1"),
+        ({"hidden": 0}, "Mlp.hidden must be a whole number >= 1"),
+    ],
+)
+def test_bad_numbers_are_refused(dataset, features, trainer, change, words):
+    with pytest.raises(ParameterError, match=words):
+        train(dataset, features, trainer, **change)
+
+
+def test_scores_by_hand(dataset):
+    """Codes 011, 101, 110: the second record is given to class 1, the nearest to its outputs."""
+    outputs = np.array([[0.0, 1.0, 0.5], [0.4, 0.5, 1.0]])
+    got = score(dataset.codes, outputs, np.array([1, 2]))
+    assert got.mse_percent == pytest.approx(100 * (0.25 + 0.36 + 0.25) / 6)
+    assert got.misclassified_percent == 50.0
+    assert got.confusion == ((1, 0, 0), (1, 0, 0), (0, 0, 0))
+
+
+def test_a_data_set_comes_back_as_it_was_written(dataset, write_dataset, tmp_path):
+    read = load_dataset(write_dataset(dataset, tmp_path / "set"))
+    assert np.array_equal(read.records, dataset.records)
+    assert np.array_equal(read.classes, dataset.classes)
+    assert np.array_equal(read.subsets, dataset.subsets)
+    assert (read.codes, read.sample_rate, read.unit) == (dataset.codes, dataset.sample_rate, dataset.unit)
+    assert len(read.provenance["manifest_sha256"]) == 64
+
+
+def test_a_subset_without_a_class_is_refused(dataset):
+    keep = ~((dataset.classes == 2) & dataset.rows("control"))
+    parts = {name: getattr(dataset, name)[keep] for name in ("records", "classes", "subsets")}
+    with pytest.raises(SignalError, match=r"control subset must hold .* none of class 2"):
+        dataclasses.replace(dataset, **parts)
+
+
+@pytest.mark.parametrize(
+    ("last", "words"),
+    [
+        ({"unit": "m/s^2"}, "unit must be the same for all records"),
+        ({"sample_rate": 100.0}, "sample_rate must be the same for all records"),
+        ({"machine_draw": 0}, "machine draw 0 .* got calibration and validation"),
+    ],
+)
+def test_a_data_set_with_one_odd_row_is_refused(dataset, write_dataset, tmp_path, last, words):
+    with pytest.raises(SignalError, match=words):
+        load_dataset(write_dataset(dataset, tmp_path / "set", **last))
+
+
+def test_a_folder_without_a_data_set_is_refused(tmp_path):
+    with pytest.raises(SignalError, match="no data set"):
+        load_dataset(tmp_path)

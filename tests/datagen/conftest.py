@@ -1,0 +1,58 @@
+"""A small data set that all tests of a session share, and orders to vary."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from indexer_env.simulate import Run
+from omegaconf import OmegaConf
+
+from datagen.campaign import Base
+from datagen.campaigns import make_campaign
+from datagen.generate import generate
+from datagen.order import Order
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import config_dir, load_machine
+from indexer_env.sensors import Sensor
+
+SHORT = Run(samples=300, warmup_turns=1)
+"""A third of a second is enough where the physics is not the matter."""
+
+
+@pytest.fixture
+def settings() -> dict[str, Any]:
+    """The settings of campaign table2, free to change."""
+    return _table2()
+
+
+def _table2() -> dict[str, Any]:
+    settings = OmegaConf.to_container(OmegaConf.load(config_dir() / "campaign" / "table2.yaml"))
+    assert isinstance(settings, dict)
+    return {str(key): value for key, value in settings.items()}
+
+
+@pytest.fixture(scope="session")
+def base() -> Base:
+    return Base(load_machine("reference"), OperatingPoint())
+
+
+@pytest.fixture(scope="session")
+def order(base) -> Order:
+    sensor = Sensor(radius=0.4, lowpass_hz=200.0, noise_density=0.01)
+    campaign = make_campaign(_table2())
+    return Order(campaign, base, sensor, SHORT, count=20, seed=3, shard_items=8, config={"note": "test"})
+
+
+@pytest.fixture(scope="session")
+def dataset(order, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("data") / "set"
+    generate(order, folder)
+    return folder
+
+
+@pytest.fixture
+def tiny(order) -> Order:
+    return replace(order, count=3)

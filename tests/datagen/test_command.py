@@ -1,0 +1,135 @@
+"""The command line: every mistake is one sentence and exit code 2, nothing is left in the working folder."""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+import datagen.__main__ as command
+from datagen.command import BAD_INPUT, INTERRUPTED
+from datagen.shard import read_manifest, read_shards
+
+SHORT = ["run.samples=200", "run.warmup_turns=1", "count=6"]
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run the command in an empty working folder; gives exit code, stdout and stderr."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["datagen", *arguments])
+        code = 0
+        try:
+            command.main()
+        except SystemExit as error:
+            code = error.code
+        finally:
+            GlobalHydra.instance().clear()
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    yield run
+    root.handlers[:], root.level = handlers, level
+
+
+def test_a_data_set_and_nothing_else_in_the_folder(call, tmp_path):
+    code, out, _ = call("campaign=table2", "out=set", "seed=5", *SHORT)
+    assert code == 0 and "6 records" in out
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+    assert read_manifest("set")["config"]["seed"] == 5
+    assert read_manifest("set")["config"]["run"]["samples"] == 200
+
+
+def test_any_key_of_the_machine_reaches_the_rows(call):
+    call("campaign=table2", "out=set", "machine.table_inertia=6.5", "sensor.gain=2.0", *SHORT)
+    table = read_shards("set").table
+    assert set(table.column("table_inertia").to_pylist()) == {6.5}
+    assert set(table.column("sensor_gain").to_pylist()) == {2.0}
+
+
+def test_a_sweep_writes_one_data_set_per_job(call, tmp_path):
+    code, _, _ = call("-m", "campaign=table2", "out=sweep", "seed=1,2", *SHORT)
+    assert code == 0
+    assert [read_manifest(f"sweep/{job}")["seed"] for job in (0, 1)] == [1, 2]
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep"]
+
+
+def test_in_a_sweep_the_other_jobs_live(call):
+    code, _, err = call("-m", "campaign=table2", "out=sweep", "seed=-1,2", *SHORT)
+    assert code == BAD_INPUT and "error: datagen.seed must be" in err
+    assert read_manifest("sweep/1")["seed"] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["out=x"], "campaign must be given; add campaign=NAME"),
+        (["campaign=table2"], "out must be given"),
+        (["campaign=tabel2", "out=x"], "did you mean 'table2'"),
+        (["campagin=table2", "out=x"], "did you mean 'campaign'"),
+        (["campaign=table2", "out=x", "cuont=6"], "did you mean 'count'"),
+        (["campaign=table2", "out=x", "+cuont=6"], "did you mean 'count'"),
+        (["campaign=table2", "out=x", "sensor=bnch"], "did you mean 'bench'"),
+        (["campaign=table2", "out=x", "machine.output_joint.stifness=1"], "did you mean 'stiffness'"),
+        (["campaign=table2", "out=x", "+machine.output_joint.stifness=1"], "did you mean 'stiffness'"),
+        (["campaign=table2", "out=x", "machine.output_joint.stiffness=-1"], "stiffness must be"),
+        (["campaign=table2", "out=x", "machine.output_joint.stiffness=stiff"], "stiffness must be"),
+        (["campaign=table2", "out=x", "count=six"], "datagen.count must be a whole number"),
+        (["campaign=table2", "out=x", "seed=1,2"], "Ambiguous value for argument 'seed=1,2'"),
+        (["campaign=table2", "out=x", "overwrite=maybe"], "overwrite must be true or false"),
+        (["campaign=table2", "out=x", "count=["], "KEY=VALUE pairs, got 'count=['"),
+        (["campaign=table2", "out=x", "machine=42"], "string or a list"),
+        (["campaign=table2", "out=x", "count"], "KEY=VALUE pairs"),
+    ],
+)
+def test_mistakes(call, tmp_path, arguments, sentence):
+    code, out, err = call(*arguments)
+    assert code == BAD_INPUT
+    assert err.startswith("error: ") and err.count("\n") == 1 and sentence in err
+    assert "Traceback" not in out + err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_stopped_from_the_keyboard(call, monkeypatch):
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "generate", stop)
+    code, _, err = call("campaign=table2", "out=x")
+    assert (code, err) == (INTERRUPTED, "stopped from the keyboard\n")
+
+
+def test_a_defect_keeps_its_traceback(call, monkeypatch):
+    def fail(*_: object, **__: object) -> None:
+        raise ValueError("a defect")
+
+    monkeypatch.setattr(command, "generate", fail)
+    with pytest.raises(ValueError, match="a defect"):
+        call("campaign=table2", "out=x")
+
+
+def test_the_traceback_is_shown_when_asked_for(call, monkeypatch):
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
+    with pytest.raises(Exception, match="count must be"):
+        call("campaign=table2", "out=x", "count=0")
+
+
+def test_python_m_from_any_folder(tmp_path):
+    root = str(Path(command.__file__).parents[1])
+    environment = {**os.environ, "PYTHONPATH": root}
+    done = subprocess.run(
+        [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(read_shards(tmp_path / "set")) == 6
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]

@@ -1,0 +1,269 @@
+"""Measured files become Signals, and every bad one is refused in one sentence that says where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from datagen.measured import STANDARD_GRAVITY, read_signal
+from indexer_env.errors import SignalError
+
+RATE = 1000.0
+COUNT = 200
+
+
+@pytest.fixture
+def wave() -> np.ndarray:
+    return np.round(np.sin(2 * np.pi * 12.5 * np.arange(COUNT) / RATE), 6)
+
+
+def write(
+    path, values, *, header="time [s],acceleration [m/s^2]", delimiter=",", decimal=".", times=None, digits=3
+):
+    times = np.arange(len(values)) / RATE if times is None else times
+    rows = [f"{t:.{digits}f}{delimiter}{v:.6f}" for t, v in zip(times, values, strict=True)]
+    lines = [header.replace(",", delimiter)] if header else []
+    text = "\n".join(lines + [row.replace(".", decimal) for row in rows]) + "\n"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def edit(path, line: int, text: str):
+    """Replace a line (from 1)."""
+    lines = path.read_text().splitlines()
+    lines[line - 1] = text
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def refusal(path, **options) -> str:
+    with pytest.raises(SignalError) as caught:
+        read_signal(path, **options)
+    text = str(caught.value)
+    assert "\n" not in text and text.endswith(".")
+    return text
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"), [(",", "."), (";", "."), ("\t", "."), (";", ","), ("\t", ",")]
+)
+def test_delimiters_and_decimal_marks(tmp_path, wave, delimiter, decimal):
+    signal = read_signal(write(tmp_path / "a.csv", wave, delimiter=delimiter, decimal=decimal), unit=None)
+    np.testing.assert_allclose(signal.values, wave, rtol=0, atol=1e-12)
+    assert (signal.sample_rate, signal.unit) == (RATE, "m/s^2")
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "factor"),
+    [
+        ("rad/s^2", "rad/s^2", 1.0),
+        ("rad/s²", "rad/s^2", 1.0),
+        ("rad/s2", "rad/s^2", 1.0),
+        ("rad/s**2", "rad/s^2", 1.0),
+        ("m/s2", "m/s^2", 1.0),
+        ("mm/s^2", "m/s^2", 1e-3),
+        ("g", "m/s^2", STANDARD_GRAVITY),
+        ("deg/s^2", "rad/s^2", np.pi / 180),
+    ],
+)
+@pytest.mark.parametrize("brackets", ["[]", "()"])
+def test_header_units(tmp_path, wave, written, unit, factor, brackets):
+    header = f"Time (s),acc {brackets[0]}{written}{brackets[1]}"
+    signal = read_signal(write(tmp_path / "a.csv", wave, header=header))
+    assert signal.unit == unit
+    np.testing.assert_allclose(signal.values, wave * factor, rtol=1e-12)
+
+
+def test_time_in_milliseconds_with_preamble_units_row_bom_and_windows_ends(tmp_path, wave):
+    rows = [f"{k};{v:.6f};ok" for k, v in enumerate(wave)]
+    text = "\r\n".join(["Logger 7", "Date;2026-11-02", "", "Time;Acceleration;Note", "ms;m/s²;", *rows, ""])
+    path = tmp_path / "logger.txt"
+    path.write_bytes(text.encode("utf-8-sig"))
+    signal = read_signal(path)
+    assert signal.sample_rate == RATE
+    np.testing.assert_allclose(signal.values, wave, atol=1e-12)
+    path.write_bytes(text.encode("cp1252"))
+    assert read_signal(path).unit == "m/s^2"
+    path.write_bytes(text.encode("utf-16"))
+    assert read_signal(path).unit == "m/s^2"
+
+
+def test_printed_digits_of_time_do_not_blur_the_rate(tmp_path, wave):
+    times = np.arange(COUNT) / 1024.0
+    assert read_signal(write(tmp_path / "a.csv", wave, times=times, digits=4)).sample_rate == 1024.0
+
+
+def test_no_header_takes_time_first_and_needs_the_unit(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave, header="")
+    assert read_signal(path, unit="g").values[1] == pytest.approx(wave[1] * STANDARD_GRAVITY)
+    assert "no unit" in refusal(path)
+
+
+def test_no_time_column_needs_the_rate(tmp_path, wave):
+    path = tmp_path / "a.csv"
+    path.write_text("acceleration [g]\n" + "\n".join(f"{v:.6f}" for v in wave))
+    assert read_signal(path, sample_rate=500.0).sample_rate == 500.0
+    assert "no time column" in refusal(path)
+
+
+def test_parquet_units_from_metadata_or_name(tmp_path, wave):
+    path = tmp_path / "a.parquet"
+    fields = [pa.field("time [s]", pa.float64()), pa.field("a", pa.float32(), metadata={b"unit": b"rad/s^2"})]
+    arrays = [pa.array(np.arange(COUNT) / RATE), pa.array(wave.astype(np.float32))]
+    pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), path)
+    signal = read_signal(path, expected_rate=1000.0)
+    assert (signal.unit, signal.sample_rate) == ("rad/s^2", RATE)
+    np.testing.assert_array_equal(signal.values, wave.astype(np.float32).astype(np.float64))
+
+
+def test_parquet_null_and_nan_are_named_by_row(tmp_path, wave):
+    path = tmp_path / "a.parquet"
+    for bad in (None, float("nan")):
+        cells = [*wave[:5].tolist(), bad, *wave[6:].tolist()]
+        pq.write_table(pa.table({"time [s]": np.arange(COUNT) / RATE, "acc [g]": cells}), path)
+        assert "row 5" in refusal(path)
+
+
+def test_missing_folder_empty_binary(tmp_path):
+    assert "does not exist" in refusal(tmp_path / "none.csv")
+    assert "is a folder" in refusal(tmp_path)
+    path = tmp_path / "a.csv"
+    for content in (b"", b" \n\n"):
+        path.write_bytes(content)
+        assert "is empty" in refusal(path)
+    path.write_bytes(b"PK\x03\x04\0\0\0\0")
+    assert "binary" in refusal(path)
+    path.write_bytes(b"PAR1 and no more")
+    assert "damaged Parquet" in refusal(path)
+    path.write_bytes(b"\xff\xfe\x00\xd8")
+    assert "readable text" in refusal(path)
+
+
+def test_no_numeric_column(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("a,b\nred,blue\n" * 30)
+    assert "no numeric column" in refusal(path)
+    pq.write_table(pa.table({"name": ["x", "y"]}), tmp_path / "a.parquet")
+    assert "no numeric column" in refusal(tmp_path / "a.parquet")
+
+
+def test_gap_in_time(tmp_path, wave):
+    times = np.arange(COUNT) / RATE
+    times[50:] += 0.004
+    text = refusal(write(tmp_path / "a.csv", wave, times=times))
+    assert "line 52" in text and "4 samples are missing" in text and "0.005 s" in text
+
+
+def test_uneven_step(tmp_path, wave):
+    times = np.arange(COUNT) / RATE
+    times[50] += 0.0007
+    assert "line 52" in refusal(write(tmp_path / "a.csv", wave, times=times, digits=6))
+
+
+@pytest.mark.parametrize("time", ["0.040", "0.020"])
+def test_time_that_stands_or_goes_back(tmp_path, wave, time):
+    path = edit(write(tmp_path / "a.csv", wave), 43, f"{time},0.1")
+    assert "line 43" in refusal(path) and "must ascend" in refusal(path)
+
+
+@pytest.mark.parametrize("cell", ["nan", "NaN", "", "OVL", "1.2.3", "1e", "inf", "#DIV/0!"])
+def test_cell_that_is_no_number(tmp_path, wave, cell):
+    path = edit(write(tmp_path / "a.csv", wave), 17, f"0.015,{cell}")
+    text = refusal(path)
+    assert "line 17" in text and "'acceleration'" in text and repr(cell) in text
+
+
+def test_bad_first_and_last_cells_are_found_too(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    assert "line 2" in refusal(edit(path, 2, "0.000,nan"))
+    path = write(tmp_path / "a.csv", wave)
+    assert f"line {COUNT + 1}" in refusal(edit(path, COUNT + 1, "0.199,x"))
+
+
+@pytest.mark.parametrize("row", ["0.015", "0.015,1,2", ""])
+def test_row_of_another_length(tmp_path, wave, row):
+    text = refusal(edit(write(tmp_path / "a.csv", wave), 17, row))
+    assert "line 17" in text
+
+
+def test_decimal_comma_with_comma_delimiter(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave, delimiter=",", decimal=",")
+    refusal(path)
+
+
+def test_another_rate(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    assert "1000 Hz where 2000 Hz" in refusal(path, expected_rate=2000.0)
+    assert read_signal(path, expected_rate=1000.5).sample_rate == RATE
+
+
+def test_too_short(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    assert "0.2 s (200 samples)" in refusal(path, expected_duration=8.2)
+    assert read_signal(path, expected_duration=0.2).duration == pytest.approx(0.2)
+    path.write_text("time [s],acc [g]\n0.0,1.0\n")
+    refusal(path)
+
+
+@pytest.mark.parametrize("header", ["time [s],acceleration [m/s^2]", ""])
+def test_swapped_columns(tmp_path, wave, header):
+    times = np.arange(COUNT) / RATE
+    path = write(tmp_path / "a.csv", times, header=header, times=wave, digits=6)
+    assert "look swapped" in refusal(path, unit="g")
+
+
+def test_choice_of_columns(tmp_path, wave):
+    path = tmp_path / "a.csv"
+    rows = [f"{k / RATE:.3f},{v:.6f},{2 * v:.6f}" for k, v in enumerate(wave)]
+    path.write_text("time [s],acc x [g],acc y [g]\n" + "\n".join(rows))
+    text = refusal(path)
+    assert "'acc x', 'acc y'" in text
+    assert read_signal(path, signal_column="acc y").values[1] == pytest.approx(2 * wave[1] * STANDARD_GRAVITY)
+    assert "no numeric column 'acc z'" in refusal(path, signal_column="acc z")
+
+
+def test_unknown_units(tmp_path, wave):
+    assert "got 'V'" in refusal(write(tmp_path / "a.csv", wave, header="time [s],acceleration [V]"))
+    assert "got 'min'" in refusal(write(tmp_path / "a.csv", wave, header="time [min],acceleration [g]"))
+    assert "no acceleration column" in refusal_of_single(tmp_path)
+
+
+def refusal_of_single(tmp_path) -> str:
+    path = tmp_path / "single.csv"
+    path.write_text("time [s]\n" + "\n".join(f"{k / RATE:.3f}" for k in range(COUNT)))
+    return refusal(path)
+
+
+GOOD = "time [s],acceleration [m/s^2]\n" + "".join(f"{k / RATE:.3f},{k % 7 - 3}\n" for k in range(40))
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, len(GOOD) - 1),
+            st.integers(0, 4),
+            st.one_of(
+                st.binary(max_size=4),
+                st.sampled_from([b",", b";", b"\n", b'"', b"-", b"e", b"\r", b"1", b"\0"]),
+            ),
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_a_broken_file_is_a_signal_or_a_sentence_never_a_traceback(tmp_path_factory, edits):
+    content = GOOD.encode()
+    for place, removed, added in edits:
+        content = content[:place] + added + content[place + removed :]
+    path = tmp_path_factory.getbasetemp() / "fuzzed.csv"
+    path.write_bytes(content)
+    try:
+        signal = read_signal(path)
+    except SignalError as error:
+        assert "\n" not in str(error)
+    else:
+        assert np.isfinite(signal.values).all() and signal.sample_rate > 0
