@@ -34,9 +34,7 @@ class CodeBook:
             raise refuse("CodeBook", "classes", "at least two classes to tell apart", self.classes)
         for name, values in (("names", self.names), ("codes", self.codes)):
             if len(values) != len(self.classes):
-                raise refuse(
-                    "CodeBook", name, f"one entry for each of the {len(self.classes)} classes", values
-                )
+                raise refuse("CodeBook", name, f"one entry for each of the {len(self.classes)} classes", values)
         for name, values in (("classes", self.classes), ("codes", self.codes)):
             if len(set(values)) != len(values):
                 raise refuse("CodeBook", name, "free of repetitions", values)

@@ -57,9 +57,7 @@ class Psd:
         check_number("Psd", "maximum_hz", self.maximum_hz, low=0.0, low_open=True, unit="Hz")
         check_choice("Psd", "scale", self.scale, ("linear", "log"))
         if self.resolution_hz > self.maximum_hz:
-            raise refuse(
-                "Psd", "resolution_hz", f"<= maximum_hz = {self.maximum_hz:g} Hz", self.resolution_hz
-            )
+            raise refuse("Psd", "resolution_hz", f"<= maximum_hz = {self.maximum_hz:g} Hz", self.resolution_hz)
 
     def segment(self, sample_rate: float) -> int:
         """Samples in one segment at a sample rate [Hz]."""
@@ -70,9 +68,7 @@ class Psd:
         the rate.
         """
         if self.maximum_hz > sample_rate / 2:
-            raise refuse(
-                "Psd", "maximum_hz", f"<= half the sample rate = {sample_rate / 2:g} Hz", self.maximum_hz
-            )
+            raise refuse("Psd", "maximum_hz", f"<= half the sample rate = {sample_rate / 2:g} Hz", self.maximum_hz)
         frequencies = np.fft.rfftfreq(self.segment(sample_rate), 1 / sample_rate)
         return frequencies[frequencies <= self.maximum_hz * (1 + 1e-9)]
 

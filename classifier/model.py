@@ -85,18 +85,13 @@ def save_model(model: Model, folder: Path) -> None:
         },
         "classes": [
             {"class": label, "name": name, "code": code}
-            for label, name, code in zip(
-                model.codes.classes, model.codes.names, model.codes.codes, strict=True
-            )
+            for label, name, code in zip(model.codes.classes, model.codes.names, model.codes.codes, strict=True)
         ],
         "metrics": model.metrics,
         "provenance": model.provenance,
     }
     tensors = {
-        **{
-            name: part[0].contiguous()
-            for name, part in model.network.layers(model.parameters[None])._asdict().items()
-        },
+        **{name: part[0].contiguous() for name, part in model.network.layers(model.parameters[None])._asdict().items()},
         "scaling.low": torch.tensor(model.scaling.low),
         "scaling.high": torch.tensor(model.scaling.high),
         "mean_densities": torch.from_numpy(np.ascontiguousarray(model.mean_densities)),
@@ -116,9 +111,7 @@ def load_model(path: str | Path) -> Model:
     folder = Path(path)
     for name in (MODEL_YAML, MODEL_TENSORS):
         if not (folder / name).is_file():
-            raise ModelFileError(
-                f"model must be a folder that holds {name}, got {str(folder)!r}; train one first."
-            )
+            raise ModelFileError(f"model must be a folder that holds {name}, got {str(folder)!r}; train one first.")
     body = _read_yaml(folder / MODEL_YAML)
     stated = body.pop("tensors_sha256", None)
     if stated is None:
@@ -154,9 +147,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(body, dict) or "format" not in body:
         raise _damaged(path, "it states no format")
     if body["format"] != FORMAT:
-        raise ModelFileError(
-            f"{path}: format must be {FORMAT}, got {body['format']!r}; train the model again."
-        )
+        raise ModelFileError(f"{path}: format must be {FORMAT}, got {body['format']!r}; train the model again.")
     return body
 
 

@@ -100,9 +100,7 @@ class Mlp:
         """
         return (self._forward(self.layers(parameters), inputs)[1] - targets.T).square().mean(dim=(1, 2))
 
-    def error_and_gradient(
-        self, parameters: Tensor, inputs: Tensor, targets: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def error_and_gradient(self, parameters: Tensor, inputs: Tensor, targets: Tensor) -> tuple[Tensor, Tensor]:
         """Mean square error E (n,) and ∂E/∂parameters (n, count), by back-propagation.
 
         Δ2 = 2/(m·outputs) (y − t) y (1 − y)      ∂E/∂W2 = Δ2 hᵀ    ∂E/∂b2 = Σ Δ2

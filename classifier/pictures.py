@@ -121,9 +121,7 @@ def _psds(dataset: Dataset, result: Result) -> Figure:
     figure.supxlabel("frequency [Hz]", fontsize=9)
     figure.supylabel(_density_name(dataset.unit), fontsize=9)
     count = int(dataset.rows("calibration").sum())
-    words = (
-        f"mean (line) and range (band) of the {count} calibration records; grey: means of the other classes"
-    )
+    words = f"mean (line) and range (band) of the {count} calibration records; grey: means of the other classes"
     figure.suptitle(words, fontsize=9)
     return figure
 
@@ -136,9 +134,7 @@ def _training(dataset: Dataset, result: Result) -> Figure:
         if other != kept:
             label = "control, other restarts" if other == (kept == 0) else None
             ax.semilogy(100 * training.control_error[:, other], color=_GREY, linewidth=0.6, label=label)
-    ax.semilogy(
-        100 * training.calibration_error[:, kept], color=_COLOURS[0], label="calibration, kept network"
-    )
+    ax.semilogy(100 * training.calibration_error[:, kept], color=_COLOURS[0], label="calibration, kept network")
     ax.semilogy(100 * training.control_error[:, kept], color=_COLOURS[4], label="control, kept network")
     best = training.best_epoch[kept]
     ax.axvline(best, color=_DARK, linewidth=0.8, linestyle=":", label=f"weights kept: epoch {best}")
@@ -209,9 +205,7 @@ def draw_diagnosis(model: Model, signal: Signal, diagnosis: Diagnosis) -> Figure
         ax.bar(nodes, diagnosis.outputs, color=_colour(named), width=0.6, label="output")
         code = [int(bit) for bit in diagnosis.code]
         ax.plot(nodes, code, linestyle="none", marker="_", markersize=28, color="black", label="nearest code")
-        ax.set_xticks(
-            nodes, [f"{node}\n{value:.3f}" for node, value in zip(nodes, diagnosis.outputs, strict=True)]
-        )
+        ax.set_xticks(nodes, [f"{node}\n{value:.3f}" for node, value in zip(nodes, diagnosis.outputs, strict=True)])
         ax.set(xlabel="output node", ylabel="output", ylim=(-0.05, 1.25))
         ax.set_title(f"outputs and code {diagnosis.code}")
         ax.legend(loc="upper center", ncols=2)

@@ -96,9 +96,7 @@ def train(
     scaling = Scaling.fit(values[calibration])
     scaled = torch.from_numpy(scaling.apply(values))
     targets = torch.from_numpy(dataset.codes.targets(dataset.classes))
-    examples = {
-        subset: Examples(scaled[dataset.rows(subset)], targets[dataset.rows(subset)]) for subset in SUBSETS
-    }
+    examples = {subset: Examples(scaled[dataset.rows(subset)], targets[dataset.rows(subset)]) for subset in SUBSETS}
 
     network = Mlp(inputs=scaled.shape[1], hidden=hidden, outputs=dataset.codes.bits)
     start = network.initial(restarts, torch.Generator().manual_seed(seed))
@@ -132,8 +130,7 @@ def train(
             "features": describe_features(features),
             "trainer": {"kind": trainer.kind, **asdict(trainer)},
             "versions": {
-                name: importlib.metadata.version(name)
-                for name in ("indexer-diagnosis", "numpy", "scipy", "torch")
+                name: importlib.metadata.version(name) for name in ("indexer-diagnosis", "numpy", "scipy", "torch")
             },
         },
         metrics={

@@ -36,9 +36,7 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
     subsets = ", ".join(f"{records} {name}" for name, records in manifest["subsets"].items())
     console.print(f"{manifest['records']} records ({subsets}) in {folder}")
     if manifest["not_settled"]:
-        console.print(
-            f"{manifest['not_settled']} of them not settled after the warm-up (column warmup_settled)"
-        )
+        console.print(f"{manifest['not_settled']} of them not settled after the warm-up (column warmup_settled)")
     if manifest["rejected"]:
         console.print(f"{manifest['rejected']} items rejected, with reasons in {folder}/{REJECTED}")
 

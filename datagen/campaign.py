@@ -15,13 +15,13 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
-from indexer_env.faults import Faults
-from indexer_env.machine import Machine
 
 from datagen.laws import Law, make_law
 from datagen.seeds import Part, stream
 from indexer_env.checks import did_you_mean
 from indexer_env.errors import refuse
+from indexer_env.faults import Faults
+from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 
 SUBSETS = ("calibration", "control", "validation")

@@ -21,12 +21,12 @@ import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.types import RunMode
-from indexer_env.presets import config_dir
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from indexer_env.checks import did_you_mean
 from indexer_env.errors import IndexerError
+from indexer_env.presets import config_dir
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -154,14 +154,17 @@ def _unknown_key(key: str, error: Exception, config_name: str) -> str:
     cause = error.__cause__
     node = getattr(cause, "parent_node", None)
     if isinstance(node, DictConfig):
-        owner, _, name = key.rpartition(".")
-        known = [str(known) for known in node]
+        # The unknown key may stand in a mapping given as the value; the command line's key is then its owner.
+        name = str(getattr(cause, "key", key.rpartition(".")[2]))
+        owner = key if name != key.rpartition(".")[2] else key.rpartition(".")[0]
+        known = [str(entry) for entry in node]
     else:
         owner, name = "", key
         known = _root_keys(config_name)
-    place = f"a key of {owner}" if owner else f"a key of {config_name}"
-    hint = _remedy(name, known) or f"; known: {', '.join(sorted(known))}"
-    return f"{key} must be {place}, got an unknown key{hint}."
+    full = f"{owner}.{name}" if owner else name
+    known_keys = f"known: {', '.join(sorted(known))}" if known else f"write +{key}=VALUE to add it"
+    hint = did_you_mean(name, known) or known_keys
+    return f"{full} must be a key of {owner or config_name}, got an unknown key; {hint}."
 
 
 def _root_keys(config_name: str) -> list[str]:
@@ -173,9 +176,7 @@ def _root_keys(config_name: str) -> list[str]:
         if isinstance(entry, DictConfig)
         for key in entry
     ]
-    names = [str(key) for key in root if key != "defaults"] + [
-        group for group in groups if "hydra/" not in group
-    ]
+    names = [str(key) for key in root if key != "defaults"] + [group for group in groups if "hydra/" not in group]
     return [name for name in names if name != "hydra"]
 
 

@@ -95,9 +95,7 @@ def _head(order: Order) -> dict[str, Any]:
         "campaign": order.campaign.name,
         "seed": order.seed,
         "count": order.count,
-        "versions": {
-            name.removesuffix("_version"): versions[name] for name in versions if name != "schema_version"
-        },
+        "versions": {name.removesuffix("_version"): versions[name] for name in versions if name != "schema_version"},
         "config": dict(order.config),
     }
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from indexer_env.build import from_mapping
 
+from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
 
@@ -35,9 +35,7 @@ class UniformAround(Law):
     half_width: float
 
     def __post_init__(self) -> None:
-        check_number(
-            "UniformAround", "half_width", self.half_width, low=0.0, unit="-", remedy="0.1 stands for ±10 %"
-        )
+        check_number("UniformAround", "half_width", self.half_width, low=0.0, unit="-", remedy="0.1 stands for ±10 %")
 
     def draw(self, rng: np.random.Generator, nominal: float) -> float:
         return nominal * (1.0 + self.half_width * float(rng.uniform(-1.0, 1.0)))

@@ -110,14 +110,10 @@ def _choose(
         return time, _named(table, signal_name)
     likely = [column for column in others if _is_acceleration(column)] or others
     if not likely:
-        raise SignalError(
-            f"{table.path} has no acceleration column beside {columns[0].name!r}; export both columns."
-        )
+        raise SignalError(f"{table.path} has no acceleration column beside {columns[0].name!r}; export both columns.")
     if len(likely) > 1:
         names = ", ".join(repr(column.name) for column in likely)
-        raise SignalError(
-            f"{table.path} has {len(likely)} columns that may be the record ({names}); name one of them."
-        )
+        raise SignalError(f"{table.path} has {len(likely)} columns that may be the record ({names}); name one of them.")
     return time, likely[0]
 
 
@@ -130,9 +126,7 @@ def _time_of(table: MeasuredTable, sample_rate: float | None) -> Column | None:
         return found[0]
     if sample_rate is None:
         names = ", ".join(repr(column.name) for column in columns)
-        raise SignalError(
-            f"{table.path} has no time column among {names}; name one or give the sampling rate in Hz."
-        )
+        raise SignalError(f"{table.path} has no time column among {names}; name one or give the sampling rate in Hz.")
     return None
 
 
@@ -165,9 +159,7 @@ def _time_scale(table: MeasuredTable, time: Column) -> float:
     return TIME_UNITS[time.unit.lower()]
 
 
-def _rate(
-    table: MeasuredTable, time: Column, signal: Column, seconds: np.ndarray, values: np.ndarray
-) -> float:
+def _rate(table: MeasuredTable, time: Column, signal: Column, seconds: np.ndarray, values: np.ndarray) -> float:
     """Sampling rate of an even time grid [Hz], rounded to a whole number where the printed digits of time
     allow."""
     if len(seconds) < 2:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from indexer_env.simulate import Run
-
 from datagen.campaign import Base, Campaign
 from datagen.campaigns import make_campaign
 from indexer_env.build import from_mapping
@@ -15,6 +13,7 @@ from indexer_env.checks import check_choice, check_integer
 from indexer_env.machine import machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.simulate import Run
 
 KEYS = (
     *("campaign", "machine", "operating_point", "sensor", "run"),
@@ -60,9 +59,7 @@ def order_from(config: Mapping[str, Any]) -> Order:
     """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
     for key in config:
         check_choice("datagen", "key", key, KEYS)
-    base = Base(
-        machine_from_mapping(config["machine"]), from_mapping(OperatingPoint, config["operating_point"])
-    )
+    base = Base(machine_from_mapping(config["machine"]), from_mapping(OperatingPoint, config["operating_point"]))
     return Order(
         campaign=make_campaign(config["campaign"]),
         base=base,

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from indexer_env.simulate import simulate_batch
 
 from datagen.campaign import Case, Item, build
 from datagen.order import Order
 from datagen.rows import case_columns, label_columns, run_columns, sensor_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
+from indexer_env.simulate import simulate_batch
 
 Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
 """Rows without their records, records of shape (n, samples) in the sensor's unit, rows of the rejected
@@ -40,12 +40,8 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
             rejected.append(_rejected(order, item, "machine", str(error)))
     if not cases:
         return [], np.empty((0, 0)), rejected
-    batch = simulate_batch(
-        [case.machine for case in cases], [case.operating_point for case in cases], order.run
-    )
-    rejected += [
-        _rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()
-    ]
+    batch = simulate_batch([case.machine for case in cases], [case.operating_point for case in cases], order.run)
+    rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
     if not kept:

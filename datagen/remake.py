@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from indexer_env.simulate import simulate
 
 from datagen.rows import remade
 from datagen.seeds import Part, stream
+from indexer_env.simulate import simulate
 
 
 def remake(row: Mapping[str, Any]) -> np.ndarray:

@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from indexer_env.simulate import Run
-
 from datagen.campaign import Case, Label
 from datagen.schema import SCHEMA_VERSION
 from indexer_env.effects import MachineEffect, make_effect
@@ -21,6 +19,7 @@ from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MOTION_LAWS, MotionLaw
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.simulate import Run
 
 JOINTS = ("input_joint", "output_joint", "base_joint")
 _WRITTEN_AS_TEXT = ("motion_law", "effects", *JOINTS)
@@ -69,9 +68,7 @@ def machine_columns(machine: Machine) -> dict[str, Any]:
     columns["motion_law_parameters"] = json.dumps(dataclasses.asdict(law))  # type: ignore[call-overload]
     for name in JOINTS:
         columns.update(_fields(getattr(machine, name), f"{name}_"))
-    columns["effects"] = json.dumps(
-        [{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects]
-    )
+    columns["effects"] = json.dumps([{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects])
     return columns
 
 
@@ -132,9 +129,7 @@ def remade(row: Mapping[str, Any]) -> Remade:
         warmup_tolerance=row["warmup_tolerance"],
     )
     operating_point = _object(OperatingPoint, row)
-    return Remade(
-        machine_of(row), operating_point, run, _object(Sensor, row, "sensor_"), row["seed"], row["item"]
-    )
+    return Remade(machine_of(row), operating_point, run, _object(Sensor, row, "sensor_"), row["seed"], row["item"])
 
 
 def faults_of(row: Mapping[str, Any]) -> Faults:

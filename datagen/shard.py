@@ -2,14 +2,15 @@
 
 `read_shards(folder)` gives all records of a data set as one matrix with their table.
 
-Measured on 512 records of table2 (8200 samples, no noise; bytes a record, records written and read a second, one core):
+Measured on 512 records of table2 (8200 samples, no noise): bytes a record, records a second written and read:
     plain list, not compressed                       32.8 kB   12 400   23 500
     plain list, zstd 1                               12.7 kB   10 900   18 300
     plain list, byte-stream split, zstd 1 (chosen)   10.1 kB   11 500   20 600
     plain list, byte-stream split, zstd 9             9.7 kB    3 000   19 800
     plain list, byte-stream split, lz4               11.0 kB   14 400   21 800
     fixed-size list, byte-stream split, zstd 1       10.1 kB   11 500   20 200
-Fixed-size lists gain nothing and forbid records of different lengths; records full of noise shrink to 26 kB at best.
+Fixed-size lists gain nothing and forbid records of different lengths. Records full of noise shrink to
+26 kB at best.
 """
 
 from __future__ import annotations
@@ -77,9 +78,7 @@ def to_table(rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> pa.Table
     arrays: list[pa.Array] = []
     for field in layout:
         if field.name == RECORD:
-            arrays.append(
-                pa.ListArray.from_arrays(pa.array(offsets), pa.array(samples.ravel()), type=field.type)
-            )
+            arrays.append(pa.ListArray.from_arrays(pa.array(offsets), pa.array(samples.ravel()), type=field.type))
         else:
             arrays.append(pa.array([row[field.name] for row in rows], type=field.type))
     return pa.Table.from_arrays(arrays, schema=layout)
@@ -113,9 +112,7 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     path = folder / MANIFEST
     if not path.is_file():
         if (folder / UNFINISHED).is_file():
-            raise SignalError(
-                f"{folder} holds an unfinished data set; generate it again with overwrite=true."
-            )
+            raise SignalError(f"{folder} holds an unfinished data set; generate it again with overwrite=true.")
         raise SignalError(
             f"{folder} holds no data set (no {MANIFEST}); give the folder that datagen wrote (out=FOLDER)."
         )
@@ -124,9 +121,7 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise SignalError(f"{path} is damaged ({error}); generate the data set again.") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise SignalError(
-            f"{path} is not the manifest of a data set; give the folder that datagen wrote (out=FOLDER)."
-        )
+        raise SignalError(f"{path} is not the manifest of a data set; give the folder that datagen wrote (out=FOLDER).")
     if manifest.get("schema_version") != SCHEMA_VERSION:
         raise SignalError(
             f"{folder} must have schema version {SCHEMA_VERSION}, got {manifest.get('schema_version')}; "
@@ -159,16 +154,12 @@ def read_shards(path: str | Path) -> Records:
     """
     tables = list(iterate_shards(path))
     if not tables:
-        raise SignalError(
-            f"{path} holds no record, all items were rejected; see rejected.parquet for the reasons."
-        )
+        raise SignalError(f"{path} holds no record, all items were rejected; see rejected.parquet for the reasons.")
     table = pa.concat_tables(tables)
     column = table.column(RECORD).combine_chunks()
     lengths = np.unique(np.diff(column.offsets.to_numpy()))
     if len(lengths) != 1:
-        raise SignalError(
-            f"{path} must hold records of one length, got {lengths.min()} to {lengths.max()} samples."
-        )
+        raise SignalError(f"{path} must hold records of one length, got {lengths.min()} to {lengths.max()} samples.")
     records = column.flatten().to_numpy().reshape(len(column), int(lengths[0]))
     return Records(records, table.drop_columns([RECORD]), read_manifest(path))
 
@@ -186,13 +177,10 @@ def _read_shard(path: Path, size: int) -> pa.Table:
         with pq.ParquetFile(path) as file:
             table = file.read()
     except (pa.ArrowInvalid, OSError) as error:
-        raise SignalError(
-            f"{path} is damaged ({str(error).splitlines()[0]}); generate the data set again."
-        ) from None
+        raise SignalError(f"{path} is damaged ({str(error).splitlines()[0]}); generate the data set again.") from None
     if not table.schema.equals(schema()):
         different = sorted(set(COLUMNS).symmetric_difference(table.column_names)) or ["the type of a column"]
         raise SignalError(
-            f"{path} does not follow schema version {SCHEMA_VERSION} ({different[0]}); "
-            "generate the data set again."
+            f"{path} does not follow schema version {SCHEMA_VERSION} ({different[0]}); generate the data set again."
         )
     return table

@@ -84,9 +84,7 @@ def check_free(folder: Path, overwrite: bool) -> None:
     ours = (folder / MANIFEST).is_file() or (folder / UNFINISHED).is_file()
     if not overwrite:
         remedy = "add overwrite=true to replace it" if ours else "choose another folder"
-        raise StoreError(
-            f"out must be a new or empty folder, got {folder} with {len(held)} files in it; {remedy}."
-        )
+        raise StoreError(f"out must be a new or empty folder, got {folder} with {len(held)} files in it; {remedy}.")
     if not ours:
         raise StoreError(
             f"overwrite replaces data sets only, got {folder} without a {MANIFEST}; choose another folder."
@@ -94,8 +92,7 @@ def check_free(folder: Path, overwrite: bool) -> None:
     foreign = sorted(name for name in held if not _is_ours(name))
     if foreign:
         raise StoreError(
-            f"overwrite replaces data sets only, got {folder} with {foreign[0]!r} in it; "
-            "move that file first."
+            f"overwrite replaces data sets only, got {folder} with {foreign[0]!r} in it; move that file first."
         )
 
 
@@ -120,6 +117,4 @@ def _held(folder: Path) -> list[str]:
 def _is_ours(name: str) -> bool:
     name = name.removesuffix(_TEMPORARY)
     folder, _, file = name.rpartition("/")
-    return name in _OURS or (
-        folder == SHARD_FOLDER and file.startswith("shard-") and file.endswith(".parquet")
-    )
+    return name in _OURS or (folder == SHARD_FOLDER and file.startswith("shard-") and file.endswith(".parquet"))

@@ -103,9 +103,7 @@ def _csv(path: Path, text: str) -> MeasuredTable:
         )
     header = _header(lines[:start], delimiter, width)
     body = "\n".join(lines[start:])
-    table = _cells(
-        path, body, delimiter, width, start, columns_named="the header" if header else "the first row"
-    )
+    table = _cells(path, body, delimiter, width, start, columns_named="the header" if header else "the first row")
     sampled = lines[start : start + _SNIFFED_LINES]
     comma = delimiter != "," and any(re.search(r"\d,\d", line) for line in sampled)
     names = header or [f"column {index + 1}" for index in range(width)]

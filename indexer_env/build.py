@@ -48,9 +48,7 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
     missing = [
         name
         for name, field in fields.items()
-        if name not in values
-        and field.default is dataclasses.MISSING
-        and field.default_factory is dataclasses.MISSING
+        if name not in values and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     ]
     if missing:
         raise ParameterError(f"{owner} lacks {', '.join(missing)}; give a value for each.")

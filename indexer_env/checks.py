@@ -10,9 +10,7 @@ from numbers import Integral, Real
 from indexer_env.errors import refuse
 
 
-def _rule(
-    kind: str, low: float | None, high: float | None, low_open: bool, high_open: bool, unit: str
-) -> str:
+def _rule(kind: str, low: float | None, high: float | None, low_open: bool, high_open: bool, unit: str) -> str:
     bounds = []
     if low is not None:
         bounds.append(f"{'>' if low_open else '>='} {low:g}")

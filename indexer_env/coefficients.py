@@ -194,7 +194,8 @@ def start_state(item: Coefficients, operating_point: OperatingPoint) -> np.ndarr
     polynomial = np.polynomial.Polynomial(row[layout.PIECE_C_0 :])
     x = angle - row[layout.PIECE_LOW]
     cam_rate = item["reduction"] * operating_point.motor_speed
-    state = dict.fromkeys(layout.STATE_NAMES, 0.0) | {
+    state: dict[str, float] = {name: 0.0 for name in layout.STATE_NAMES}
+    state |= {
         "cam_angle": alpha, "cam_rate": cam_rate,
         "table_angle": turns * item["advance"] + polynomial(x), "table_rate": polynomial.deriv()(x) * cam_rate,
         "motor_angle": alpha / item["reduction"], "motor_rate": operating_point.motor_speed,

@@ -25,7 +25,7 @@ class Faults:
     roller_crack : float
         Loss of stiffness of the output joint in one sense, 1 - ρ [-], in [0, 1).
     cracked_station : int or None
-        None: at all stations, as the paper models it; else the one station (0 … S-1) at which the cracked roller carries.
+        None: at all stations, as the paper models it; else the station (0 … S-1) at which the cracked roller carries.
     screw_looseness : float
         Share of the base's full compliance [-], in [0, 1]; 1 puts the housing at LOOSE_HOUSING_HZ.
     backlash : float

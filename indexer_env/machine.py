@@ -1,11 +1,11 @@
-"""The machine: joints, inertias, motion law and the effects it is extended by. Frozen, self-checking, SI and radians."""
+"""The machine: joints, inertias, motion law and the effects it is extended by. Frozen, self-checking, SI units."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from indexer_env.build import from_mapping
@@ -20,8 +20,7 @@ MODELS = ("A", "B", "B_on_base")
 
 CONTACT_LAWS = ("clipped", "kelvin_voigt", "damped_play")
 """clipped: contact pushes and never pulls (default); kelvin_voigt: spring and damper while δ is beyond ±g/2, also when
-they pull; damped_play: the damper also acts inside the play. Where there is no play nothing separates: all three are the
-same."""
+they pull; damped_play: the damper also acts inside the play. Without play nothing separates: all three are the same."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class Machine:
     reduction_ratio: float
     stations: int
     motion_share: float
-    motion_law: MotionLaw = ModifiedSine()
+    motion_law: MotionLaw = field(default_factory=ModifiedSine)
     model: str = "B"
     contact_law: str = "clipped"
     effects: tuple[MachineEffect, ...] = ()
@@ -109,9 +108,7 @@ class Machine:
         check_integer("Machine", "stations", self.stations, low=2, high=1000)
         check_number("Machine", "motion_share", self.motion_share, low=0.0, low_open=True, high=1.0)
         if not isinstance(self.motion_law, MotionLaw):
-            raise refuse(
-                "Machine", "motion_law", "a MotionLaw", self.motion_law, "see indexer_env.motion_law"
-            )
+            raise refuse("Machine", "motion_law", "a MotionLaw", self.motion_law, "see indexer_env.motion_law")
         check_choice("Machine", "model", self.model, MODELS)
         check_choice("Machine", "contact_law", self.contact_law, CONTACT_LAWS)
         self._check_effects()
@@ -130,9 +127,7 @@ class Machine:
             names.append(effect.name)
         for name in names:
             if names.count(name) > 1:
-                raise refuse(
-                    "Machine", "effects", "different effects", name, "it is there twice; merge the two"
-                )
+                raise refuse("Machine", "effects", "different effects", name, "it is there twice; merge the two")
 
     @property
     def reduction(self) -> float:

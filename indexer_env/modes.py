@@ -13,7 +13,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 
 LARGEST_PHASE_STEP = 0.25
-"""h ω of the fastest mode may not exceed this [rad]: 25 steps a period, where RK4's phase error is 3e-5 rad a period."""
+"""h ω of the fastest mode may not exceed this [rad]: 25 steps a period, RK4's phase error 2e-4 rad a period."""
 
 LARGEST_DECAY_STEP = 1.0
 """h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""

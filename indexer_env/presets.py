@@ -42,9 +42,7 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
         where = str(error).replace("\n", " ")
         raise ParameterError(f"{path} is not readable YAML: {where}.") from error
     if not isinstance(content, dict):
-        raise ParameterError(
-            f"{path} must hold a mapping of parameters to values, got {type(content).__name__}."
-        )
+        raise ParameterError(f"{path} must hold a mapping of parameters to values, got {type(content).__name__}.")
     return content
 
 

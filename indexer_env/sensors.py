@@ -138,9 +138,7 @@ class Sensor:
         """Rate [Hz] of the record that is read from an acceleration given at `sample_rate` [Hz]."""
         return float(sample_rate) / self._every(sample_rate)
 
-    def read(
-        self, acceleration: np.ndarray, sample_rate: float, rng: np.random.Generator | None = None
-    ) -> Signal:
+    def read(self, acceleration: np.ndarray, sample_rate: float, rng: np.random.Generator | None = None) -> Signal:
         """Read one record.
 
         Parameters
@@ -184,18 +182,14 @@ class Sensor:
         rows = samples_from(accelerations, sample_rate, owner="Sensor.read_batch", axes=2)
         return self._chain(rows, sample_rate, rngs)
 
-    def _chain(
-        self, rows: np.ndarray, sample_rate: float, rngs: Sequence[np.random.Generator] | None
-    ) -> np.ndarray:
+    def _chain(self, rows: np.ndarray, sample_rate: float, rngs: Sequence[np.random.Generator] | None) -> np.ndarray:
         every = self._every(sample_rate)
         rate = float(sample_rate) / every
         self._check_below_half(rate)
         limit = BRACKET_LIMIT * sample_rate
         if self.bracket_hz is not None and self.bracket_hz >= limit:
             rule = f"below {limit:g} Hz ({BRACKET_LIMIT:g} of the {sample_rate:g} Hz that it reads at)"
-            raise refuse(
-                "Sensor", "bracket_hz", rule, self.bracket_hz, "lower it or simulate at a higher rate"
-            )
+            raise refuse("Sensor", "bracket_hz", rule, self.bracket_hz, "lower it or simulate at a higher rate")
         generators = self._generators(rngs, len(rows))
 
         y = rows * (self.gain if self.radius is None else self.gain * self.radius)
@@ -221,9 +215,7 @@ class Sensor:
         spreads = [float(np.std(row)) for row in y]
         if 0.0 in spreads:
             where = f"row {spreads.index(0.0)} of the record to vary"
-            raise SignalError(
-                f"Sensor.noise_snr_db needs {where}, got a constant; set noise_density instead."
-            )
+            raise SignalError(f"Sensor.noise_snr_db needs {where}, got a constant; set noise_density instead.")
         return [spread * 10.0 ** (-self.noise_snr_db / 20.0) for spread in spreads]
 
     def _with_background(self, y: np.ndarray, rate: float) -> np.ndarray:
@@ -270,9 +262,7 @@ class Sensor:
     def _check_below_half(self, rate: float) -> None:
         rule = f"below {rate / 2:g} Hz (half the record's rate of {rate:g} Hz)"
         if self.lowpass_hz is not None and self.lowpass_hz >= rate / 2:
-            raise refuse(
-                "Sensor", "lowpass_hz", rule, self.lowpass_hz, "leave it out (null) to switch it off"
-            )
+            raise refuse("Sensor", "lowpass_hz", rule, self.lowpass_hz, "leave it out (null) to switch it off")
         if self.hum_amplitude > 0.0:
             if self.hum_hz >= rate / 2:
                 raise refuse("Sensor", "hum_hz", rule, self.hum_hz, "set hum_amplitude to 0 to switch it off")
@@ -280,9 +270,7 @@ class Sensor:
                 rule = f"0 where its line at {3 * self.hum_hz:g} Hz is not {rule}"
                 raise refuse("Sensor", "hum_third", rule, self.hum_third)
 
-    def _generators(
-        self, rngs: Sequence[np.random.Generator] | None, rows: int
-    ) -> Sequence[np.random.Generator]:
+    def _generators(self, rngs: Sequence[np.random.Generator] | None, rows: int) -> Sequence[np.random.Generator]:
         if not self.noisy:
             return ()
         rule = "one numpy.random.Generator per record, because the sensor has noise"

@@ -59,9 +59,7 @@ def samples_from(values: object, sample_rate: object, *, owner: str, axes: int =
         )
     if array.ndim != axes:
         shape = "one-dimensional (n,)" if axes == 1 else "two-dimensional (rows, n)"
-        raise SignalError(
-            f"{name} must be {shape}, got shape {array.shape}; pick one column or add the missing axis."
-        )
+        raise SignalError(f"{name} must be {shape}, got shape {array.shape}; pick one column or add the missing axis.")
     if array.shape[-1] < MINIMUM_SAMPLES:
         raise SignalError(
             f"{name} must hold at least {MINIMUM_SAMPLES} samples, got {array.shape[-1]}; record for longer."
@@ -108,9 +106,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         if not isinstance(self.source, str):
-            raise SignalError(
-                f"Signal.source must be a text, got {self.source!r}; name the file or the simulation."
-            )
+            raise SignalError(f"Signal.source must be a text, got {self.source!r}; name the file or the simulation.")
         _check_choice("quantity", self.quantity, QUANTITY_UNITS)
         _check_choice(f"unit of {self.quantity}", self.unit, QUANTITY_UNITS[self.quantity])
         owner = f"Signal ({self.source})" if self.source else "Signal"

@@ -1,7 +1,7 @@
 """Simulate one machine or a batch: warm-up by criterion, one record each, the faulty ones apart.
 
-`simulate` raises where `simulate_batch` rejects the item, with the same sentence. An item's numbers do not depend on its
-batch: the kernel's lanes are independent, and only items of the same model and features share a call.
+`simulate` raises where `simulate_batch` rejects the item, with the same sentence. An item's numbers do not depend on
+its batch: the kernel's lanes are independent, and only items of the same model and features share a call.
 """
 
 from __future__ import annotations
@@ -25,9 +25,7 @@ _GROUP = 512
 """Items run at once: enough for all cores, few enough that two turns of each take less than 100 MB."""
 
 
-def simulate(
-    machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None
-) -> Trajectory:
+def simulate(machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None) -> Trajectory:
     """Simulate one machine.
 
     Parameters
@@ -53,9 +51,7 @@ def simulate(
     run = run or Run()
     batch = _run_batch([machine], [operating_point or OperatingPoint()], run, None, reject=False)
     channels = {name: values[0] for name, values in batch.channels.items()}
-    report = WarmupReport(
-        int(batch.warmup_turns[0]), bool(batch.settled[0]), float(batch.warmup_difference[0])
-    )
+    report = WarmupReport(int(batch.warmup_turns[0]), bool(batch.settled[0]), float(batch.warmup_difference[0]))
     return Trajectory(run.sample_rate, channels, report)
 
 
@@ -109,12 +105,11 @@ def _run_batch(
     reject: bool,
 ) -> Batch:
     n = len(machines)
-    lengths = {
-        run.samples_of(machine.turn_duration(point)) for machine, point in zip(machines, points, strict=True)
-    }
+    lengths = {run.samples_of(machine.turn_duration(point)) for machine, point in zip(machines, points, strict=True)}
     if len(lengths) > 1:
         raise ParameterError(
-            f"Run.samples must be given where turns differ in length, got turns of {min(lengths)} to {max(lengths)} samples."
+            f"Run.samples must be given where turns differ in length, got turns of {min(lengths)} to {max(lengths)} "
+            "samples."
         )
     samples = lengths.pop() if lengths else 0
     batch = Batch(
@@ -135,9 +130,7 @@ def _run_batch(
         groups.setdefault((item.model, item.features), []).append((index, item))
     for members in groups.values():
         for first in range(0, len(members), _GROUP):
-            TurnGroup(members[first : first + _GROUP], machines, points, run, samples, threads).run_into(
-                batch
-            )
+            TurnGroup(members[first : first + _GROUP], machines, points, run, samples, threads).run_into(batch)
     if batch.rejected and not reject:
         raise SimulationError(batch.rejected[0])
     return batch

@@ -1,4 +1,4 @@
-"""Turn after turn: a group of items is run until each record is free of the start's transient, or a bound is reached."""
+"""Turn after turn: items are run until each record is free of the start's transient, or a bound is reached."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class TurnGroup:
                 self._aim_at_turn_end(turn + 2, start[going])
 
     def _turn(self, batch: Batch, *, whole: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Advance by one turn, or only to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""
+        """Advance by one turn, or to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""
         n_steps = np.full(len(self.items), self.samples * self.every, dtype=np.int64)
         remainder = np.zeros(len(self.items))
         if whole:
@@ -150,11 +150,9 @@ class TurnGroup:
         self.pack.coefficients = self.pack.coefficients[going].copy()
 
 
-def _differences(
-    previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, stations: np.ndarray
-) -> np.ndarray:
-    """Relative rms difference (n,) of two turns' records (n, samples) over their last cam turn. Where that agrees, so does
-    all that follows, and the later of the two turns is free of the start's transient from its first sample."""
+def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """Relative rms difference (n,) of two turns' records (n, samples) over their last cam turn. Where that agrees, so
+    does all that follows, and the later turn is free of the start's transient from its first sample."""
     width = min(previous.shape[1], present.shape[1])
     place = np.arange(width)
     counted = (place < lengths[:, None]) & (place >= (lengths - lengths // stations)[:, None])
@@ -164,12 +162,6 @@ def _differences(
 
 
 def _reason(name: str, status: int, when: float, state: np.ndarray) -> str:
-    what = (
-        "became non-finite"
-        if status == layout.NOT_FINITE
-        else f"deflected a joint beyond {LARGEST_DEFLECTION} rad"
-    )
-    values = ", ".join(
-        f"{key} {value:.4g}" for key, value in zip(layout.STATE_NAMES[:8], state, strict=False)
-    )
+    what = "became non-finite" if status == layout.NOT_FINITE else f"deflected a joint beyond {LARGEST_DEFLECTION} rad"
+    values = ", ".join(f"{key} {value:.4g}" for key, value in zip(layout.STATE_NAMES[:8], state, strict=False))
     return f"{name} {what} at t = {when:.4g} s ({values})."

@@ -66,9 +66,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
 
 
 def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> None:
-    program = (
-        "from indexer_env import presets; presets.load_machine('reference'); print(presets.config_dir())"
-    )
+    program = "from indexer_env import presets; presets.load_machine('reference'); print(presets.config_dir())"
     result = run_outside(installed, tmp_path, "-c", program)
     assert result.returncode == 0, result.stderr
     assert Path(result.stdout.strip()).resolve() == (installed / "indexer_env" / "conf").resolve()

@@ -58,9 +58,7 @@ class TrainGdx(Trainer):
         check_number("TrainGdx", "rate", self.rate, low=0.0, low_open=True)
         check_number("TrainGdx", "momentum", self.momentum, low=0.0, high=1.0, low_open=True, high_open=True)
         check_number("TrainGdx", "rate_increase", self.rate_increase, low=1.0)
-        check_number(
-            "TrainGdx", "rate_decrease", self.rate_decrease, low=0.0, high=1.0, low_open=True, high_open=True
-        )
+        check_number("TrainGdx", "rate_decrease", self.rate_decrease, low=0.0, high=1.0, low_open=True, high_open=True)
         check_number("TrainGdx", "maximum_increase", self.maximum_increase, low=1.0)
 
     def begin(self, point: Point) -> _Memory:

@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from indexer_env.build import from_mapping
-
 from datagen.campaign import Campaign
 from datagen.campaigns.table2 import Table2
+from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 

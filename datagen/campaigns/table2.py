@@ -105,9 +105,7 @@ class Table2(Campaign):
         ratio = drawn.pop(STIFFNESS_RATIO, self.stiffness_ratio)
         play = drawn.pop(OUTPUT_BACKLASH, self.output_backlash)
         if row.model == "A":
-            drawn = {
-                path: value for path, value in drawn.items() if not path.startswith(NOT_DRAWN_IN_MODEL_A)
-            }
+            drawn = {path: value for path, value in drawn.items() if not path.startswith(NOT_DRAWN_IN_MODEL_A)}
         changes = {
             **drawn,
             "model": row.model,

@@ -63,9 +63,7 @@ class Effect:
         for field in dataclasses.fields(self):
             rules, value = field.metadata, getattr(self, field.name)
             if rules["whole"]:
-                check_integer(
-                    self.name, field.name, value, low=rules["low"], high=rules["high"], unit=rules["unit"]
-                )
+                check_integer(self.name, field.name, value, low=rules["low"], high=rules["high"], unit=rules["unit"])
             else:
                 bounds = {key: rules[key] for key in ("low", "high", "low_open", "high_open", "unit")}
                 check_number(self.name, field.name, value, **bounds)

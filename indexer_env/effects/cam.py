@@ -28,9 +28,7 @@ class ProfileError(MachineEffect):
 
     height: float = parameter("height A, at the follower", "rad", null=0.0, low=-0.05, high=0.05)
     centre: float = parameter("cam phase of the bump", "turns", default=0.25, low=0.0, high=1.0)
-    half_width: float = parameter(
-        "half width of the bump", "turns", default=0.05, low=0.0, high=0.5, low_open=True
-    )
+    half_width: float = parameter("half width of the bump", "turns", default=0.05, low=0.0, high=0.5, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["bump_height"] = self.height
@@ -54,8 +52,6 @@ class StationSpacing(MachineEffect):
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:
-            raise refuse(
-                self.name, "station", f"below the machine's {machine.stations} stations", self.station
-            )
+            raise refuse(self.name, "station", f"below the machine's {machine.stations} stations", self.station)
         coefficients["spacing_error"] = self.error
         coefficients["spacing_station"] = float(self.station)

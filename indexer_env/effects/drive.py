@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @register
 @dataclass(frozen=True)
 class Slip(MachineEffect):
-    """Induction motor near its synchronous speed: its speed falls in proportion to its torque; its inertia takes part."""
+    """Induction motor near synchronous speed: its speed falls in proportion to its torque; its inertia takes part."""
 
     name = "drive.slip"
     sentence = "The motor's speed falls with the torque asked of it, as an induction motor's does."
@@ -66,9 +66,7 @@ class TransmissionError(MachineEffect):
     feature = USES_TRANSMISSION
 
     amplitude: float = parameter("amplitude e at the cam shaft", "rad", null=0.0, low=0.0, high=0.1)
-    order: float = parameter(
-        "order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True
-    )
+    order: float = parameter("order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True)
     phase: float = parameter("phase at γ = 0", "rad", default=0.0)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:

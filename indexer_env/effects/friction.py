@@ -1,5 +1,5 @@
-"""Friction in the table's bearing; it opposes φ̇. All signs of a rate are smooth: s/√(1+s²), s = φ̇/smoothing, so that the
-integrator keeps its order; within ±smoothing the bearing creeps instead of sticking.
+"""Friction in the table's bearing; it opposes φ̇. All signs of a rate are smooth: s/√(1+s²), s = φ̇/smoothing, so that
+the integrator keeps its order; within ±smoothing the bearing creeps instead of sticking.
 """
 
 from __future__ import annotations
@@ -31,9 +31,7 @@ class CoulombFriction(MachineEffect):
     feature = USES_FRICTION
 
     torque: float = parameter("Coulomb torque T_c", "N m", null=0.0, low=0.0)
-    smoothing: float = parameter(
-        "rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True
-    )
+    smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["coulomb_torque"] = self.torque
@@ -71,12 +69,8 @@ class StribeckFriction(MachineEffect):
     feature = USES_FRICTION
 
     torque: float = parameter("breakaway torque above Coulomb's, T_s", "N m", null=0.0, low=0.0)
-    speed: float = parameter(
-        "Stribeck speed v_s, half of it left", "rad/s", default=0.1, low=0.0, low_open=True
-    )
-    smoothing: float = parameter(
-        "rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True
-    )
+    speed: float = parameter("Stribeck speed v_s, half of it left", "rad/s", default=0.1, low=0.0, low_open=True)
+    smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["stribeck_torque"] = self.torque

@@ -76,9 +76,7 @@ class BaseLooseness(MachineEffect):
     enters = "joint 3"
 
     compliance: float = parameter("compliance of the base 1/k3", "rad/(N m)", null=0.0, low=0.0)
-    damping_ratio: float = parameter(
-        "damping ratio ζ of the housing on it", "-", default=0.05, low=0.0, high=1.0
-    )
+    damping_ratio: float = parameter("damping ratio ζ of the housing on it", "-", default=0.05, low=0.0, high=1.0)
     play: float = parameter("total play of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:

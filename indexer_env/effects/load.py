@@ -47,9 +47,7 @@ class ProcessTorque(MachineEffect):
 
     torque: float = parameter("peak torque T_p", "N m", null=0.0)
     centre: float = parameter("cam phase of the peak", "turns", default=0.75, low=0.0, high=1.0)
-    half_width: float = parameter(
-        "half width of the pulse", "turns", default=0.1, low=0.0, high=0.5, low_open=True
-    )
+    half_width: float = parameter("half width of the pulse", "turns", default=0.1, low=0.0, high=0.5, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["process_torque"] = self.torque

@@ -1,4 +1,4 @@
-"""Cracked rollers: a crack opens under load in one sense, so the output joint becomes bilinear (Lucifredi et al., paper [2])."""
+"""Cracked rollers: a crack opens under load in one sense, so the output joint is bilinear (Lucifredi, paper [2])."""
 
 from __future__ import annotations
 
@@ -39,9 +39,7 @@ class SingleRollerCrack(MachineEffect):
 
     name = "roller.crack_single"
     sentence = "One cracked roller makes the output joint softer in one sense, once per table turn."
-    equation = (
-        "joint 2: ρ → ρ (1 - severity) while the table moves from `station` to the next and dwells there"
-    )
+    equation = "joint 2: ρ → ρ (1 - severity) while the table moves from `station` to the next and dwells there"
     source = "own extension of paper.txt, fig. 3c, to one roller of the turret"
     enters = "torque of joint 2"
 
@@ -50,8 +48,6 @@ class SingleRollerCrack(MachineEffect):
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:
-            raise refuse(
-                self.name, "station", f"below the machine's {machine.stations} stations", self.station
-            )
+            raise refuse(self.name, "station", f"below the machine's {machine.stations} stations", self.station)
         coefficients["single_ratio_2"] = 1.0 - self.severity
         coefficients["single_station"] = float(self.station)

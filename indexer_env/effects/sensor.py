@@ -1,4 +1,4 @@
-"""Effects of the measuring chain; each sets fields of the Sensor (indexer_env/sensors.py, which holds the equations)."""
+"""Effects of the measuring chain; each sets fields of the Sensor, which holds the equations (sensors.py)."""
 
 from __future__ import annotations
 
@@ -47,9 +47,7 @@ class SensorLowpass(SensorEffect):
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         if self.is_null:
             return sensor
-        return dataclasses.replace(
-            sensor, lowpass_hz=1.0 / (6.283185307179586 * self.time_constant), lowpass_order=2
-        )
+        return dataclasses.replace(sensor, lowpass_hz=1.0 / (6.283185307179586 * self.time_constant), lowpass_order=2)
 
 
 @register
@@ -59,9 +57,7 @@ class SensorBracketResonance(SensorEffect):
 
     name = "sensor.bracket_resonance"
     sentence = "The bracket that holds the accelerometer resonates."
-    equation = (
-        "(2ζωs + ω²)/(s² + 2ζωs + ω²); compliance (g per unit stiffness) enters as 1/ω², 0 is a rigid bracket"
-    )
+    equation = "(2ζωs + ω²)/(s² + 2ζωs + ω²); compliance (g per unit stiffness) enters as 1/ω², 0 is a rigid bracket"
     source = _CHAIN
     enters = "sensor"
 
@@ -91,9 +87,7 @@ class SensorMainsHum(SensorEffect):
     phase: float = parameter("phase at t = 0", "rad", default=0.0)
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
-        return dataclasses.replace(
-            sensor, hum_amplitude=self.amplitude, hum_hz=self.frequency, hum_phase=self.phase
-        )
+        return dataclasses.replace(sensor, hum_amplitude=self.amplitude, hum_hz=self.frequency, hum_phase=self.phase)
 
 
 @register

@@ -21,8 +21,8 @@ LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 _SEARCHES = 60
 """Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""
 
-_NEAR = 1e-12
-"""A guard this near to zero, as a share of its change over the step, is on the edge."""
+_NEAR = 1e-10
+"""A guard this near to zero, as a share of its change over the step, is on the edge: below the interpolant's error."""
 
 _INFINITY = math.inf
 
@@ -50,7 +50,7 @@ def set_lines(w, i):
 def load_piece(w, i, piece, turn, pieces):
     """Load piece `piece` of the law in cam turn `turn` into lane i; indices beyond the turn wrap into its neighbours.
 
-    A station whose spacing is off by ε lengthens the index that leads to it by the factor 1 + ε/h and shortens the next.
+    A station whose spacing is off by ε lengthens the index that leads to it by the factor 1 + ε/h, shortens the next.
     """
     count = int(w[LAW_COUNT + i])
     if piece < 0:
@@ -87,7 +87,7 @@ def load_piece(w, i, piece, turn, pieces):
 @outlined
 def find_piece(w, i, pieces):
     """Load the piece that holds the cam's angle, from any state."""
-    turn = math.floor(w[CAM + i] / TWO_PI)
+    turn = float(math.floor(w[CAM + i] / TWO_PI))
     angle = w[CAM + i] - TWO_PI * turn
     first, low, high = int(w[LAW_FIRST + i]), 0, int(w[LAW_COUNT + i]) - 1
     while low < high:
@@ -134,13 +134,12 @@ def mark_joint(w, region, edge, deflection):
 
 
 @scalar
-def hermite(s, h, y0, v0, y1, v1):
-    """Value and rate at share s of a step of length h of the cubic with these end values and rates."""
-    difference = y1 - y0
-    a, b = h * v0 - difference, difference - h * v1
-    value = y0 + s * (difference + (1.0 - s) * (a * (1.0 - s) + b * s))
-    slope = difference + (1.0 - 2.0 * s) * (a * (1.0 - s) + b * s) + s * (1.0 - s) * (b - a)
-    return value, slope / h
+def hermite(h, y0, v0, y1, v1):
+    """Coefficients (c1, c2, c3) of y0 + c1 s + c2 s² + c3 s³, the cubic over a step of length h with these end values
+    and rates, s its share."""
+    c1, change = h * v0, y1 - y0
+    c3 = c1 + h * v1 - 2.0 * change
+    return c1, change - c1 - c3, c3
 
 
 @scalar
@@ -183,39 +182,37 @@ def find_edge(w, i, h, features):
 @scalar
 def find_angle(w, i, h, angle):
     """Share of the step at which the cam passes `angle`."""
-    s0, s1 = 0.0, 1.0
-    g0, g1 = w[CAM_0 + i] - angle, w[CAM + i] - angle
+    s0, s1, y0, y1 = 0.0, 1.0, w[CAM_0 + i], w[CAM + i]
+    c1, c2, c3 = hermite(h, y0, w[CAM_RATE_0 + i], y1, w[CAM_RATE + i])
+    g0, g1 = y0 - angle, y1 - angle
     near = _NEAR * abs(g1 - g0)
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
-        g = hermite(s, h, w[CAM_0 + i], w[CAM_RATE_0 + i], w[CAM + i], w[CAM_RATE + i])[0] - angle
-        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        g = (y0 - angle) + s * (c1 + s * (c2 + s * c3))
         if abs(g) <= near:
             return s
+        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
     return s1
 
 
 @scalar
 def find_joint_edge(w, i, h, region, edge, row):
     """Share of the step at which the guard of a joint runs out, and its deflection there."""
-    y0, v0, y1, v1 = (
-        w[row + DEFLECTION_1_0 - DEFLECTION_1 + i],
-        w[row + DEFLECTION_RATE_1_0 - DEFLECTION_1 + i],
-        w[row + i],
-        w[row + LANES + i],
-    )
+    start = row + DEFLECTION_1_0 - DEFLECTION_1 + i
+    y0, v0, y1, v1 = w[start], w[start + LANES], w[row + i], w[row + LANES + i]
     s0, s1, deflection = 0.0, 1.0, y0
     g0, g1 = joint_guard(w, i, region, edge, y0, v0), joint_guard(w, i, region, edge, y1, v1)
     if g0 <= 0.0:
         return s0, deflection
-    near = _NEAR * (g0 - g1)
+    c1, c2, c3 = hermite(h, y0, v0, y1, v1)
+    frequency, near = 1.0 / h, _NEAR * (g0 - g1)
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
-        deflection, rate = hermite(s, h, y0, v0, y1, v1)
-        g = joint_guard(w, i, region, edge, deflection, rate)
-        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        deflection = y0 + s * (c1 + s * (c2 + s * c3))
+        g = joint_guard(w, i, region, edge, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
         if abs(g) <= near:
             return s, deflection
+        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
     return s1, deflection
 
 

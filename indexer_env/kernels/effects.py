@@ -30,9 +30,7 @@ def friction_torque(rate, coulomb, coulomb_speed, viscous, stribeck, stribeck_sp
     """Friction that opposes the table [N m]: Coulomb, viscous and Stribeck parts added."""
     breakaway = stribeck * stribeck_share(rate, stribeck_speed)
     return (
-        coulomb * smooth_sign(rate, coulomb_speed)
-        + viscous * rate
-        + breakaway * smooth_sign(rate, stribeck_smoothing)
+        coulomb * smooth_sign(rate, coulomb_speed) + viscous * rate + breakaway * smooth_sign(rate, stribeck_smoothing)
     )
 
 
@@ -57,7 +55,7 @@ def harmonic(angle, rate, amplitude, order, phase):
 
 @scalar
 def mesh_factor(angle, depth, order, phase):
-    """Factor on the reducer's stiffness and damping as teeth come in and out of mesh: 1 + depth·cos(order·angle + phase)."""
+    """Factor on the reducer's torque as teeth come in and out of mesh: 1 + depth·cos(order·angle + phase)."""
     return 1.0 + depth * math.cos(order * angle + phase)
 
 

@@ -19,7 +19,7 @@ from indexer_env.kernels.edges import (
     settle_regions,
 )
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.rates import rates
+from indexer_env.kernels.rates import stage_rates, state_rates
 
 _INFINITY = math.inf
 
@@ -50,23 +50,24 @@ def first_stage_pair(w, low, high, angle, start, acc):
 
 
 @lanes
-def stage(w, low, high, model, share, acc):
-    """State of the next stage: from the saved start with the present stage's rates and its accelerations in `acc`."""
-    stage_pair(w, low, high, share, CAM, CAM_0, acc)
-    stage_pair(w, low, high, share, TABLE, TABLE_0, acc + TABLE_ACC - CAM_ACC)
+def stage(w, low, high, model, share, kept):
+    """Keep the present stage's accelerations in the rows `kept`, and go on to the next stage's state with its rates."""
+    stage_pair(w, low, high, share, CAM, CAM_0, CAM_ACC, kept)
+    stage_pair(w, low, high, share, TABLE, TABLE_0, TABLE_ACC, kept)
     if model == MODEL_B_ON_BASE:
-        stage_pair(w, low, high, share, HOUSING, HOUSING_0, acc + HOUSING_ACC - CAM_ACC)
-    stage_pair(w, low, high, share, MOTOR, MOTOR_0, acc + MOTOR_ACC - CAM_ACC)
+        stage_pair(w, low, high, share, HOUSING, HOUSING_0, HOUSING_ACC, kept)
+    stage_pair(w, low, high, share, MOTOR, MOTOR_0, MOTOR_ACC, kept)
     for i in range(low, high):
         w[STAGE_TIME + i] = share * w[STEP + i]
 
 
 @lanes
-def stage_pair(w, low, high, share, angle, start, acc):
+def stage_pair(w, low, high, share, angle, start, acc, kept):
     for i in range(low, high):
-        h = share * w[STEP + i]
+        h, a = share * w[STEP + i], w[acc + i]
+        w[kept + acc - CAM_ACC + i] = a
         w[angle + i] = w[start + i] + h * w[angle + LANES + i]
-        w[angle + LANES + i] = w[start + LANES + i] + h * w[acc + i]
+        w[angle + LANES + i] = w[start + LANES + i] + h * a
 
 
 @lanes
@@ -84,33 +85,27 @@ def finish(w, low, high, model):
 @lanes
 def finish_pair(w, low, high, angle, start, acc):
     """RK4's weights (1, 2, 2, 1)/6; for the angle, whose stage rates are start + sums of accelerations, (1, 1, 1)/6."""
+    kept_0, kept_1, kept_2 = acc + CAM_ACC_0 - CAM_ACC, acc + CAM_ACC_1 - CAM_ACC, acc + CAM_ACC_2 - CAM_ACC
     for i in range(low, high):
-        h = w[STEP + i]
-        a0, a1, a2 = (
-            w[acc + CAM_ACC_0 - CAM_ACC + i],
-            w[acc + CAM_ACC_1 - CAM_ACC + i],
-            w[acc + CAM_ACC_2 - CAM_ACC + i],
-        )
-        inner = a1 + a2
+        h, a0 = w[STEP + i], w[kept_0 + i]
+        inner = w[kept_1 + i] + w[kept_2 + i]
         w[angle + i] = w[start + i] + h * (w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + inner))
         w[angle + LANES + i] = w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + 2.0 * inner + w[acc + i])
 
 
 @lanes
 def rk4(w, low, high, model, features):
-    """One step of classical RK4 over w[STEP] from the present state, whose accelerations are at hand."""
+    """One step of classical RK4 over w[STEP] from the present state, whose accelerations are at hand, to the state
+    reached and its accelerations. `low`, `high` are the whole block or one lane."""
+    whole = high - low == LANES
     first_stage(w, low, high, model)
-    rates(w, low, high, model, features, CAM_ACC_1, False)
+    stage_rates(w, low, whole, model, features)
     stage(w, low, high, model, 0.5, CAM_ACC_1)
-    rates(w, low, high, model, features, CAM_ACC_2, False)
+    stage_rates(w, low, whole, model, features)
     stage(w, low, high, model, 1.0, CAM_ACC_2)
-    rates(w, low, high, model, features, CAM_ACC, False)
+    stage_rates(w, low, whole, model, features)
     finish(w, low, high, model)
-
-
-@outlined
-def one_lane_rates(w, i, model, features):
-    rates(w, i, i + 1, model, features, CAM_ACC, True)
+    state_rates(w, low, whole, model, features)
 
 
 @outlined
@@ -138,16 +133,15 @@ def mend(w, i, model, features, pieces):
         restore_start(w, i)
         one_lane_step(w, i, share * rest, model, features)
         cross(w, i, which, deflection, pieces)
-        one_lane_rates(w, i, model, features)
+        state_rates(w, i, False, model, features)
         rest -= share * rest
         one_lane_step(w, i, rest, model, features)
-        one_lane_rates(w, i, model, features)
         if not crossed(w, i, features):
             break
     else:
         settle_regions(w, i)
         find_piece(w, i, pieces)
-        one_lane_rates(w, i, model, features)
+        state_rates(w, i, False, model, features)
     w[STEP + i] = whole
 
 
@@ -219,11 +213,11 @@ def load_block(w, first, states, coefficients, pieces, steps, n_steps, model, fe
         else:
             load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
         set_lines(w, i)
-    rates(w, 0, LANES, model, features, CAM_ACC, True)
+    state_rates(w, FIRST_LANE, True, model, features)
     for i in range(LANES):
         if states[min(first + i, last), REGION_1 // LANES] > 1.0:
             settle_regions(w, i)
-    rates(w, 0, LANES, model, features, CAM_ACC, True)
+    state_rates(w, FIRST_LANE, True, model, features)
 
 
 def entry(fingerprint: str):
@@ -279,8 +273,7 @@ def entry(fingerprint: str):
                             w[STEP + i] = last_steps[item]
                         elif step > n_steps[item]:
                             w[STEP + i] = 0.0
-                rk4(w, 0, LANES, model, features)
-                rates(w, 0, LANES, model, features, CAM_ACC, True)
+                rk4(w, FIRST_LANE, LANES, model, features)
                 if mark(w, features):
                     for i in range(width):
                         if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:

@@ -2,12 +2,19 @@
 
 The first STATE_ROWS rows are what survives from call to call, in the order of the columns of the `states` array;
 the next COEFFICIENT_ROWS are a machine's coefficients, in the order of the columns of the `coefficients` array.
+
+Rows are numpy integers rather than Python's: numba compiles a version of its own for every Python constant that is an
+argument, which would double the compile time.
 """
 
 from __future__ import annotations
 
-LANES = 32
+import numpy as np
+
+LANES = np.int64(32)
 """Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
+
+FIRST_LANE = np.int64(0)
 
 # --- state: angles [rad] and rates [rad/s] of cam, table, housing, motor; then what the integrator must remember
 STATE_NAMES = (
@@ -72,7 +79,8 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     DEFLECTION_1, DEFLECTION_RATE_1, DEFLECTION_2, DEFLECTION_RATE_2, DEFLECTION_3, DEFLECTION_RATE_3,
     TORQUE_1, TORQUE_2, TORQUE_3,
     # the joints' present straight lines: stiffness, offset, damping of the region they are in; cubic term of joint 2
-    LINE_K_1, LINE_OFFSET_1, LINE_R_1, LINE_K_2, LINE_OFFSET_2, LINE_R_2, LINE_K_3, LINE_OFFSET_3, LINE_R_3, LINE_CUBIC_2,
+    LINE_K_1, LINE_OFFSET_1, LINE_R_1, LINE_K_2, LINE_OFFSET_2, LINE_R_2, LINE_K_3, LINE_OFFSET_3, LINE_R_3,
+    LINE_CUBIC_2,
     # ρ of the output joint at the present station (a single cracked roller is soft only where it carries the load)
     STATION_RATIO_2,
     # the law's present piece: origin and reach [rad], where a break must be landed on, coefficients in (α - origin)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from indexer_env.kernels.compiling import lanes
+from indexer_env.kernels.compiling import lanes, outlined
 from indexer_env.kernels.dynamics import (
     cam_acceleration,
     cam_and_housing_acceleration,
@@ -23,8 +23,8 @@ TWO_PI = 2.0 * math.pi
 
 
 @lanes
-def rates(w, low, high, model, features, acc, keep):
-    """Accelerations of the lanes into the four rows from `acc` on; with `keep` deflections and torques into theirs.
+def rates(w, low, high, model, features, keep):
+    """Accelerations of the lanes from their stage state; with `keep` deflections and torques too.
 
     Model A's cam has no acceleration of its own: it follows the drive side.
     """
@@ -37,7 +37,6 @@ def rates(w, low, high, model, features, acc, keep):
             w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i]
     if features & (USES_BUMP | USES_PROCESS):
         cam_phase_extras(w, low, high, features)
-    table_acc, cam_acc, housing_acc = acc + TABLE_ACC - CAM_ACC, acc, acc + HOUSING_ACC - CAM_ACC
     if model == MODEL_B_ON_BASE:
         for i in range(low, high):
             b1, b2, M1, M2 = joints(w, i, w[HOUSING + i], w[HOUSING_RATE + i], keep)
@@ -52,24 +51,41 @@ def rates(w, low, high, model, features, acc, keep):
             if keep:
                 keep_deflection(w, i, DEFLECTION_3, w[HOUSING + i], w[HOUSING_RATE + i])
                 w[TORQUE_3 + i] = M3
-            w[table_acc + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
-            w[cam_acc + i], w[housing_acc + i] = cam_and_housing_acceleration(
+            w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            w[CAM_ACC + i], w[HOUSING_ACC + i] = cam_and_housing_acceleration(
                 w[J_CAM + i], w[J_FOLLOWER + i], w[J_HOUSING + i], b1, b2, w[CAM_RATE + i], M1, M2, M3
             )
     else:
         for i in range(low, high):
             b1, b2, M1, M2 = joints(w, i, 0.0, 0.0, keep)
-            w[table_acc + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
             if model == MODEL_B:
-                w[cam_acc + i] = cam_acceleration(
-                    w[J_CAM + i], w[J_FOLLOWER + i], b1, b2, w[CAM_RATE + i], M1, M2
-                )
-    motor(w, low, high, features, acc + MOTOR_ACC - CAM_ACC)
+                w[CAM_ACC + i] = cam_acceleration(w[J_CAM + i], w[J_FOLLOWER + i], b1, b2, w[CAM_RATE + i], M1, M2)
+    motor(w, low, high, features)
+
+
+@outlined
+def stage_rates(w, i, whole, model, features):
+    """Accelerations at a stage within a step: of the whole block, or of lane i alone."""
+    if whole:
+        rates(w, FIRST_LANE, LANES, model, features, False)
+    else:
+        rates(w, i, i + 1, model, features, False)
+
+
+@outlined
+def state_rates(w, i, whole, model, features):
+    """Accelerations, deflections and torques at a step's end, of the whole block or of lane i alone; what they were at
+    its start moves to the rows that hold the start's."""
+    if whole:
+        rates(w, FIRST_LANE, LANES, model, features, True)
+    else:
+        rates(w, i, i + 1, model, features, True)
 
 
 @lanes
 def joints(w, i, housing, housing_rate, keep):
-    """β', β'', M1, M2 of one lane; `keep` puts δ1 = τγ - α, δ2 = φ - β - θ, their rates and torques into the workspace."""
+    """β', β'', M1, M2 of one lane; `keep` stores δ1 = τγ - α, δ2 = φ - β - θ, their rates and torques."""
     b0, b1, b2 = follower_law(
         w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
     )
@@ -110,9 +126,7 @@ def drive_extras(w, low, high, features):
         add_harmonic(w, low, high, TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE)
     if features & USES_MESH:
         for i in range(low, high):
-            w[MESH_FACTOR + i] = mesh_factor(
-                w[MOTOR + i], w[MESH_DEPTH + i], w[MESH_ORDER + i], w[MESH_PHASE + i]
-            )
+            w[MESH_FACTOR + i] = mesh_factor(w[MOTOR + i], w[MESH_DEPTH + i], w[MESH_ORDER + i], w[MESH_PHASE + i])
 
 
 @lanes
@@ -156,15 +170,15 @@ def cam_phase_extras(w, low, high, features):
 
 
 @lanes
-def motor(w, low, high, features, motor_acc):
+def motor(w, low, high, features):
     """Motor on its commanded ramp, or slipping under its share of the input joint's torque."""
     if features & USES_SLIP:
         for i in range(low, high):
             command = w[COMMAND + i] + w[MOTOR_ACCELERATION + i] * w[STAGE_TIME + i]
             reaction = w[REDUCTION + i] * w[TORQUE_1 + i]
-            w[motor_acc + i] = slip_acceleration(
+            w[MOTOR_ACC + i] = slip_acceleration(
                 command, w[MOTOR_RATE + i], w[SLIP_COMPLIANCE + i], reaction, w[J_MOTOR + i]
             )
     else:
         for i in range(low, high):
-            w[motor_acc + i] = w[MOTOR_ACCELERATION + i]
+            w[MOTOR_ACC + i] = w[MOTOR_ACCELERATION + i]

@@ -35,9 +35,7 @@ class MotionLaw(ABC):
     name: ClassVar[str]
 
     @abstractmethod
-    def evaluate(
-        self, cam_angle: ArrayLike, stations: int, motion_share: float
-    ) -> tuple[Values, Values, Values]:
+    def evaluate(self, cam_angle: ArrayLike, stations: int, motion_share: float) -> tuple[Values, Values, Values]:
         """beta [rad], beta' [-] and beta'' [1/rad] at cam angles in rad, each shaped like `cam_angle`.
 
         Any finite cam angle is allowed, over many turns and negative too. With n whole turns before it,
@@ -71,8 +69,6 @@ def split_turns(owner: str, cam_angle: ArrayLike) -> tuple[Values, Values]:
     turns = np.asarray(cam_angle, dtype=np.float64) / (2.0 * math.pi)
     if not np.isfinite(turns).all():
         worst = float(turns[~np.isfinite(turns)].flat[0])
-        raise refuse(
-            owner, "cam_angle", "finite, in rad", worst, "look for a run that diverged before this call"
-        )
+        raise refuse(owner, "cam_angle", "finite, in rad", worst, "look for a run that diverged before this call")
     whole = np.floor(turns)
     return whole, turns - whole

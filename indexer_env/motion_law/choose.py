@@ -72,9 +72,7 @@ def _read_columns(file: object) -> dict[str, object]:
             if not any(cell.strip() for cell in row):
                 continue
             for column in COLUMNS:
-                columns[column].append(
-                    _cell(row, header.index(column), f"{file}, line {rows.line_num}", column)
-                )
+                columns[column].append(_cell(row, header.index(column), f"{file}, line {rows.line_num}", column))
     except csv.Error as error:
         raise refuse("motion_law", "file", "well-formed CSV", str(file), str(error)) from error
     return dict(columns)
@@ -87,7 +85,5 @@ def _cell(row: list[str], place: int, where: str, column: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refuse(
-            "motion_law", column, f"a finite number in deg ({where})", text, "fill the gap or drop the line"
-        )
+        raise refuse("motion_law", column, f"a finite number in deg ({where})", text, "fill the gap or drop the line")
     return value

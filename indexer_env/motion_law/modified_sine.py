@@ -41,6 +41,4 @@ class ModifiedSine(RiseLaw):
         )
 
     def peaks(self) -> Peaks:
-        return Peaks(
-            4 * PI / (4 + PI), 4 * PI**2 / (4 + PI), 16 * PI**3 / (4 + PI), -16 * PI**3 / (3 * (4 + PI))
-        )
+        return Peaks(4 * PI / (4 + PI), 4 * PI**2 / (4 + PI), 16 * PI**3 / (4 + PI), -16 * PI**3 / (3 * (4 + PI)))

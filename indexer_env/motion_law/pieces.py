@@ -48,9 +48,7 @@ class LawPieces:
         # Rebuilding through the constructor keeps the arrays of a copied or unpickled object read-only.
         return LawPieces, (self.edges, self.coefficients, self.breaks)
 
-    def evaluate(
-        self, phase: ArrayLike
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def evaluate(self, phase: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """beta [rad], dbeta/du [rad/turn], d2beta/du2 [rad/turn^2] at u in [0, 1] cam turns, each shaped like
         it."""
         u = np.asarray(phase, dtype=np.float64)

@@ -14,9 +14,9 @@ from indexer_env.errors import refuse
 from indexer_env.motion_law.base import MotionLaw, Values, check_use, split_turns
 from indexer_env.motion_law.pieces import LawPieces, quintic_hermite
 
-# A multiple of 8, so that junctions at eighths of the motion fall on edges. With 256 the quintics follow the
-# most curved rise to a few 1e-9 of its peak acceleration, the order of what rounding leaves.
-PIECES_PER_MOTION = 256
+# A multiple of 8, so that junctions at eighths of the motion fall on edges. With 128 the quintics follow the
+# most curved rise to 5e-8 of its peak acceleration, and a cam takes 16 default steps over a piece.
+PIECES_PER_MOTION = 128
 
 
 class RiseLaw(MotionLaw):
@@ -40,9 +40,7 @@ class RiseLaw(MotionLaw):
         time = np.asarray(s, dtype=np.float64)
         inside = (time >= 0.0) & (time <= 1.0)
         if not inside.all():
-            raise refuse(
-                type(self).__name__, "s", "within [0, 1] of the motion", float(time[~inside].flat[0])
-            )
+            raise refuse(type(self).__name__, "s", "within [0, 1] of the motion", float(time[~inside].flat[0]))
         return self._mirrored(time)
 
     def _mirrored(self, s: Values) -> tuple[Values, Values, Values, Values]:
@@ -50,9 +48,7 @@ class RiseLaw(MotionLaw):
         y, v, a, j = self._first_half(np.where(late, 1.0 - s, s))
         return np.where(late, 1.0 - y, y)[()], v[()], np.where(late, -a, a)[()], j[()]
 
-    def evaluate(
-        self, cam_angle: ArrayLike, stations: int, motion_share: float
-    ) -> tuple[Values, Values, Values]:
+    def evaluate(self, cam_angle: ArrayLike, stations: int, motion_share: float) -> tuple[Values, Values, Values]:
         check_use(type(self).__name__, stations, motion_share)
         whole, phase = split_turns(type(self).__name__, cam_angle)
         y, v, a, _ = self._mirrored(np.minimum(phase / motion_share, 1.0))

@@ -71,17 +71,13 @@ class TableLaw(MotionLaw):
         if self._advance <= 0.0:
             rule = "higher at the end of the cam turn than at its start, in deg"
             ends = [round(math.degrees(self.follower_angle[end]), 6) for end in (0, -1)]
-            raise refuse(
-                "TableLaw", "follower_angle", rule, ends, "change all signs if the table turns the other way"
-            )
+            raise refuse("TableLaw", "follower_angle", rule, ends, "change all signs if the table turns the other way")
 
     @property
     def _advance(self) -> float:
         return self.follower_angle[-1] - self.follower_angle[0]
 
-    def evaluate(
-        self, cam_angle: ArrayLike, stations: int, motion_share: float = 1.0
-    ) -> tuple[Values, Values, Values]:
+    def evaluate(self, cam_angle: ArrayLike, stations: int, motion_share: float = 1.0) -> tuple[Values, Values, Values]:
         pieces = self.pieces(stations, motion_share)
         whole, phase = split_turns("TableLaw", cam_angle)
         beta, beta1, beta2 = pieces.evaluate(phase)

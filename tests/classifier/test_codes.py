@@ -22,9 +22,7 @@ def test_the_nearest_code_wins():
     # The outputs which the paper prints for its measured record (§4.3), less the one too many: class 6.
     outputs = np.array([[0.9901, 0.9805, 1.0, 0.0032, 0.0011]])
     assert TABLE_2.classes[TABLE_2.decode(outputs)[0]] == 6
-    assert TABLE_2.distances(outputs)[0, 5] == pytest.approx(
-        np.sqrt(0.0099**2 + 0.0195**2 + 0.0032**2 + 0.0011**2)
-    )
+    assert TABLE_2.distances(outputs)[0, 5] == pytest.approx(np.sqrt(0.0099**2 + 0.0195**2 + 0.0032**2 + 0.0011**2))
 
 
 def test_rows_of_a_data_set_give_the_book_in_order_of_class():

@@ -114,9 +114,7 @@ def test_diagnosis_without_a_folder_only_prints(place, csv):
         ("classifier.diagnose", ("model=model", "signal=short.csv", "out=new"), "short.csv"),
     ],
 )
-def test_bad_input_is_one_sentence_and_nothing_is_written(
-    place, csv, monkeypatch, capsys, module, overrides, words
-):
+def test_bad_input_is_one_sentence_and_nothing_is_written(place, csv, monkeypatch, capsys, module, overrides, words):
     rows = (place / csv).read_text().splitlines()
     (place / "short.csv").write_text("\n".join(rows[:200]) + "\n")
     before = set(place.iterdir())

@@ -61,11 +61,7 @@ def test_pictures_label_their_axes_with_units(result, dataset, signal):
     figures["diagnosis"] = draw_diagnosis(result.model, signal, diagnose(result.model, signal))
 
     def words(figure):
-        labels = [
-            label
-            for ax in figure.axes
-            for label in (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left"))
-        ]
+        labels = [label for ax in figure.axes for label in (ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left"))]
         return " ".join([*labels, figure.get_supxlabel(), figure.get_supylabel()])
 
     assert "table acceleration [rad/s²]" in words(figures["accelerations"])

@@ -32,9 +32,7 @@ def test_a_sine_lands_in_its_bin_with_half_its_amplitude_squared():
 
 def test_an_offset_does_not_reach_the_features():
     record = np.random.default_rng(1).standard_normal((1, 8200))
-    assert Psd().compute(record + 100.0, 1000.0) == pytest.approx(
-        Psd().compute(record, 1000.0), rel=1e-9, abs=1e-12
-    )
+    assert Psd().compute(record + 100.0, 1000.0) == pytest.approx(Psd().compute(record, 1000.0), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize(("resolution", "count", "spacing"), [(1, 101, 1.0), (0.5, 201, 0.5), (64, 2, 62.5)])
@@ -101,9 +99,7 @@ def test_a_feature_that_does_not_vary_becomes_zero():
     assert np.array_equal(scaling.apply(np.array([[5.0, 3.0]])), [[0.0, 0.5]])
 
 
-@pytest.mark.parametrize(
-    ("low", "high"), [([0.0], [1.0, 2.0]), ([2.0], [1.0]), ([np.nan], [1.0]), ([0.0], [np.inf])]
-)
+@pytest.mark.parametrize(("low", "high"), [([0.0], [1.0, 2.0]), ([2.0], [1.0]), ([np.nan], [1.0]), ([0.0], [np.inf])])
 def test_a_scaling_without_a_range_is_refused(low, high):
     with pytest.raises(ParameterError, match=r"Scaling\.low"):
         Scaling(np.array(low), np.array(high))

@@ -5,9 +5,7 @@ from indexer_env.errors import ParameterError
 
 
 def files(folder):
-    return {
-        path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*") if path.is_file()
-    }
+    return {path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*") if path.is_file()}
 
 
 def write(out, text, overwrite=False):

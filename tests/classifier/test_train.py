@@ -36,9 +36,7 @@ def test_validation_records_change_nothing_in_the_model(result, dataset, feature
     """Scaling, weights, number of epochs and mean spectra are blind to the validation subset."""
     records = dataset.records.copy()
     records[dataset.rows("validation")] *= 7.0
-    changed = train(
-        dataclasses.replace(dataset, records=records), features, trainer, hidden=6, seed=3, restarts=3
-    )
+    changed = train(dataclasses.replace(dataset, records=records), features, trainer, hidden=6, seed=3, restarts=3)
     assert torch.equal(changed.model.parameters, result.model.parameters)
     assert np.array_equal(changed.model.scaling.low, result.model.scaling.low)
     assert np.array_equal(changed.model.scaling.high, result.model.scaling.high)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from indexer_env.simulate import Run
 from omegaconf import OmegaConf
 
 from datagen.campaign import Base
@@ -17,6 +16,7 @@ from datagen.order import Order
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir, load_machine
 from indexer_env.sensors import Sensor
+from indexer_env.simulate import Run
 
 SHORT = Run(samples=300, warmup_turns=1)
 """A third of a second is enough where the physics is not the matter."""

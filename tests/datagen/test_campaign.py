@@ -74,9 +74,7 @@ def test_joint_1_is_drawn_in_model_b_only(cases, base):
 
 
 def test_draws_are_uncorrelated(cases):
-    values = np.array(
-        [[value_at(case.machine, path) for path in DRAWN] for case in cases if case.machine.model == "B"]
-    )
+    values = np.array([[value_at(case.machine, path) for path in DRAWN] for case in cases if case.machine.model == "B"])
     correlation = np.corrcoef(values.T) - np.eye(len(DRAWN))
     assert np.abs(correlation).max() < 0.25
 
@@ -94,9 +92,7 @@ def test_the_example_is_in_no_data_set(campaign, base):
     example = campaign.example(base, 5)
     assert example.label.number == 6
     stiffness = example.machine["output_joint.stiffness"]
-    assert stiffness not in {
-        campaign.item(index, base, 5).machine["output_joint.stiffness"] for index in range(600)
-    }
+    assert stiffness not in {campaign.item(index, base, 5).machine["output_joint.stiffness"] for index in range(600)}
 
 
 def test_streams_differ_by_part_item_and_seed():
@@ -153,9 +149,7 @@ def test_a_law_for_a_field_that_is_none(settings, base):
 
 
 def test_with_changes_replaces_deep_fields_at_once(base):
-    changed = with_changes(
-        base.machine, {"output_joint.damping": 1.0, "output_joint.backlash": 2e-3, "model": "A"}
-    )
+    changed = with_changes(base.machine, {"output_joint.damping": 1.0, "output_joint.backlash": 2e-3, "model": "A"})
     assert (changed.output_joint.damping, changed.output_joint.backlash, changed.model) == (1.0, 2e-3, "A")
     assert changed.output_joint.stiffness == base.machine.output_joint.stiffness
     for path in ("modle", "output_joint.dampning", "model.x"):

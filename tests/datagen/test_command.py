@@ -31,7 +31,7 @@ def call(tmp_path, monkeypatch, capsys):
         try:
             command.main()
         except SystemExit as error:
-            code = error.code
+            code = int(error.code or 0)
         finally:
             GlobalHydra.instance().clear()
         captured = capsys.readouterr()
@@ -54,6 +54,12 @@ def test_any_key_of_the_machine_reaches_the_rows(call):
     table = read_shards("set").table
     assert set(table.column("table_inertia").to_pylist()) == {6.5}
     assert set(table.column("sensor_gain").to_pylist()) == {2.0}
+
+
+def test_effects_reach_the_rows(call):
+    call("campaign=table2", "out=set", "+machine.effects={friction.coulomb:{torque:3.0}}", *SHORT)
+    rows = read_shards("set").table.column("effects").to_pylist()
+    assert all('"friction.coulomb", "torque": 3.0' in effects for effects in rows)
 
 
 def test_a_sweep_writes_one_data_set_per_job(call, tmp_path):
@@ -83,6 +89,11 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "+machine.output_joint.stifness=1"], "did you mean 'stiffness'"),
         (["campaign=table2", "out=x", "machine.output_joint.stiffness=-1"], "stiffness must be"),
         (["campaign=table2", "out=x", "machine.output_joint.stiffness=stiff"], "stiffness must be"),
+        (
+            ["campaign=table2", "out=x", "machine.effects={friction.coulomb:{torque:3}}"],
+            "write +machine.effects=",
+        ),
+        (["campaign=table2", "out=x", "+machine.effects={friction.colomb:{torque:3}}"], "'friction.coulomb'"),
         (["campaign=table2", "out=x", "count=six"], "datagen.count must be a whole number"),
         (["campaign=table2", "out=x", "seed=1,2"], "Ambiguous value for argument 'seed=1,2'"),
         (["campaign=table2", "out=x", "overwrite=maybe"], "overwrite must be true or false"),

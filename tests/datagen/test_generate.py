@@ -35,11 +35,18 @@ class _AlwaysImpossible(Table2):
         return replace(item, machine={**item.machine, "output_joint.stiffness": -1.0})
 
 
+class _OneTooStiff(Table2):
+    """Table 2, item 1 so stiff that the step cannot resolve it."""
+
+    def draw(self, index, base, rng):
+        item = super().draw(index, base, rng)
+        changes = {**item.machine, "output_joint.stiffness": 1e12} if index == 1 else item.machine
+        return replace(item, machine=changes)
+
+
 def contents(folder) -> dict[str, str]:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files
-    }
+    return {path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def test_read_back_all_items_in_order(dataset, order):
@@ -149,15 +156,22 @@ def test_rejected_items_are_recorded_with_reason_and_the_others_live(order, sett
     assert sorted(kept + [row["item"] for row in rejected]) == list(range(40))
     assert all(row["reason"].endswith(".") and row["stage"] in ("machine", "simulation") for row in rejected)
     impossible = [row for row in rejected if row["stage"] == "machine"]
-    assert impossible and all(
-        json.loads(row["draws"])["machine"]["output_joint.stiffness"] <= 0 for row in impossible
-    )
+    assert impossible and all(json.loads(row["draws"])["machine"]["output_joint.stiffness"] <= 0 for row in impossible)
+
+
+def test_an_item_that_cannot_be_simulated_is_recorded_and_its_neighbours_are_unchanged(order, settings, tmp_path):
+    stiff = _OneTooStiff(**{key: value for key, value in settings.items() if key != "name"})
+    generate(replace(order, campaign=stiff, count=4), tmp_path / "stiff")
+    generate(replace(order, count=4), tmp_path / "plain")
+    (row,) = pq.read_table(tmp_path / "stiff" / "rejected.parquet").to_pylist()
+    assert (row["item"], row["stage"], row["class"]) == (1, "simulation", 2)
+    assert "step" in row["reason"] and row["reason"].endswith(".")
+    records = read_shards(tmp_path / "plain").records
+    np.testing.assert_array_equal(read_shards(tmp_path / "stiff").records, records[[0, 2, 3]])
 
 
 def test_all_items_rejected_is_said_by_the_reader(order, settings, tmp_path):
-    broken = replace(
-        order, campaign=_AlwaysImpossible(**{k: v for k, v in settings.items() if k != "name"}), count=3
-    )
+    broken = replace(order, campaign=_AlwaysImpossible(**{k: v for k, v in settings.items() if k != "name"}), count=3)
     generate(broken, tmp_path / "none")
     assert pq.read_table(tmp_path / "none" / "rejected.parquet").num_rows == 3
     with pytest.raises(SignalError, match="all items were rejected"):
@@ -222,9 +236,7 @@ def test_out_that_is_a_file(tiny, tmp_path):
         generate(tiny, tmp_path / "file", overwrite=True)
 
 
-@pytest.mark.parametrize(
-    "change", [{"count": 0}, {"count": 2.5}, {"seed": -1}, {"seed": "x"}, {"shard_items": 0}]
-)
+@pytest.mark.parametrize("change", [{"count": 0}, {"count": 2.5}, {"seed": -1}, {"seed": "x"}, {"shard_items": 0}])
 def test_bad_orders(tiny, change):
     with pytest.raises(ParameterError, match=f"datagen.{next(iter(change))} must be"):
         replace(tiny, **change)

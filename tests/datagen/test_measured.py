@@ -21,9 +21,7 @@ def wave() -> np.ndarray:
     return np.round(np.sin(2 * np.pi * 12.5 * np.arange(COUNT) / RATE), 6)
 
 
-def write(
-    path, values, *, header="time [s],acceleration [m/s^2]", delimiter=",", decimal=".", times=None, digits=3
-):
+def write(path, values, *, header="time [s],acceleration [m/s^2]", delimiter=",", decimal=".", times=None, digits=3):
     times = np.arange(len(values)) / RATE if times is None else times
     rows = [f"{t:.{digits}f}{delimiter}{v:.6f}" for t, v in zip(times, values, strict=True)]
     lines = [header.replace(",", delimiter)] if header else []
@@ -48,9 +46,7 @@ def refusal(path, **options) -> str:
     return text
 
 
-@pytest.mark.parametrize(
-    ("delimiter", "decimal"), [(",", "."), (";", "."), ("\t", "."), (";", ","), ("\t", ",")]
-)
+@pytest.mark.parametrize(("delimiter", "decimal"), [(",", "."), (";", "."), ("\t", "."), (";", ","), ("\t", ",")])
 def test_delimiters_and_decimal_marks(tmp_path, wave, delimiter, decimal):
     signal = read_signal(write(tmp_path / "a.csv", wave, delimiter=delimiter, decimal=decimal), unit=None)
     np.testing.assert_allclose(signal.values, wave, rtol=0, atol=1e-12)
@@ -199,6 +195,11 @@ def test_another_rate(tmp_path, wave):
     path = write(tmp_path / "a.csv", wave)
     assert "1000 Hz where 2000 Hz" in refusal(path, expected_rate=2000.0)
     assert read_signal(path, expected_rate=1000.5).sample_rate == RATE
+
+
+def test_a_wrong_unit_of_time(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave, times=np.arange(COUNT) * 60.0)
+    assert "time step must lie between" in refusal(path)
 
 
 def test_too_short(tmp_path, wave):

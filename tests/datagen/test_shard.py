@@ -75,9 +75,7 @@ def test_records_of_different_lengths(copy):
     shard = copy / "data" / "shard-00002.parquet"
     table = pq.read_table(shard)
     place = table.schema.get_field_index("record")
-    cut = pa.array(
-        [row[:100] for row in table.column("record").to_pylist()], type=table.schema.field(place).type
-    )
+    cut = pa.array([row[:100] for row in table.column("record").to_pylist()], type=table.schema.field(place).type)
     pq.write_table(table.set_column(place, table.schema.field(place), cut), shard)
     manifest = json.loads((copy / "manifest.json").read_text())
     manifest["shards"][2]["bytes"] = shard.stat().st_size

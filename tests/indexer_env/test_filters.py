@@ -40,9 +40,7 @@ def test_lowpass_is_the_butterworth_of_its_docstring(order, cutoff):
 
 def test_lowpass_far_below_the_rate_is_the_analogue_filter():
     frequencies = np.array([5.0, 20.0, 40.0, 80.0])
-    theory = scipy.signal.freqs(
-        *scipy.signal.butter(4, 2 * np.pi * 40.0, analog=True), worN=2 * np.pi * frequencies
-    )[1]
+    theory = scipy.signal.freqs(*scipy.signal.butter(4, 2 * np.pi * 40.0, analog=True), worN=2 * np.pi * frequencies)[1]
     near = np.abs(response(Sensor(lowpass_hz=40.0), frequencies, 1000.0) - theory).max()
     far = np.abs(response(Sensor(lowpass_hz=40.0), frequencies, 4000.0) - theory).max()
     assert near < 0.02
@@ -108,17 +106,13 @@ def test_bracket_beats_the_ready_made_transforms_near_its_peak():
         assert np.abs(other / theory - 1).max() > 10 * ours, name
 
 
-@pytest.mark.parametrize(
-    "sensor", [Sensor(bracket_hz=120.0), Sensor(lowpass_hz=100.0)], ids=["bracket", "lowpass"]
-)
+@pytest.mark.parametrize("sensor", [Sensor(bracket_hz=120.0), Sensor(lowpass_hz=100.0)], ids=["bracket", "lowpass"])
 def test_filters_start_in_the_steady_state_of_the_first_sample(sensor):
     level = np.full(2000, -4.2)
     np.testing.assert_allclose(sensor.read(level, RATE).values, -4.2, rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "sensor", [Sensor(bracket_hz=120.0), Sensor(lowpass_hz=100.0)], ids=["bracket", "lowpass"]
-)
+@pytest.mark.parametrize("sensor", [Sensor(bracket_hz=120.0), Sensor(lowpass_hz=100.0)], ids=["bracket", "lowpass"])
 def test_filters_do_not_know_the_future(sensor):
     truth = np.sin(np.arange(4000) / 10.0)
     changed = truth.copy()

@@ -20,9 +20,7 @@ def test_mapping_and_file_give_the_same_law(tmp_path: Path) -> None:
     follower = motion_law("modified_sine").evaluate(cam, 8, 0.5)[0]
     columns = {"cam_angle_deg": np.degrees(cam).tolist(), "follower_angle_deg": np.degrees(follower).tolist()}
     rows = zip(*columns.values(), strict=True)
-    text = "\ufefffollower_angle_deg, note ,cam_angle_deg\n" + "".join(
-        f'{b!r},"a, b",{a!r}\n\n' for a, b in rows
-    )
+    text = "\ufefffollower_angle_deg, note ,cam_angle_deg\n" + "".join(f'{b!r},"a, b",{a!r}\n\n' for a, b in rows)
     from_file = motion_law(written(tmp_path / "law.csv", text))
     assert from_file == motion_law({"name": "table", **columns})
     assert not isinstance(from_file, RiseLaw) and from_file.pieces(8, 0.5).edges[-1] == 1.0

@@ -16,9 +16,7 @@ TURN = 2.0 * math.pi
 STEP = TURN / 8  # one of eight stations
 
 
-def sampled(
-    u: np.ndarray, name: str = "modified_sine", start: float = 0.0, digits: int | None = None
-) -> TableLaw:
+def sampled(u: np.ndarray, name: str = "modified_sine", start: float = 0.0, digits: int | None = None) -> TableLaw:
     """A named law that moves over half a turn from phase `start`, as a table at phases u, rounded in
     degrees."""
     beta = motion_law(name).evaluate(TURN * (u - start), 8, 0.5)[0]
@@ -95,9 +93,7 @@ def test_pieces_are_what_evaluate_gives() -> None:
     phase = np.random.default_rng(2).uniform(0.0, 1.0, 1000)
     pieces = table.pieces(8, 0.123)  # a table defines its own dwell and ignores the share
     assert pieces is table.pieces(8, 0.9)
-    for order, (got, want) in enumerate(
-        zip(pieces.evaluate(phase), table.evaluate(TURN * phase, 8), strict=True)
-    ):
+    for order, (got, want) in enumerate(zip(pieces.evaluate(phase), table.evaluate(TURN * phase, 8), strict=True)):
         np.testing.assert_allclose(got, want * TURN**order, rtol=1e-9, atol=1e-9)
 
 
@@ -205,9 +201,7 @@ def test_a_malformed_table_is_refused_in_one_sentence(cam, follower, says: str) 
 
 def test_a_table_that_does_not_close_is_refused_with_both_angles() -> None:
     table = sampled(np.linspace(0.0, 1.0, 181))
-    sentence = (
-        r"^TableLaw\.follower_angle must be advancing 60 deg per cam turn \(6 stations\), got 45\.0; .+\.$"
-    )
+    sentence = r"^TableLaw\.follower_angle must be advancing 60 deg per cam turn \(6 stations\), got 45\.0; .+\.$"
     for call in (table.check, table.pieces, lambda stations: table.evaluate(0.0, stations)):
         with pytest.raises(ParameterError, match=sentence):
             call(6)
@@ -220,9 +214,7 @@ def test_a_table_that_does_not_close_is_refused_with_both_angles() -> None:
 
 def test_a_jump_of_velocity_is_refused() -> None:
     for points in (17, 49, 361):
-        with pytest.raises(
-            ParameterError, match=r"jump of the velocity at the edge of the dwell, 0 deg .*100 %"
-        ):
+        with pytest.raises(ParameterError, match=r"jump of the velocity at the edge of the dwell, 0 deg .*100 %"):
             shaped(lambda s: s, points).check(8)
 
 

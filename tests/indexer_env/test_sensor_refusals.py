@@ -26,8 +26,7 @@ REFUSED_AT_ONCE = {
     ),
     "bracket_damping": (
         {"bracket_damping": 0.5},
-        "Sensor.bracket_damping must be a finite number > 0 and <= 0.3, got 0.5; "
-        "brackets have about 0.005 to 0.1.",
+        "Sensor.bracket_damping must be a finite number > 0 and <= 0.3, got 0.5; brackets have about 0.005 to 0.1.",
     ),
     "lowpass_hz": (
         {"lowpass_hz": math.nan},
@@ -112,8 +111,7 @@ REFUSED_ON_READING = {
     ),
     "lower rate without a filter": (
         {"sample_rate": 250.0},
-        "Sensor.lowpass_hz must be set where 1 of 4 samples is kept, got None; "
-        "choose a cut-off below 125 Hz.",
+        "Sensor.lowpass_hz must be set where 1 of 4 samples is kept, got None; choose a cut-off below 125 Hz.",
     ),
     "noise without a generator": (
         {"noise_density": 0.1},
@@ -139,9 +137,7 @@ def test_refusal_on_reading_is_one_sentence(change, sentence):
 
 def test_generators_must_be_generators_and_one_per_record():
     sensor, truths = Sensor(noise_density=0.1), np.zeros((3, 100))
-    with pytest.raises(
-        ParameterError, match=re.escape(f"{RNG_RULE}, got 7; pass numpy.random.default_rng(seed).")
-    ):
+    with pytest.raises(ParameterError, match=re.escape(f"{RNG_RULE}, got 7; pass numpy.random.default_rng(seed).")):
         sensor.read(truths[0], RATE, 7)
     with pytest.raises(ParameterError, match=re.escape(f"{RNG_RULE} (3), got 2; pass")):
         sensor.read_batch(truths, RATE, [np.random.default_rng(0)] * 2)
@@ -149,9 +145,7 @@ def test_generators_must_be_generators_and_one_per_record():
 
 def test_a_constant_record_has_no_signal_to_noise_ratio():
     truths = np.array([TRUTH[:100], np.ones(100)])
-    sentence = (
-        "Sensor.noise_snr_db needs row 1 of the record to vary, got a constant; set noise_density instead."
-    )
+    sentence = "Sensor.noise_snr_db needs row 1 of the record to vary, got a constant; set noise_density instead."
     with pytest.raises(SignalError, match=f"^{re.escape(sentence)}$"):
         Sensor(noise_snr_db=30.0).read_batch(truths, RATE, [np.random.default_rng(i) for i in range(2)])
 
@@ -165,9 +159,7 @@ def test_a_record_too_short_after_keeping_every_mth_sample_is_refused():
 def test_a_bad_acceleration_is_named_by_row_sample_and_time():
     truths = np.zeros((3, 100))
     truths[2, 50] = np.nan
-    with pytest.raises(
-        SignalError, match=r"^Sensor\.read_batch\.values .* nan at row 2, sample 50 \(t = 0\.05 s\)"
-    ):
+    with pytest.raises(SignalError, match=r"^Sensor\.read_batch\.values .* nan at row 2, sample 50 \(t = 0\.05 s\)"):
         Sensor().read_batch(truths, RATE)
     with pytest.raises(SignalError, match=r"^Sensor\.read\.values .* nan at sample 50 \(t = 0\.05 s\)"):
         Sensor().read(truths[2], RATE)

@@ -40,9 +40,7 @@ def vibration(n: int = 4000, seed: int = 1) -> np.ndarray:
     """A smooth, table-like acceleration [rad/s²] with a negative zero among its samples."""
     t = np.arange(n) / RATE
     phases = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, 3)
-    values = sum(
-        a * np.sin(2 * np.pi * f * t + p) for a, f, p in zip((3, 2, 1), (1.5, 15, 33), phases, strict=True)
-    )
+    values = sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in zip((3, 2, 1), (1.5, 15, 33), phases, strict=True))
     values[7] = -0.0
     return values
 
@@ -58,9 +56,7 @@ def test_the_default_sensor_hands_on_the_very_bits():
 
 
 def test_idle_parameters_change_no_bit():
-    idle = Sensor(
-        bracket_damping=0.2, lowpass_order=7, hum_hz=60.0, hum_phase=1.0, hum_third=0.5, sample_rate=RATE
-    )
+    idle = Sensor(bracket_damping=0.2, lowpass_order=7, hum_hz=60.0, hum_phase=1.0, hum_third=0.5, sample_rate=RATE)
     truth = vibration()
     assert idle.read(truth, RATE).values.tobytes() == truth.tobytes()
 
@@ -141,9 +137,7 @@ def test_noise_density_fills_the_band_of_the_record_evenly(rate):
 def test_noise_is_normal_and_white():
     noise = Sensor(noise_density=1.0).read(np.zeros(100_000), RATE, np.random.default_rng(6)).values
     z = noise / noise.std()
-    assert (
-        abs(z.mean()) < 0.013 and abs(np.mean(z**3)) < 0.032 and np.mean(z**4) == pytest.approx(3.0, abs=0.07)
-    )
+    assert abs(z.mean()) < 0.013 and abs(np.mean(z**3)) < 0.032 and np.mean(z**4) == pytest.approx(3.0, abs=0.07)
     lags = [np.mean(z[lag:] * z[:-lag]) for lag in (1, 2, 5, 20)]
     assert np.abs(lags).max() < 0.013
 
@@ -197,17 +191,10 @@ def test_the_chain_is_its_line_of_arithmetic():
     t = np.arange(y.size) / s.sample_rate
     sigma = np.std(y) * 10 ** (-s.noise_snr_db / 20)
     angle = 2 * np.pi * s.hum_hz * t + s.hum_phase
-    y = (
-        y
-        + s.offset
-        + s.offset_drift * t
-        + s.hum_amplitude * (np.sin(angle) + s.hum_third * np.sin(3 * angle))
-    )
+    y = y + s.offset + s.offset_drift * t + s.hum_amplitude * (np.sin(angle) + s.hum_third * np.sin(3 * angle))
     y = y + sigma * np.random.default_rng(8).standard_normal(y.size)
     step = 2 * s.full_scale / 2**s.bits
-    y = np.clip(
-        np.rint(np.clip(y, -s.full_scale, s.full_scale) / step) * step, -s.full_scale, s.full_scale - step
-    )
+    y = np.clip(np.rint(np.clip(y, -s.full_scale, s.full_scale) / step) * step, -s.full_scale, s.full_scale - step)
     record = s.read(truth, RATE, np.random.default_rng(8)).values
     # A rounding in the last bit may move a reading on the edge between two codes; none lies that near here.
     np.testing.assert_allclose(record, y, rtol=0, atol=1e-12)

@@ -82,8 +82,7 @@ def with_values(position: int, value: float, n: int = 100) -> np.ndarray:
 REFUSALS = {
     "nan": (
         {"values": with_values(3, np.nan)},
-        "Signal.values must be finite, got nan at sample 3 (t = 0.003 s); "
-        "repair the gap or cut the record there.",
+        "Signal.values must be finite, got nan at sample 3 (t = 0.003 s); repair the gap or cut the record there.",
     ),
     "two infinities": (
         {"values": np.where(np.arange(100) > 97, -np.inf, 0.0)},
@@ -126,8 +125,7 @@ REFUSALS = {
     ),
     "two columns": (
         {"values": np.zeros((100, 2))},
-        "Signal.values must be one-dimensional (n,), got shape (100, 2); "
-        "pick one column or add the missing axis.",
+        "Signal.values must be one-dimensional (n,), got shape (100, 2); pick one column or add the missing axis.",
     ),
     "scalar": (
         {"values": 3.0},
@@ -160,8 +158,7 @@ REFUSALS = {
     ),
     "unit of another quantity": (
         {"unit": "mm/s^2"},
-        "Signal.unit of table_acceleration must be one of rad/s^2, m/s^2, got 'mm/s^2'; "
-        "did you mean 'm/s^2'.",
+        "Signal.unit of table_acceleration must be one of rad/s^2, m/s^2, got 'mm/s^2'; did you mean 'm/s^2'.",
     ),
     "source": (
         {"source": 7},
@@ -186,8 +183,7 @@ def test_a_batch_names_row_and_sample():
     rows = np.zeros((3, 100))
     rows[1, 40] = np.nan
     sentence = (
-        "batch.values must be finite, got nan at row 1, sample 40 (t = 0.08 s); "
-        "repair the gap or cut the record there."
+        "batch.values must be finite, got nan at row 1, sample 40 (t = 0.08 s); repair the gap or cut the record there."
     )
     with pytest.raises(SignalError, match=f"^{re.escape(sentence)}$"):
         samples_from(rows, 500.0, owner="batch", axes=2)

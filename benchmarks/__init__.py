@@ -1,0 +1,20 @@
+"""How accurate and how fast the simulator is, with the same work done by other solvers.
+
+`python -m benchmarks [accuracy|speed|peers|all] [--quick]` (`make bench`) measures, writes results.json and
+work_precision.png and fills the table of README.md.
+
+Map, in reading order
+---------------------
+cases            the machines that are measured, their draws with their seeds
+measures         order of convergence, relative rms, level difference, energy: plain mathematics
+references       records of the reference solver, computed once on all cores and kept in .cache/
+peers            the same machine for other solvers: compiled plain RK4, SciPy, JAX, diffrax, CVODE
+accuracy         the simulator against the reference
+speed            turns per second, beside a JAX scan of the same scheme
+processes        what only a fresh process shows: import, first call, later starts, peak memory
+work_precision   error against time for every solver; picture draws it
+report           rows with their verdicts, results.json, the table of README.md
+session          the cores used, and what the header of the table says about the machine
+
+Benchmarks are not tests: a number missed is printed as missed and fails nothing.
+"""

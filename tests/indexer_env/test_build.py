@@ -1,0 +1,91 @@
+"""From plain mappings to self-checking objects."""
+
+import dataclasses
+import math
+
+import pytest
+
+from indexer_env.build import from_mapping
+from indexer_env.errors import ParameterError
+from indexer_env.faults import Faults
+from indexer_env.machine import Joint
+from indexer_env.operating_point import OperatingPoint
+
+
+@dataclasses.dataclass(frozen=True)
+class Wheel:
+    radius: float
+    angle: float = 0.0
+    spokes: list = dataclasses.field(default_factory=list)
+    girth: float = dataclasses.field(init=False, default=0.0)
+
+
+def sentence(*arguments, **options) -> str:
+    with pytest.raises(ParameterError) as caught:
+        from_mapping(*arguments, **options)
+    return str(caught.value)
+
+
+def test_fields_are_set_and_defaults_kept():
+    wheel = from_mapping(Wheel, {"radius": 2.0})
+    assert (wheel.radius, wheel.angle, wheel.spokes) == (2.0, 0.0, [])
+    assert from_mapping(Joint, {"stiffness": 3, "damping": 0}) == Joint(3, 0)
+
+
+def test_degrees_and_revolutions_become_si():
+    point = from_mapping(OperatingPoint, {"motor_speed_rpm": 1500, "start_angle_deg": -90.0})
+    assert point.motor_speed == pytest.approx(50.0 * math.pi, rel=1e-15)
+    assert point.start_angle == pytest.approx(-math.pi / 2.0, rel=1e-15)
+    assert from_mapping(Faults, {"backlash_deg": 20}).backlash == pytest.approx(math.pi / 9.0, rel=1e-15)
+
+
+def test_a_field_that_itself_ends_like_a_unit_is_left_alone():
+    @dataclasses.dataclass(frozen=True)
+    class Table:
+        cam_angle_deg: float
+
+    assert from_mapping(Table, {"cam_angle_deg": 90.0}).cam_angle_deg == 90.0
+
+
+@pytest.mark.parametrize(
+    ("mapping", "said"),
+    [
+        ({"radius": 1.0, "angel": 0.0}, "Wheel has no parameter 'angel'; did you mean 'angle'."),
+        ({"radius": 1.0, "zzz": 0.0}, "Wheel has no parameter 'zzz'; its parameters are radius, angle, spokes."),
+        ({"radius": 1.0, "girth": 0.0}, "Wheel has no parameter 'girth'; its parameters are "),
+        ({"radius": 1.0, "zzz_deg": 0.0}, "Wheel has no parameter 'zzz_deg'; "),
+        ({"radius": 1.0, "angel_deg": 0.0}, "Wheel has no parameter 'angel_deg'; did you mean 'angle'."),
+        ({"radius": 1.0, 5: 0.0}, "Wheel has no parameter '5'; "),
+        ({"angle": 0.0}, "Wheel lacks radius; give a value for each."),
+        ({"radius": 1.0, "angle": 1.0, "angle_deg": 2.0}, "Wheel.angle is given twice, once as 'angle_deg'; keep one of them."),
+        ({"radius": 1.0, "angle_deg": "90"}, "Wheel.angle_deg must be a finite number, got '90'."),
+        ({"radius": 1.0, "angle_deg": True}, "Wheel.angle_deg must be a finite number, got True."),
+        ({"radius": 1.0, "angle_deg": math.nan}, "Wheel.angle_deg must be a finite number, got nan."),
+        ({"radius": 1.0, "angle_deg": None}, "Wheel.angle_deg must be a finite number, got None."),
+        (None, "Wheel must be a mapping of parameters to values, got None."),
+        (["radius"], "Wheel must be a mapping of parameters to values, got ['radius']."),
+    ],
+)  # fmt: skip
+def test_refusals(mapping, said):
+    text = sentence(Wheel, mapping)
+    assert text.startswith(said) and text.endswith(".")
+
+
+def test_all_missing_parameters_are_named_at_once():
+    assert sentence(Joint, {}) == "Joint lacks stiffness, damping; give a value for each."
+
+
+def test_the_owner_names_the_place():
+    assert sentence(Joint, {"damping": 1.0}, owner="Machine.input_joint").startswith("Machine.input_joint lacks")
+
+
+def test_the_class_itself_checks_what_it_is_given():
+    assert sentence(Joint, {"stiffness": -1.0, "damping": 0.0}).startswith(
+        "Joint.stiffness must be a finite number > 0"
+    )
+
+
+def test_the_mapping_is_left_as_it_was():
+    mapping = {"motor_speed_rpm": 1500.0}
+    from_mapping(OperatingPoint, mapping)
+    assert mapping == {"motor_speed_rpm": 1500.0}

@@ -1,0 +1,117 @@
+"""Faults of the bench: from severities to the effects they stand for."""
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from indexer_env.coefficients import coefficients
+from indexer_env.errors import ParameterError
+from indexer_env.faults import LOOSE_HOUSING_HZ, Faults
+from indexer_env.modes import natural_frequencies
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.simulate import Run, simulate
+
+POINT = OperatingPoint()
+SHORT = Run(samples=150, warmup_turns=0)
+SEVERITIES = {
+    "roller_crack": 0.4, "screw_looseness": 0.6, "backlash": math.radians(5.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SEVERITIES)
+@pytest.mark.parametrize("value", [True, "0.1", None, math.nan, -0.1, 2.1])
+def test_severities_are_checked(name, value):
+    with pytest.raises(ParameterError, match=rf"^Faults\.{name} must be a finite number >= 0 and <=? \d"):
+        Faults(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"roller_crack": 1.0}, "Faults.roller_crack must be a finite number >= 0 and < 1, got 1.0."),
+        ({"backlash": 3.0}, "Faults.backlash must be a finite number >= 0 and <= 2 rad at the motor shaft, got 3.0."),
+        ({"cracked_station": 1.0}, "Faults.cracked_station must be a whole number >= 0, got 1.0."),
+        ({"cracked_station": True}, "Faults.cracked_station must be a whole number >= 0, got True."),
+        ({"cracked_station": -1}, "Faults.cracked_station must be a whole number >= 0, got -1."),
+    ],
+)
+def test_faults_say_what_they_refuse(values, said):
+    with pytest.raises(ParameterError) as caught:
+        Faults(**values)
+    assert str(caught.value) == said
+
+
+def test_faults_are_frozen_and_picklable():
+    faults = Faults(roller_crack=0.2)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        faults.roller_crack = 0.3
+    assert pickle.loads(pickle.dumps(faults)) == faults
+
+
+@pytest.mark.parametrize("faults", [Faults(), Faults(cracked_station=3)])
+@pytest.mark.parametrize("model", ["A", "B", "B_on_base"])
+def test_severity_zero_is_the_healthy_machine_bit_for_bit(reference, faults, model):
+    healthy = dataclasses.replace(reference, model=model)
+    faulty = faults.applied_to(healthy)
+    assert faulty == healthy
+    ours, theirs = coefficients(faulty, POINT), coefficients(healthy, POINT)
+    assert ours.row.tobytes() == theirs.row.tobytes()
+    assert (ours.model, ours.features) == (theirs.model, theirs.features)
+    run = dataclasses.replace(SHORT, step=0.1e-3)
+    assert (
+        simulate(faulty, POINT, run).table_acceleration.tobytes()
+        == simulate(healthy, POINT, run).table_acceleration.tobytes()
+    )
+
+
+@pytest.mark.parametrize("name", SEVERITIES)
+def test_each_fault_changes_the_record(reference, name):
+    machine = Faults(**{name: SEVERITIES[name]}).applied_to(reference)
+    healthy, faulty = simulate(reference, POINT, SHORT), simulate(machine, POINT, SHORT)
+    assert np.abs(healthy.table_acceleration - faulty.table_acceleration).max() > 0.1
+
+
+def test_roller_crack_is_the_stiffness_ratio_of_joint_2(reference):
+    machine = Faults(roller_crack=0.4).applied_to(reference)
+    joint = dataclasses.replace(reference.output_joint, stiffness_ratio=0.6)
+    paper = dataclasses.replace(reference, output_joint=joint)
+    assert coefficients(machine, POINT).row.tobytes() == coefficients(paper, POINT).row.tobytes()
+
+
+def test_a_cracked_station_is_the_single_crack(reference, visible):
+    machine = Faults(roller_crack=0.4, cracked_station=2).applied_to(reference)
+    assert machine.effects == (visible("roller.crack_single", severity=0.4, station=2),)
+    with pytest.raises(ParameterError, match=r"^roller\.crack_single\.station must be below the machine's 8 "):
+        coefficients(Faults(roller_crack=0.4, cracked_station=8).applied_to(reference), POINT)
+
+
+def test_backlash_is_read_at_the_motor_shaft(reference):
+    healthy, faulty = reference, Faults(backlash=math.radians(20.0)).applied_to(reference)
+    added = 2.0 * (coefficients(faulty, POINT)["edge_1"] - coefficients(healthy, POINT)["edge_1"])
+    assert added == pytest.approx(math.radians(20.0) / 25.625, rel=1e-12)
+    assert added == pytest.approx(13.6e-3, rel=2e-3)  # design.md, section 5
+
+
+def test_fully_loose_screws_put_the_housing_at_its_frequency(reference):
+    """In the dwell, with an output joint far too soft to hold the housing by the table."""
+    soft = dataclasses.replace(reference.output_joint, stiffness=1.0)
+    machine = Faults(screw_looseness=1.0).applied_to(dataclasses.replace(reference, output_joint=soft))
+    assert natural_frequencies(machine, 1.5 * math.pi).frequency_hz.max() > LOOSE_HOUSING_HZ
+    frequencies = natural_frequencies(machine, 1.5 * math.pi).frequency_hz[0]
+    assert np.abs(frequencies - LOOSE_HOUSING_HZ).min() < 1e-3
+
+
+def test_half_as_loose_is_twice_as_stiff(reference):
+    stiffness = [
+        coefficients(Faults(screw_looseness=share).applied_to(reference), POINT)["stiffness_3"] for share in (0.5, 1.0)
+    ]
+    assert stiffness[0] == pytest.approx(2.0 * stiffness[1], rel=1e-14)
+
+
+def test_faults_add_up(reference):
+    machine = Faults(**SEVERITIES).applied_to(reference)
+    assert {effect.name for effect in machine.effects} == {"roller.crack", "base.looseness", "input.backlash"}
+    assert reference.effects == ()
