@@ -123,7 +123,7 @@ def _compile(arguments: tuple) -> None:
 
 def _say_compiling() -> None:
     print(
-        "indexer_env: compiling the simulator, once per installation (about 20 s) …",
+        "indexer_env: compiling the simulator, once per installation (about 10 s) …",
         file=sys.stderr,
         flush=True,
     )

@@ -6,6 +6,7 @@ its batch: the kernel's lanes are independent, and only items of the same model 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -133,7 +134,7 @@ def _run_batch(
             TurnGroup(members[first : first + _GROUP], machines, points, run, samples, threads).run_into(batch)
     if batch.rejected and not reject:
         raise SimulationError(batch.rejected[0])
-    return batch
+    return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
 
 
 def _check_step(machine: Machine, item: Coefficients, run: Run) -> None:

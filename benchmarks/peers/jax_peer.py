@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from benchmarks.session import CORES
+
 
 @functools.cache
 def jax_numpy() -> tuple[Any, Any]:
-    """The modules jax and jax.numpy, in float64 on the processor."""
+    """The modules jax and jax.numpy, in float64, one device per core (split_over_cores)."""
+    flag = f"--xla_force_host_platform_device_count={CORES}"
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {flag}".strip()
     import jax
     import jax.numpy as jnp
 
@@ -78,3 +83,11 @@ def scan(sample_rate: float, samples: int, steps_per_sample: int) -> Callable[[n
         return jax.lax.scan(sample, begin, jnp.arange(samples, dtype=float))[1]
 
     return jax.jit(jax.vmap(one))
+
+
+def split_over_cores(p: np.ndarray) -> Any:
+    """Parameters (n, 13) with an equal part of their rows on each core; n a multiple of the cores."""
+    jax, _ = jax_numpy()
+    mesh = jax.sharding.Mesh(np.array(jax.devices()[:CORES]), ("machines",))
+    rows = jax.sharding.NamedSharding(mesh, jax.sharding.PartitionSpec("machines"))
+    return jax.device_put(p, rows)

@@ -1,4 +1,4 @@
-"""CVODE (scikit-sundae) with root finding: stopped at each edge of contact and of the motion law, then started again."""
+"""CVODE (scikit-sundae) with root finding: stopped at each edge of contact and motion law, then started again."""
 
 from __future__ import annotations
 

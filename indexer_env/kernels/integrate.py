@@ -148,11 +148,15 @@ def mend(w, i, model, features, pieces):
 @outlined
 def follow_pieces(w, i, pieces):
     """Load the law's piece that the cam has reached. Smooth junctions need no landing and no new rates: the two
-    polynomials agree there far below the step's error."""
-    while w[CAM + i] >= w[REACH_HIGH + i]:
-        load_piece(w, i, int(w[PIECE + i]) + 1, w[CAM_TURN + i], pieces)
-    while w[CAM + i] < w[REACH_LOW + i]:
-        load_piece(w, i, int(w[PIECE + i]) - 1, w[CAM_TURN + i], pieces)
+    polynomials agree there far below the step's error. A cam that jumped further (a run about to be rejected) is looked
+    up, never walked to."""
+    piece, turn = int(w[PIECE + i]), w[CAM_TURN + i]
+    if w[CAM + i] >= w[REACH_HIGH + i]:
+        load_piece(w, i, piece + 1, turn, pieces)
+    elif w[CAM + i] < w[REACH_LOW + i]:
+        load_piece(w, i, piece - 1, turn, pieces)
+    if w[CAM + i] >= w[REACH_HIGH + i] or w[CAM + i] < w[REACH_LOW + i]:
+        find_piece(w, i, pieces)
 
 
 @scalar

@@ -110,9 +110,9 @@ def _bracket(
 
 def _root(bracket: tuple[float, float], function: Callable[[float], float]) -> float:
     """Where the function falls through zero, to the last digits of the time."""
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar  # here, not above: it takes longer to import than the rest of the package
 
     low, high = bracket
     if function(low) <= 0.0:
         return low
-    return float(brentq(function, low, high, xtol=1e-17, rtol=1e-15))
+    return root_scalar(function, bracket=(low, high), method="brentq", xtol=1e-17, rtol=1e-15).root

@@ -110,7 +110,8 @@ def simulate_reference(
     with np.errstate(over="ignore", invalid="ignore"):  # a run that overflows is told below, in words
         table = np.array(solver.record(times)).T
     names: tuple[str, ...] = (*STATE, *SHEET, "region_1", "region_2", "region_3")
-    rows = dict(zip(names, table, strict=True))  # Model A's cam pair of the sheet comes after that of the state
+    # Model A's cam pair of the sheet comes after that of the state and replaces it.
+    rows: dict[str, np.ndarray] = dict(zip(names, table, strict=True))
     return Trajectory(float(sample_rate), {name: rows[name] for name in channels})
 
 
@@ -144,7 +145,7 @@ class _Solver:
 
     def record(self, times: np.ndarray) -> list[tuple[float, ...]]:
         """States, sheets and regions at ascending times [s], one row each."""
-        from scipy.integrate import DOP853
+        from scipy.integrate import DOP853  # here, not above: it takes longer to import than the rest of the package
 
         rows: list[tuple[float, ...]] = []
         edges: list[float] = []

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.signal.windows import blackmanharris
 
 from indexer_env.coefficients import coefficients
 from indexer_env.errors import ParameterError
@@ -91,19 +92,18 @@ def test_effects_that_change_stiffness_enter(smooth, visible):
 
 
 def ringing(machine: Machine, angle: float, channel: str, seconds: float = 4.0) -> np.ndarray:
-    """Free decay after the load torque is put on the standing machine (constant part taken off)."""
+    """Free decay after the load torque is put on the standing machine."""
     point = OperatingPoint(motor_speed=STILL, load_torque=1.0, start_angle=angle)
     run = Run(samples=round(seconds * 1000), warmup_turns=0, channels=(channel,))
-    values = simulate(machine, point, run).channels[channel]
-    return values - values[-len(values) // 8 :].mean()
+    return simulate(machine, point, run).channels[channel]
 
 
 def spectral_peaks(values: np.ndarray) -> list[float]:
-    """Frequencies of the local maxima of the spectrum that stand out by a factor of 100 from its floor [Hz]."""
+    """Frequencies of the spectrum's local maxima, down to a thousandth of the largest [Hz]."""
     size = 2**17
-    spectrum = np.abs(np.fft.rfft(values * np.hanning(len(values)), size))
+    spectrum = np.abs(np.fft.rfft(values * blackmanharris(len(values)), size))
     inner = spectrum[1:-1]
-    peak = (inner > spectrum[:-2]) & (inner > spectrum[2:]) & (inner > 2e-3 * spectrum.max())
+    peak = (inner > spectrum[:-2]) & (inner > spectrum[2:]) & (inner > 1e-3 * spectrum.max())
     return [float(n + 1) * 1000.0 / size for n in np.flatnonzero(peak)]
 
 
@@ -122,7 +122,7 @@ def test_a_free_decay_peaks_at_the_natural_frequencies(on_base, model, angle):
     for frequency in frequencies:
         assert min(abs(peak - frequency) for peak in seen) < 0.004 * frequency
     for peak in seen:
-        assert np.abs(frequencies - peak).min() < 0.004 * peak or peak < 1.0
+        assert np.abs(frequencies - peak).min() < 0.004 * peak
 
 
 @pytest.mark.parametrize("damping_ratio", [0.01, 0.03, 0.1])
@@ -142,13 +142,13 @@ def test_damping_ratio_is_that_of_the_logarithmic_decrement(smooth, damping_rati
 
 def test_model_a_in_its_dwell_answers_a_step_as_the_textbook_says(smooth):
     """J φ̈ + r φ̇ + k (φ - β) = -T: φ̈ = -(T/J) e^(-ζωt) (cos ω_d t - ζω/ω_d sin ω_d t)."""
-    machine, point = dataclasses.replace(smooth, model="A"), OperatingPoint(load_torque=7.0, start_angle=DWELL)
+    machine, point = dataclasses.replace(smooth, model="A"), OperatingPoint(load_torque=7.0, start_angle=1.01 * math.pi)
     time = np.arange(400) / 1000.0
     omega = math.sqrt(44413.22 / 5.0)
     decay = smooth.output_joint.damping / (2.0 * 5.0)
     damped = math.sqrt(omega**2 - decay**2)
     expected = -7.0 / 5.0 * np.exp(-decay * time) * (np.cos(damped * time) - decay / damped * np.sin(damped * time))
-    for step, tolerance in ((0.25e-3, 1e-8), (1e-3, 2e-6)):
+    for step, tolerance in ((0.25e-3, 2e-7), (1e-3, 5e-5)):
         record = simulate(machine, point, Run(samples=400, warmup_turns=0, step=step)).table_acceleration
         np.testing.assert_allclose(record, expected, rtol=0, atol=1.4 * tolerance)
 

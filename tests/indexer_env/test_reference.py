@@ -420,3 +420,14 @@ def test_leaving_the_physical_range_names_machine_time_and_state(machine: Machin
 def test_a_run_that_overflows_is_told(machine: Machine) -> None:
     with pytest.raises(SimulationError, match=r"^smooth .* at t = .* s \(cam_angle .*\)\.$"):
         simulate_reference(machine, OperatingPoint(load_torque=1e308), samples=10)
+
+
+def test_chatter_on_an_edge_is_told(machine: Machine) -> None:
+    """A clipped flank drops its cubic push at once where the damped linear part ends; with a flank so soft and damped
+    the motion slides along that edge, which is none that can be stepped over."""
+    flank = {"stiffness": 18_800.0, "damping": 124.0, "backlash": 3.9e-5, "stiffness_ratio": 0.13}
+    effect = make_effect("output.cubic_stiffness", {"stiffness": 8.74e8})
+    one = with_joints(dataclasses.replace(machine, model="A", motion_law=Cycloidal()), output_joint=flank)
+    point = OperatingPoint(motor_speed=157.0, load_torque=-30.0, start_angle=0.9453571576990945)
+    with pytest.raises(SimulationError, match=r"^smooth does not get over an edge of its contacts at t = 0\.05"):
+        simulate_reference(one.with_effects(effect), point, samples=200)  # type: ignore[arg-type]

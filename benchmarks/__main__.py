@@ -1,0 +1,67 @@
+"""`python -m benchmarks [accuracy|speed|peers|all] [--quick]`: measure, print, and write the results."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import logging
+from pathlib import Path
+
+from benchmarks import report, session
+
+POINTS = Path(__file__).parent / "work_precision.json"
+
+
+def main() -> None:
+    """Run the sections asked for; a quick run prints only, since its numbers are not those of the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("section", nargs="?", default="all", choices=("all", *report.SECTIONS))
+    parser.add_argument("--quick", action="store_true", help="small sizes, a look whether all runs; nothing is written")
+    arguments = parser.parse_args()
+    session.keep_to_cores()
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    logging.getLogger("jax").setLevel(logging.WARNING)
+    sections = report.SECTIONS if arguments.section == "all" else (arguments.section,)
+    for name in sections:
+        about = session.description()
+        rows = _measure(name, quick=arguments.quick)
+        _print(name, rows)
+        if not arguments.quick:
+            report.store(name, rows, about)
+
+
+def _measure(name: str, *, quick: bool) -> list[report.Row]:
+    print(f"measuring {name} …", flush=True)
+    if name == "accuracy":
+        from benchmarks import accuracy
+
+        return accuracy.measure(quick=quick)
+    if name == "speed":
+        from benchmarks import speed
+
+        return speed.measure(quick=quick)
+    from benchmarks import picture, work_precision
+
+    rows, points = work_precision.measure(quick=quick)
+    if not quick:
+        listed = [dataclasses.asdict(point) for point in points]
+        POINTS.write_text(json.dumps(listed, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        picture.draw(points)
+    return rows
+
+
+def _print(name: str, rows: list[report.Row]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=name, title_justify="left")
+    for column in ("what", "required", "measured", "verdict"):
+        table.add_column(column)
+    for row in rows:
+        table.add_row(row.what, row.required, row.measured, row.verdict.strip("*"))
+    Console(highlight=False).print(table)
+
+
+if __name__ == "__main__":
+    main()
