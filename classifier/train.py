@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,6 +15,7 @@ from classifier.features import Psd, Scaling, describe_features
 from classifier.model import Model
 from classifier.network import Mlp
 from classifier.trainers import Examples, Trainer, Training
+from datagen.versions import versions_of
 from indexer_env.checks import check_integer
 
 
@@ -129,9 +129,7 @@ def train(
             "restarts": restarts,
             "features": describe_features(features),
             "trainer": {"kind": trainer.kind, **asdict(trainer)},
-            "versions": {
-                name: importlib.metadata.version(name) for name in ("indexer-diagnosis", "numpy", "scipy", "torch")
-            },
+            "versions": versions_of(("indexer-diagnosis", "numpy", "scipy", "torch")),
         },
         metrics={
             "epochs": int(training.epochs[kept]),

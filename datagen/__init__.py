@@ -7,6 +7,7 @@ In reading order, along the data flow:
     campaigns/     the families, one file each: table2 (the paper's six classes)
     order          all that decides the bytes of a data set, checked first
     produce        items -> simulate_batch -> sensor -> rows and records
+    versions       which versions of what made a record
     rows           a machine, sensor and run as columns, and back
     schema         every column with type, unit and one sentence
     shard          rows <-> Parquet; `read_shards(folder)`

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import importlib.metadata
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any
 
 from datagen.campaign import Case, Label
 from datagen.schema import SCHEMA_VERSION
+from datagen.versions import versions_of
 from indexer_env.effects import MachineEffect, make_effect
 from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine
@@ -92,20 +92,13 @@ def run_columns(run: Run, samples: int) -> dict[str, Any]:
 @functools.cache
 def version_columns() -> dict[str, Any]:
     """Versions of what makes a record, by column name."""
+    package, numpy, numba = versions_of(("indexer-diagnosis", "numpy", "numba")).values()
     return {
         "schema_version": SCHEMA_VERSION,
-        "package_version": _version("indexer-diagnosis"),
-        "numpy_version": _version("numpy"),
-        "numba_version": _version("numba"),
+        "package_version": package,
+        "numpy_version": numpy,
+        "numba_version": numba,
     }
-
-
-def _version(distribution: str) -> str:
-    try:
-        return importlib.metadata.version(distribution)
-    except importlib.metadata.PackageNotFoundError:
-        # Run from a checkout that was never installed.
-        return "not installed"
 
 
 def machine_of(row: Mapping[str, Any]) -> Machine:

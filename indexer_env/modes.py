@@ -38,11 +38,7 @@ class Modes:
     damping_ratio: np.ndarray
 
 
-def natural_frequencies(
-    machine: Machine,
-    cam_angle: float | np.ndarray = 0.0,
-    operating_point: OperatingPoint | None = None,
-) -> Modes:
+def natural_frequencies(machine: Machine, cam_angle: float | np.ndarray = 0.0) -> Modes:
     """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank.
 
     M q̈ + R q̇ + K q = 0 in q = (α, φ, θ) with δ1 = -α, δ2 = φ - β'α - θ, δ3 = θ::
@@ -54,8 +50,6 @@ def natural_frequencies(
     machine : Machine
     cam_angle : float or ndarray (n,)
         [rad]; β' of the law at these angles enters, effects on the law do not.
-    operating_point : OperatingPoint, optional
-        Only checked effects depend on it; the reference one where not given.
 
     Returns
     -------
@@ -67,7 +61,7 @@ def natural_frequencies(
         An effect that does not fit the machine.
     """
     angles = np.atleast_1d(np.asarray(cam_angle, dtype=float))
-    item = coefficients(machine, operating_point or OperatingPoint())
+    item = coefficients(machine, OperatingPoint())
     _, slope, _ = machine.motion_law.evaluate(angles, machine.stations, machine.motion_share)
     inertia, damping, stiffness = _matrices(item, np.asarray(slope))
     squares, shapes = (np.real(part) for part in np.linalg.eig(np.linalg.solve(inertia, stiffness)))

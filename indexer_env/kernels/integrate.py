@@ -23,6 +23,9 @@ from indexer_env.kernels.rates import stage_rates, state_rates
 
 _INFINITY = math.inf
 
+_NARROW = 6
+"""Up to so many items are taken lane by lane, which is faster than a whole block for few; the numbers are the same."""
+
 _MOST_EDGES = 16
 """Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
 taken on the present lines and the regions are set from the state reached."""
@@ -128,13 +131,17 @@ def restore_start(w, i):
 def mend(w, i, model, features, pieces):
     """Repeat the step of a lane that crossed edges, landing on each of them."""
     whole = rest = w[STEP + i]
+    command = w[COMMAND + i]
     for _ in range(_MOST_EDGES):
         share, which, deflection = find_edge(w, i, rest, features)
+        landing = share * rest
         restore_start(w, i)
-        one_lane_step(w, i, share * rest, model, features)
+        one_lane_step(w, i, landing, model, features)
         cross(w, i, which, deflection, pieces)
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * landing
+        w[STAGE_TIME + i] = 0.0
         state_rates(w, i, False, model, features)
-        rest -= share * rest
+        rest -= landing
         one_lane_step(w, i, rest, model, features)
         if not crossed(w, i, features):
             break
@@ -143,6 +150,7 @@ def mend(w, i, model, features, pieces):
         find_piece(w, i, pieces)
         state_rates(w, i, False, model, features)
     w[STEP + i] = whole
+    w[COMMAND + i] = command
 
 
 @outlined
@@ -198,30 +206,44 @@ def stop_faulty(w, block, width, limit, status, status_time):
 
 
 @outlined
-def load_block(w, first, states, coefficients, pieces, steps, n_steps, model, features):
-    """Fill the workspace from items first … first + LANES - 1; lanes beyond the last item repeat it and stand still."""
-    last = states.shape[0] - 1
-    for i in range(LANES):
-        item = min(first + i, last)
-        for row in range(STATE_ROWS):
-            w[row * LANES + i] = states[item, row]
-        for row in range(COEFFICIENT_ROWS):
-            w[(STATE_ROWS + row) * LANES + i] = coefficients[item, row]
-        w[MESH_FACTOR + i] = 1.0
-        for row in range(DRIVE_EXTRA, MESH_FACTOR, LANES):
-            w[row + i] = 0.0
-        w[STATION_RATIO_2 + i] = -1.0
-        w[STEP + i] = steps[item] if first + i <= last and n_steps[item] > 0 else 0.0
-        if w[PIECE + i] < 0.0:
-            find_piece(w, i, pieces)
-        else:
-            load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
-        set_lines(w, i)
-    state_rates(w, FIRST_LANE, True, model, features)
-    for i in range(LANES):
-        if states[min(first + i, last), REGION_1 // LANES] > 1.0:
-            settle_regions(w, i)
-    state_rates(w, FIRST_LANE, True, model, features)
+def step_lane(w, i, model, features, pieces):
+    """Take lane i alone over its step, edges and pieces included."""
+    one_lane_step(w, i, w[STEP + i], model, features)
+    if crossed(w, i, features):
+        mend(w, i, model, features, pieces)
+    follow_pieces(w, i, pieces)
+
+
+@lanes
+def step_block(w, width, model, features, pieces):
+    """Take all lanes over their steps; the few that crossed an edge or left their piece are seen to one by one."""
+    rk4(w, FIRST_LANE, LANES, model, features)
+    if mark(w, features):
+        for i in range(width):
+            if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
+                mend(w, i, model, features, pieces)
+            if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
+                follow_pieces(w, i, pieces)
+
+
+@outlined
+def load_lane(w, i, state, coefficients, pieces, model, features):
+    """Fill lane i from an item's state and coefficients."""
+    for row in range(STATE_ROWS):
+        w[row * LANES + i] = state[row]
+    for row in range(COEFFICIENT_ROWS):
+        w[(STATE_ROWS + row) * LANES + i] = coefficients[row]
+    w[MESH_FACTOR + i] = 1.0
+    w[STATION_RATIO_2 + i] = -1.0
+    if w[PIECE + i] < 0.0:
+        find_piece(w, i, pieces)
+    else:
+        load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
+    set_lines(w, i)
+    state_rates(w, i, False, model, features)
+    if state[REGION_1 // LANES] > 1.0:
+        settle_regions(w, i)
+        state_rates(w, i, False, model, features)
 
 
 def entry(fingerprint: str):
@@ -253,14 +275,17 @@ def entry(fingerprint: str):
         Every `every` steps the workspace rows `rows` (c,) go to out (n, c, samples) until it is full. status (n,) tells
         RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,) when; such a lane stops.
         """
-        w = np.zeros(WORKSPACE)
+        w = np.empty(WORKSPACE)
         samples = out.shape[2]
         for block in range(first, stop, LANES):
             width = min(LANES, stop - block)
-            load_block(w, block, states, coefficients, pieces, steps, n_steps, model, features)
+            w[:] = 0.0
             shortest = longest = n_steps[block]
-            for item in range(block, block + width):
+            for i in range(LANES if width > _NARROW else width):
+                item = block + min(i, width - 1)  # idle lanes repeat the last item and stand still
+                load_lane(w, i, states[item], coefficients[item], pieces, model, features)
                 shortest, longest = min(shortest, n_steps[item]), max(longest, n_steps[item])
+                w[STEP + i] = steps[item] if i < width and n_steps[item] > 0 else 0.0
             for step in range(longest + 1):
                 if step % every == 0:
                     sample = step // every
@@ -277,13 +302,12 @@ def entry(fingerprint: str):
                             w[STEP + i] = last_steps[item]
                         elif step > n_steps[item]:
                             w[STEP + i] = 0.0
-                rk4(w, FIRST_LANE, LANES, model, features)
-                if mark(w, features):
+                if width > _NARROW:
+                    step_block(w, width, model, features, pieces)
+                else:
                     for i in range(width):
-                        if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
-                            mend(w, i, model, features, pieces)
-                        if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
-                            follow_pieces(w, i, pieces)
+                        if w[STEP + i] > 0.0:
+                            step_lane(w, i, model, features, pieces)
                 for i in range(LANES):
                     w[TIME + i] += w[STEP + i]
                     w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * w[STEP + i]

@@ -170,6 +170,16 @@ def test_station_off_its_place_with_a_table_that_starts_above_zero() -> None:
     assert difference(one, OperatingPoint(start_angle=5.8), samples=1600) <= SMOOTH
 
 
+@pytest.mark.parametrize("law", CONTACT_LAWS)
+@pytest.mark.parametrize("model", ["A", "B"])
+@pytest.mark.parametrize("play", [1e-6, 1e-5])
+def test_play_thinner_than_a_step(play: float, model: str, law: str) -> None:
+    """The table crosses the whole play within one step: it leaves one flank and reaches the other in the same step."""
+    one = machine(output_joint={"backlash": play})
+    one = dataclasses.replace(one, model=model, contact_law=law)
+    assert difference(one, OperatingPoint(load_torque=-50.0)) <= SMOOTH
+
+
 def test_whole_turn_of_the_smooth_machine() -> None:
     assert difference(HEALTHY, samples=8200) <= SMOOTH
 

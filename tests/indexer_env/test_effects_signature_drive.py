@@ -48,7 +48,13 @@ def test_slip_takes_speed_in_proportion_to_the_motor_torque(smooth, visible, loa
     """Over a settled turn J_m γ̈ is zero in the mean: ω_s - <γ̇> = c τ <M1>."""
     effect, point = visible("drive.slip"), OperatingPoint(load_torque=load)
     machine = smooth.with_effects(effect)
-    record = turn_of(machine, point)
+    run = Run(samples=9000, warmup_turns=14, channels=("motor_rate", "torque_1", "cam_angle"))
+    trajectory = simulate(machine, point, run)
+    assert trajectory.warmup is not None and trajectory.warmup.settled
+    cam = trajectory.channels["cam_angle"]
+    whole_turn = cam - cam[0] < 2.0 * math.pi * machine.stations
+    record = {name: values[whole_turn] for name, values in trajectory.channels.items()}
+    assert not whole_turn.all()
     lost = point.motor_speed - record["motor_rate"].mean()
     expected = effect.compliance * machine.reduction * record["torque_1"].mean()
     assert lost == pytest.approx(expected, rel=1e-3, abs=1e-6)
