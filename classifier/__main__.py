@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -15,12 +16,25 @@ from rich.table import Table
 
 from classifier.dataset import SUBSETS, load_dataset
 from classifier.features import make_features
-from classifier.model import MODEL_YAML, save_model
+from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.output_folder import check_output_folder, output_folder
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
-from datagen.command import hydra_command, job_folder
+from datagen.command import hydra_command, job_folder, path_given
+from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
+
+RESULTS_JSON = "results.json"
+PICTURES = ("accelerations.png", "psds.png", "training.png", "confusion.png")
+FILES = (MODEL_YAML, MODEL_TENSORS, RESULTS_JSON, *PICTURES)
+"""All that the command leaves in its folder."""
+
+
+@dataclass(frozen=True)
+class _Net:
+    """The keys of conf/net; `Mlp` checks their values."""
+
+    hidden: int
 
 
 def results_table(result: Result) -> Table:
@@ -51,13 +65,14 @@ def results_table(result: Result) -> Table:
 def run(config: dict[str, Any]) -> None:
     """The command, given its configuration as in conf/classifier.yaml."""
     started = time.perf_counter()
-    out = check_output_folder(job_folder(config["out"]), MODEL_YAML, config["overwrite"])
+    out = check_output_folder(job_folder("classifier", config["out"]), FILES, config["overwrite"])
     check_integer("classifier", "threads", config["threads"], low=1)
     torch.set_num_threads(config["threads"])
+    hidden = from_mapping(_Net, config["net"], owner="net").hidden
     features, trainer = make_features(config["features"]), make_trainer(config["trainer"])
     console = Console()
 
-    dataset = load_dataset(str(config["data"]))
+    dataset = load_dataset(path_given("classifier", "data", config["data"]))
     columns = (
         TextColumn("epoch {task.completed}"),
         BarColumn(),
@@ -75,7 +90,7 @@ def run(config: dict[str, Any]) -> None:
             dataset,
             features,
             trainer,
-            hidden=config["net"]["hidden"],
+            hidden=hidden,
             seed=config["seed"],
             restarts=config["restarts"],
             progress=progress,
@@ -85,10 +100,10 @@ def run(config: dict[str, Any]) -> None:
     # Drawing is loaded only now: its import takes as long as the training of a small data set.
     from classifier.pictures import draw_training
 
-    with output_folder(out, MODEL_YAML, config["overwrite"]) as folder:
+    with output_folder(out, FILES, config["overwrite"]) as folder:
         save_model(result.model, folder)
         results = {**result.to_dict(), "config": config}
-        (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+        (folder / RESULTS_JSON).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
         for name, figure in draw_training(dataset, result).items():
             figure.savefig(folder / f"{name}.png")
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s", highlight=False)

@@ -10,13 +10,17 @@ import numpy as np
 
 from classifier.model import Model, load_model
 from classifier.output_folder import check_output_folder, output_folder
-from datagen.command import hydra_command, job_folder
+from datagen.command import check_flag, hydra_command, job_folder, path_given
 from datagen.measured import RATE_TOLERANCE, read_signal
+from indexer_env.build import from_mapping
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 
 DIAGNOSIS_JSON = "diagnosis.json"
+DIAGNOSIS_PNG = "diagnosis.png"
+FILES = (DIAGNOSIS_JSON, DIAGNOSIS_PNG)
+"""All that the command leaves in its folder."""
 
 
 @dataclass(frozen=True)
@@ -117,26 +121,33 @@ def lines(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _reading(options: dict[str, Any]) -> dict[str, Any]:
-    for name in ("unit", "time_column", "signal_column"):
-        if not isinstance(options[name], str | type(None)):
-            raise refuse("read", name, "a text or null", options[name], f"quote it: read.{name}='\"...\"'")
-    if options["sample_rate"] is not None:
-        check_number("read", "sample_rate", options["sample_rate"], low=0.0, low_open=True, unit="Hz")
-    return options
+@dataclass(frozen=True)
+class _Reading:
+    """What a measured file leaves open, as `datagen.measured.read_signal` takes it."""
+
+    sample_rate: float | None = None
+    unit: str | None = None
+    time_column: str | None = None
+    signal_column: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("unit", "time_column", "signal_column"):
+            value = getattr(self, name)
+            if not isinstance(value, str | type(None)):
+                raise refuse("read", name, "a text or null", value, f"quote it: read.{name}='\"...\"'")
+        if self.sample_rate is not None:
+            check_number("read", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
 
 
 def run(config: dict[str, Any]) -> None:
     """The command, given its configuration as in conf/diagnose.yaml."""
-    out = None if config["out"] is None else job_folder(config["out"])
+    check_flag("diagnose", "overwrite", config["overwrite"])
+    out = None if config["out"] is None else job_folder("diagnose", config["out"])
     if out is not None:
-        check_output_folder(out, DIAGNOSIS_JSON, config["overwrite"])
-    model = load_model(str(config["model"]))
+        check_output_folder(out, FILES, config["overwrite"])
+    model = load_model(path_given("diagnose", "model", config["model"]))
     signal = read_signal(
-        str(config["signal"]),
-        expected_rate=model.sample_rate,
-        expected_duration=model.samples / model.sample_rate * (1 - RATE_TOLERANCE),
-        **_reading(config["read"]),
+        path_given("diagnose", "signal", config["signal"]), **asdict(from_mapping(_Reading, config["read"], "read"))
     )
     diagnosis = diagnose(model, signal)
     print("\n".join(lines(diagnosis)))
@@ -145,10 +156,10 @@ def run(config: dict[str, Any]) -> None:
     # Drawing is loaded only where a picture is wanted: it takes longer than the diagnosis.
     from classifier.pictures import draw_diagnosis
 
-    with output_folder(out, DIAGNOSIS_JSON, config["overwrite"]) as folder:
+    with output_folder(out, FILES, config["overwrite"]) as folder:
         text = json.dumps({**asdict(diagnosis), "model": str(config["model"])}, indent=2, ensure_ascii=False)
         (folder / DIAGNOSIS_JSON).write_text(text + "\n", encoding="utf-8")
-        draw_diagnosis(model, signal, diagnosis).savefig(folder / "diagnosis.png")
+        draw_diagnosis(model, signal, diagnosis).savefig(folder / DIAGNOSIS_PNG)
     print(f"written   {out}")
 
 

@@ -8,29 +8,33 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from datagen.command import check_flag
+from datagen.store import StoreError, check_place
 from indexer_env.errors import refuse
 
 
-def check_output_folder(out: str | Path, marker: str, overwrite: bool) -> Path:
-    """Refuse an output folder that must not be replaced; to be called before long work.
+def check_output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool) -> Path:
+    """Refuse an output folder that must not be replaced, or an `overwrite` that is no flag; to be called before
+    long work.
 
-    out        absent, empty, or, with overwrite, one that holds the file `marker` and so came from the same
-               command
+    out        absent, empty, or, with overwrite, one that came from the same command and holds nothing else
+    own        names of all files that the command leaves, first the one by which its folder is known
 
-    Raises ParameterError.
+    Raises ParameterError, and StoreError where no folder can be made.
     """
-    if not isinstance(overwrite, bool):
-        raise refuse("command", "overwrite", "true or false", overwrite)
+    check_flag("command", "overwrite", overwrite)
     folder = Path(out)
+    check_place(folder)
     if not folder.exists():
         return folder
-    if not folder.is_dir():
-        raise refuse("command", "out", "a folder", str(folder), "name another")
-    if not any(folder.iterdir()):
+    held = sorted(path.name for path in folder.iterdir())
+    if not held:
         return folder
-    if not (folder / marker).is_file():
-        rule = f"a new folder, an empty one or one that holds {marker}"
-        raise refuse("command", "out", rule, str(folder), "it holds other files; name another")
+    foreign = [name for name in held if name not in own]
+    if foreign or own[0] not in held:
+        rule = f"a new folder, an empty one or one that holds an earlier {own[0]} and nothing else"
+        remedy = f"it holds other files ({(foreign or held)[0]}); name another"
+        raise refuse("command", "out", rule, str(folder), remedy)
     if not overwrite:
         remedy = "set overwrite=true to replace the earlier result, or name another"
         raise refuse("command", "out", "a new or empty folder", str(folder), remedy)
@@ -38,20 +42,27 @@ def check_output_folder(out: str | Path, marker: str, overwrite: bool) -> Path:
 
 
 @contextmanager
-def output_folder(out: str | Path, marker: str, overwrite: bool = False) -> Iterator[Path]:
+def output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool = False) -> Iterator[Path]:
     """Give a temporary folder beside `out`, which takes its place when the block ends without an error.
 
     Files of a block that fails are removed and `out` stays as it was.
 
-    Raises ParameterError as `check_output_folder` does.
+    Raises as `check_output_folder` does.
     """
-    folder = check_output_folder(out, marker, overwrite).absolute()
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    # The work folder itself is private (mode 700); its inner folder gets the usual mode.
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as work:
+    # Resolved, so that a link stays a link and the folder it leads to is what is replaced.
+    folder = check_output_folder(out, own, overwrite).resolve()
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # The work folder itself is private (mode 700); its inner folder gets the usual mode.
+        temporary = tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent)
+    except OSError as error:
+        raise StoreError(f"out {out} cannot be made ({error.strerror}); choose another folder.") from None
+    with temporary as work:
         fresh = Path(work) / "new"
         fresh.mkdir()
         yield fresh
+        # Another run may have come first.
+        check_output_folder(folder, own, overwrite)
         if folder.exists():
             folder.rename(Path(work) / "old")
         try:

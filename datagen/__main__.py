@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from hydra.core.hydra_config import HydraConfig
 from rich.console import Console
 from rich.table import Table
 
-from datagen.command import hydra_command, job_folder
+from datagen.command import check_flag, hydra_command, job_folder
 from datagen.generate import generate
-from datagen.order import order_from
+from datagen.order import Order, order_from
 from datagen.store import REJECTED
 from indexer_env.errors import refuse
 
@@ -18,11 +19,22 @@ from indexer_env.errors import refuse
 def main(config: dict[str, Any]) -> None:
     """Generate the data set of a composed configuration and say what it holds."""
     overwrite = config["overwrite"]
-    if not isinstance(overwrite, bool):
-        raise refuse("datagen", "overwrite", "true or false", overwrite)
-    folder = job_folder(config["out"])
-    manifest = generate(order_from(config), folder, overwrite=overwrite)
+    check_flag("datagen", "overwrite", overwrite)
+    folder = job_folder("datagen", config["out"])
+    order = order_from(config)
+    _refuse_idle(order)
+    manifest = generate(order, folder, overwrite=overwrite)
     _say(manifest, str(folder))
+
+
+def _refuse_idle(order: Order) -> None:
+    """A value given for what the campaign decides would be lost without a word."""
+    for override in HydraConfig.get().overrides.task:
+        key = override.lstrip("+~").partition("=")[0]
+        path = key.removeprefix("machine.")
+        if path != key and path in order.campaign.decides:
+            remedy = f"see conf/campaign/{order.campaign.name}.yaml for what can be changed"
+            raise refuse("datagen", key, f"left to the campaign {order.campaign.name}", override, remedy)
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:

@@ -12,6 +12,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -92,6 +93,9 @@ class Campaign(ABC):
     name: ClassVar[str]
     example_index: ClassVar[int] = 0
     """The item whose label the example file has."""
+    decides: ClassVar[tuple[str, ...]] = ()
+    """Fields of the machine, by dotted path, that every item gets from its class: the base machine's are not
+    used."""
 
     @abstractmethod
     def draw(self, index: int, base: Base, rng: np.random.Generator) -> Item:
@@ -160,6 +164,15 @@ def value_at(target: object, path: str) -> Any:
             raise refuse(type(target).__name__, name, f"a field ({path})", name, did_you_mean(name, known))
         target = getattr(target, name)
     return target
+
+
+def number_at(target: object, path: str, owner: str) -> float:
+    """The number at a dotted path; ParameterError, in the name of `owner` who wants to draw it, where there
+    is none."""
+    value = value_at(target, path)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise refuse(owner, path, "a number of the machine, to be drawn", value, "leave it out")
+    return float(value)
 
 
 def _field_names(target: object) -> list[str]:

@@ -2,8 +2,8 @@
 
 `hydra_command("datagen")` reads `datagen.yaml` in the project's configuration folder and gives back a
 `main()` that works as a console script and under `python -m`. Exit codes: 0 done, 2 bad input (one line on
-stderr), 130 stopped from the keyboard. With the environment variable HYDRA_FULL_ERROR=1 the traceback is
-shown instead of the sentence.
+stderr, in a sweep one for each failed job), 130 stopped from the keyboard. With the environment variable
+HYDRA_FULL_ERROR=1 the traceback is shown instead of the sentence.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ from pathlib import Path
 from typing import NoReturn
 
 import hydra
+import yaml
+from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
+from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
-from indexer_env.checks import did_you_mean
-from indexer_env.errors import IndexerError
+from indexer_env.checks import check_choice, did_you_mean
+from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
 
 BAD_INPUT = 2
@@ -38,33 +40,39 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
     """Decorate `task(config: dict)` into the `main()` of a command configured by `<config_name>.yaml`.
 
     The task receives the composed configuration as plain dicts and lists, interpolations resolved and nothing
-    missing. In a sweep (`-m`) a job that fails does not stop those after it; the command ends with the first
-    error.
+    missing. In a sweep (`-m`) a job that fails does not stop those after it: each says its sentence, and the
+    command ends with exit code 2.
     """
 
     def decorate(task: Callable[[dict], None]) -> Callable[[], None]:
-        traceback_wanted = composed = False
+        traceback_wanted = composed = failed = False
 
         @functools.wraps(task)
         def job(config: DictConfig) -> None:
-            nonlocal composed
+            nonlocal composed, failed
             composed = True
-            if traceback_wanted or HydraConfig.get().mode is RunMode.MULTIRUN:
-                task(_plain(config))
+            if traceback_wanted:
+                task(_plain(config, config_name))
                 return
             # Handed back to Hydra, an error would be printed with the job's overrides before `main` has it.
-            _reported(lambda: task(_plain(config)), config_name)
+            try:
+                _reported(lambda: task(_plain(config, config_name)), config_name)
+            except SystemExit as stop:
+                if stop.code != BAD_INPUT or HydraConfig.get().mode is not RunMode.MULTIRUN:
+                    raise
+                failed = True
 
         command = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
 
         @functools.wraps(task)
         def main() -> None:
-            nonlocal traceback_wanted, composed
-            composed = False
+            nonlocal traceback_wanted, composed, failed
+            composed = failed = False
             traceback_wanted = os.environ.get(_FULL_ERROR) == "1"
             if traceback_wanted:
                 command()
                 return
+            _refuse_unknown_flags()
             # Hydra prints what it catches and leaves with code 1, unless this makes it hand errors on.
             before = os.environ.pop(_FULL_ERROR, None)
             os.environ[_FULL_ERROR] = "1"
@@ -74,42 +82,93 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
                 # Hydra refuses some malformed overrides so; in a running job it is a defect.
                 if composed:
                     raise
-                _refuse(_one_line(str(error)))
+                _refuse(_malformed(error))
             finally:
                 del os.environ[_FULL_ERROR]
                 if before is not None:
                     os.environ[_FULL_ERROR] = before
+            if failed:
+                raise SystemExit(BAD_INPUT)
 
         return main
 
     return decorate
 
 
-def job_folder(out: object) -> Path:
-    """The folder a job writes to: `out` itself, or `out/<job number>` for each job of a sweep (`-m`)."""
+def check_flag(command: str, key: str, value: object) -> None:
+    """Refuse what is not true or false."""
+    if not isinstance(value, bool):
+        raise refuse(command, key, "true or false", value)
+
+
+def path_given(command: str, key: str, value: object) -> Path:
+    """The path that a key of a command holds.
+
+    Raises
+    ------
+    ParameterError
+        Not a text or an empty one: a number, true or null would become a folder of that name.
+    """
+    if not isinstance(value, str) or not value.strip():
+        raise refuse(command, key, "a path", value, f"write {key}=./NAME for a name that reads as something else")
+    return Path(value)
+
+
+def job_folder(command: str, out: object) -> Path:
+    """The folder a job writes to: `out` itself, or `out/<job number>` for each job of a sweep (`-m`).
+
+    Raises
+    ------
+    ParameterError
+        `out` is no path.
+    """
+    folder = path_given(command, "out", out)
     if HydraConfig.initialized() and HydraConfig.get().mode is RunMode.MULTIRUN:
         return Path(HydraConfig.get().runtime.output_dir)
-    return Path(str(out))
+    return folder
+
+
+def _sweep_folder(out: object) -> str:
+    """The folder of a sweep, as conf/command.yaml asks for it before the first job starts."""
+    if out is None:
+        raise refuse("command", "out", "one folder in a sweep, for OUT/<job number>", None, "add out=FOLDER")
+    folder = path_given("command", "out", out)
+    if any(place.is_file() for place in (folder, *folder.parents)):
+        raise refuse("command", "out", "a folder", str(folder), "a file stands there, choose another name")
+    return str(folder)
+
+
+OmegaConf.register_new_resolver("sweep_folder", _sweep_folder, replace=True)
 
 
 def explain(error: Exception, config_name: str) -> str:
     """One sentence for an error of the project, of Hydra's composition or of OmegaConf."""
     if isinstance(error, IndexerError):
         return str(error)
+    if isinstance(error, InterpolationToMissingValueError):
+        return f"{error.full_key or 'a key'} refers to a key without a value ({_one_line(str(error))[:-1]})."
     if isinstance(error, MissingConfigException):
         return _missing_config(error)
     if isinstance(error, OverrideParseException):
-        remedy = "quote values with spaces, commas or brackets"
+        remedy = "quote values with other signs than letters, digits and ._-/ twice: KEY='\"VALUE\"'"
         return f"the command line must hold KEY=VALUE pairs, got {error.override!r}; {remedy}."
     if isinstance(error, MissingMandatoryValue):
         key = error.full_key or _one_line(str(error)).rsplit(" ", 1)[-1]
         return f"{key} must be given; add {key}=VALUE to the command."
     text = str(error)
+    if found := re.match(r"ParameterError raised while resolving interpolation: (.+)", text):
+        return found[1]
     if found := re.search(r"You must specify '([^']+)'", text):
         options = [line.strip() for line in text.splitlines() if line.startswith("\t")]
         return _missing_group(found[1], options)
     if found := re.search(r"Could not override '([^']+)'", text):
         return _unknown_key(found[1], error, config_name)
+    if found := re.match(r"Error merging override (.+)", text):
+        key, _, value = found[1].partition("=")
+        return f"{key} must be of the kind that it is in the configuration, got {value}; see {config_dir()}."
+    if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*)'", text):
+        remedy = "write it in [] for a list, in quotes for a text, or add -m to sweep over it"
+        return f"{found[1]} must be one value, got {found[2]!r}; {remedy}."
     return _one_line(text)
 
 
@@ -121,6 +180,12 @@ def _reported(action: Callable[[], object], config_name: str) -> None:
         raise SystemExit(INTERRUPTED) from None
     except (IndexerError, HydraException, OmegaConfBaseException) as error:
         _refuse(explain(error, config_name))
+    except OSError as error:
+        where = f"{error.filename} " if error.filename else "a file "
+        _refuse(f"{where}cannot be used ({error.strerror or error}); check the path, its permissions and the disk.")
+    except MemoryError as error:
+        # numpy's sentence says how much was asked for; Python's own is empty.
+        _refuse(f"the job must fit into memory, but {error or 'it does not'}; ask for fewer or shorter records.")
 
 
 def _refuse(sentence: str) -> NoReturn:
@@ -128,9 +193,34 @@ def _refuse(sentence: str) -> NoReturn:
     raise SystemExit(BAD_INPUT) from None
 
 
-def _plain(config: DictConfig) -> dict:
+def _refuse_unknown_flags() -> None:
+    """Before Hydra does so in eight lines."""
+    _, unknown = get_args_parser().parse_known_args()
+    if unknown:
+        _refuse(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the few flags.")
+
+
+def _malformed(error: ValueError) -> str:
+    """A sentence for what Hydra refuses without naming it: a group whose value is no name."""
+    for argument in sys.argv[1:]:
+        group, _, value = argument.lstrip("+~").partition("=")
+        folder = config_dir() / group
+        if group and folder.is_dir() and not isinstance(yaml.safe_load(value), str | list):
+            names = sorted(path.stem for path in folder.glob("*.yaml"))
+            return f"{group} must be one of {', '.join(names)}, got {value or None!r}."
+    return _one_line(str(error))
+
+
+def _plain(config: DictConfig, config_name: str) -> dict:
     plain = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     assert isinstance(plain, dict)
+    known = _root_keys(config_name)
+    # What `+key` adds and `~key` takes away is for Hydra to accept and for no command to see.
+    for key in plain:
+        check_choice(config_name, "key", key, known)
+    for key in known:
+        if key not in plain:
+            raise refuse(config_name, key, "there, as every key of the configuration", None, f"leave out ~{key}")
     return {str(key): value for key, value in plain.items()}
 
 
@@ -154,10 +244,10 @@ def _unknown_key(key: str, error: Exception, config_name: str) -> str:
     cause = error.__cause__
     node = getattr(cause, "parent_node", None)
     if isinstance(node, DictConfig):
-        # The unknown key may stand in a mapping given as the value; the command line's key is then its owner.
-        name = str(getattr(cause, "key", key.rpartition(".")[2]))
-        owner = key if name != key.rpartition(".")[2] else key.rpartition(".")[0]
-        known = [str(entry) for entry in node]
+        # The unknown key may stand in the command line's key or in a mapping given as its value.
+        name, steps = str(getattr(cause, "key", "")), key.split(".")
+        owner = ".".join(steps[: steps.index(name)]) if name in steps else key
+        known = [str(entry) for entry in node if entry != "hydra" or owner]
     else:
         owner, name = "", key
         known = _root_keys(config_name)

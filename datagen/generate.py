@@ -1,9 +1,9 @@
 """From an order to a data set on disk: simulated, sensed and written a shard at a time, so memory stays that
 of one shard.
 
-Nothing is written before the first shard has been simulated, so an order that cannot be carried out leaves
-the folder as it was. Items that have no record are rows of rejected.parquet with the reason. The manifest
-comes last: without it there is no data set.
+Nothing is written before the first shard with a record has been simulated, so an order that cannot be
+carried out leaves the folder as it was. Items that have no record are rows of rejected.parquet with the reason.
+The manifest comes last: without it there is no data set.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from datagen.progress import Advance, progress
 from datagen.rows import version_columns
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
 from datagen.shard import to_table, write_parquet
-from datagen.store import REJECTED, begin, check_free, finish, sha256, shard_name, whole_file
+from datagen.store import REJECTED, check_free, finish, making, sha256, shard_name, whole_file
+from indexer_env.errors import ParameterError
 
 
 def generate(order: Order, out: str | Path, *, overwrite: bool = False) -> dict[str, Any]:
@@ -36,9 +37,10 @@ def generate(order: Order, out: str | Path, *, overwrite: bool = False) -> dict[
     Raises
     ------
     ParameterError
-        The order as a whole cannot be simulated; a single item that cannot is recorded in rejected.parquet.
+        The order as a whole cannot be simulated, or none of its items can; a single item that cannot is
+        recorded in rejected.parquet.
     StoreError
-        `out` holds something (see `datagen.store.check_free`) or cannot be written.
+        `out` holds something (see `datagen.store.check_free`), is being written to or cannot be written.
     """
     folder = Path(out)
     check_free(folder, overwrite)
@@ -46,18 +48,18 @@ def generate(order: Order, out: str | Path, *, overwrite: bool = False) -> dict[
     shards: list[dict[str, Any]] = []
     with progress("simulating", order.count, "records") as advance:
         chunks = _chunks(order, advance)
-        first = next(chunks)
-        begin(folder, _head(order))
-        with _rejects(folder) as rejects:
-            for number, (rows, records, rejected) in enumerate(itertools.chain([first], chunks)):
-                tally.add(rows, rejected)
-                if rejected:
-                    rejects.write_table(pa.Table.from_pylist(rejected, schema=rejected_schema()))
-                if rows:
-                    shards.append(_write_shard(folder, shard_name(number), rows, records))
-    write_example(order, folder)
-    manifest = {**_head(order), **tally.summary(order.campaign), "shards": shards}
-    finish(folder, manifest)
+        beginning = _until_a_record(chunks, order)
+        with making(folder, _head(order), overwrite):
+            with _rejects(folder) as rejects:
+                for number, (rows, records, rejected) in enumerate(itertools.chain(beginning, chunks)):
+                    tally.add(rows, rejected)
+                    if rejected:
+                        rejects.write_table(pa.Table.from_pylist(rejected, schema=rejected_schema()))
+                    if rows:
+                        shards.append(_write_shard(folder, shard_name(number), rows, records))
+            write_example(order, folder)
+            manifest = {**_head(order), **tally.summary(order.campaign), "shards": shards}
+            finish(folder, manifest)
     return manifest
 
 
@@ -66,6 +68,20 @@ def _chunks(order: Order, advance: Advance) -> Iterator[Produced]:
         indices = range(first, min(first + order.shard_items, order.count))
         yield produce(order, [order.campaign.item(index, order.base, order.seed) for index in indices])
         advance(len(indices))
+
+
+def _until_a_record(chunks: Iterator[Produced], order: Order) -> list[Produced]:
+    """The chunks up to the first with a record; an order without one is a mistake in the order."""
+    taken: list[Produced] = []
+    for chunk in chunks:
+        taken.append(chunk)
+        if chunk[0]:
+            return taken
+    first = taken[0][2][0]
+    raise ParameterError(
+        f"datagen must be given an order with at least one item that can be simulated, got none of {order.count}; "
+        f"item {first['item']}: {first['reason']}"
+    )
 
 
 @contextlib.contextmanager

@@ -42,6 +42,9 @@ SHORTEST_STEP = 1e-7
 LONGEST_STEP = 10.0
 """Sampling steps outside this range [s] are no vibration record but a wrong unit of time."""
 
+MOST_STRAY_STEPS = 2.0
+"""Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
+
 _TIME_NAMES = ("time", "zeit", "temps", "tempo", "timestamp", "seconds", "t")
 _ACCELERATION_NAMES = ("acc", "beschl", "phi_dd", "table_acceleration")
 
@@ -78,6 +81,11 @@ def read_signal(
     """
     table = read_table(path)
     time, signal = _choose(table, time_column, signal_column, sample_rate)
+    if time is not None and sample_rate is not None:
+        raise SignalError(
+            f"{table.path} must have no time column where a sampling rate is given, got {time.name!r} and "
+            f"{sample_rate:g} Hz; leave sample_rate out."
+        )
     values = signal.numbers()
     if time is None:
         rate = float(sample_rate or 0.0)
@@ -113,7 +121,9 @@ def _choose(
         raise SignalError(f"{table.path} has no acceleration column beside {columns[0].name!r}; export both columns.")
     if len(likely) > 1:
         names = ", ".join(repr(column.name) for column in likely)
-        raise SignalError(f"{table.path} has {len(likely)} columns that may be the record ({names}); name one of them.")
+        raise SignalError(
+            f"{table.path} has {len(likely)} columns that may be the record ({names}); name one (signal_column=NAME)."
+        )
     return time, likely[0]
 
 
@@ -126,7 +136,10 @@ def _time_of(table: MeasuredTable, sample_rate: float | None) -> Column | None:
         return found[0]
     if sample_rate is None:
         names = ", ".join(repr(column.name) for column in columns)
-        raise SignalError(f"{table.path} has no time column among {names}; name one or give the sampling rate in Hz.")
+        raise SignalError(
+            f"{table.path} has no time column among {names}; name it (time_column=NAME) or give the sampling rate "
+            "(sample_rate=HZ)."
+        )
     return None
 
 
@@ -195,25 +208,39 @@ def _rate(table: MeasuredTable, time: Column, signal: Column, seconds: np.ndarra
         sample = int(np.argmax(uneven)) + 1
         width = float(steps[sample - 1])
         lost = round(min(width / step, 1e9)) - 1
-        problem = f"a gap, {lost} samples are missing" if lost > 0 else "an uneven step"
+        problem = (
+            f"a gap, {lost} {'sample is' if lost == 1 else 'samples are'} missing" if lost > 0 else "an uneven step"
+        )
         raise SignalError(
             f"{where(sample)}: {problem} ({width:.6g} s after {seconds[sample - 1]:.9g} s "
             f"where {step:.6g} s must be); cut the record there or fill the gap before use."
         )
     span = float(seconds[-1] - seconds[0])
     rate = (len(seconds) - 1) / span
+    strays = np.abs(seconds - seconds[0] - np.arange(len(seconds)) / rate)
+    if strays.max() > MOST_STRAY_STEPS / rate + resolution:
+        sample = int(np.argmax(strays))
+        raise SignalError(
+            f"{where(sample)}: the rate must be one throughout, got a time {strays[sample]:.3g} s off that of an even "
+            f"{rate:.6g} Hz; resample the record to an even grid."
+        )
     whole = float(round(rate))
     doubt = rate * max(resolution / span, 1e-9)
     return whole if whole > 0.0 and abs(whole - rate) <= doubt else rate
 
 
 def _unit(table: MeasuredTable, signal: Column, given: str | None) -> tuple[str, float]:
+    if signal.unit and given and _normal(signal.unit) != _normal(given):
+        raise SignalError(
+            f"{table.path}, column {signal.name!r}: the unit must be given once, got {signal.unit!r} in the header and "
+            f"{given!r}; leave unit out or correct the header."
+        )
     written = signal.unit or given
     known = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
     if written is None:
         raise SignalError(
             f"{table.path}, column {signal.name!r}: no unit; write it into the header as "
-            f"{signal.name} [UNIT] or give it, one of {known}."
+            f"{signal.name} [UNIT] or give it (unit=UNIT), one of {known}."
         )
     if _normal(written) not in ACCELERATION_UNITS:
         raise SignalError(

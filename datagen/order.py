@@ -9,17 +9,18 @@ from typing import Any
 from datagen.campaign import Base, Campaign
 from datagen.campaigns import make_campaign
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_choice, check_integer
+from indexer_env.checks import check_integer
+from indexer_env.errors import refuse
 from indexer_env.machine import machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import Run
 
-KEYS = (
-    *("campaign", "machine", "operating_point", "sensor", "run"),
-    *("count", "seed", "shard_items", "out", "overwrite"),
-)
-"""Keys of the composed configuration."""
+QUANTITY = "table_acceleration"
+"""What a record is; a channel of `Run`."""
+
+LARGEST_SHARD = 2**31 - 1
+"""Samples in one shard: Arrow counts those of a list column in 32 bits."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +54,19 @@ class Order:
         check_integer("datagen", "count", self.count, low=1)
         check_integer("datagen", "seed", self.seed, low=0, high=2**63 - 1)
         check_integer("datagen", "shard_items", self.shard_items, low=1)
+        if self.run.channels != (QUANTITY,):
+            raise refuse(
+                "datagen", "run.channels", f"{QUANTITY} alone, as a data set holds no other", self.run.channels
+            )
+        samples = self.run.samples_of(self.base.machine.turn_duration(self.base.operating_point))
+        if samples * min(self.count, self.shard_items) > LARGEST_SHARD:
+            rule = f"few and short enough for {LARGEST_SHARD} samples in one file"
+            remedy = "lower shard_items, run.samples or run.sample_rate, or raise the motor's speed"
+            raise refuse("datagen", "records", rule, f"{samples} samples each", remedy)
 
 
 def order_from(config: Mapping[str, Any]) -> Order:
     """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
-    for key in config:
-        check_choice("datagen", "key", key, KEYS)
     base = Base(machine_from_mapping(config["machine"]), from_mapping(OperatingPoint, config["operating_point"]))
     return Order(
         campaign=make_campaign(config["campaign"]),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from datagen.campaign import Case, Item, build
-from datagen.order import Order
+from datagen.order import QUANTITY, Order
 from datagen.rows import case_columns, label_columns, run_columns, sensor_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
@@ -51,7 +51,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
     records = order.sensor.read_batch(accelerations, batch.sample_rate, noises)
     common = {
         "sample_rate": order.sensor.record_rate(batch.sample_rate),
-        "quantity": "table_acceleration",
+        "quantity": QUANTITY,
         "unit": order.sensor.unit,
         "campaign": order.campaign.name,
         "seed": order.seed,

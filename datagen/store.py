@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
@@ -72,12 +73,12 @@ def check_free(folder: Path, overwrite: bool) -> None:
     Raises
     ------
     StoreError
-        It is a file, holds something, or (with `overwrite`) holds something other than one data set of ours.
+        It is a file or cannot be made, holds something, or (with `overwrite`) holds something other than one
+        data set of ours.
     """
+    check_place(folder)
     if not folder.exists():
         return
-    if not folder.is_dir():
-        raise StoreError(f"out must be a folder, got the file {folder}; choose another name.")
     held = _held(folder)
     if not held:
         return
@@ -96,12 +97,53 @@ def check_free(folder: Path, overwrite: bool) -> None:
         )
 
 
-def begin(folder: Path, order: Mapping[str, Any]) -> None:
-    """Mark a folder that passed `check_free` as a data set in the making, and take out the one it held."""
-    write_json(folder / UNFINISHED, order)
-    held = [name for name in _held(folder) if name != UNFINISHED]
-    for name in sorted(held, key=lambda name: (name != MANIFEST, name)):
-        (folder / name).unlink()
+def check_place(folder: Path) -> None:
+    """Refuse, without touching anything, a path where no folder is and none can be made.
+
+    Raises
+    ------
+    StoreError
+        A file stands at the path or at a folder above it, or the place may not be written to.
+    """
+    place = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not place.is_dir():
+        raise StoreError(f"out must be a folder, got {folder} where {place} is a file; choose another name.")
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise StoreError(
+            f"out must be a folder that may be written to, got {folder} in {place}; choose another or change its mode."
+        )
+
+
+@contextlib.contextmanager
+def making(folder: Path, order: Mapping[str, Any], overwrite: bool) -> Iterator[None]:
+    """Keep a folder that passes `check_free` to this run while the block lasts: marked as a data set in the
+    making, the one it held taken out.
+
+    Raises
+    ------
+    StoreError
+        As `check_free`; another run is writing to the folder; it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise StoreError(f"out {folder} cannot be made ({error.strerror}); choose another folder.") from None
+    try:
+        # Held by the system until this process ends, however it ends: a stopped run leaves no stale lock.
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        check_free(folder, overwrite)
+        write_json(folder / UNFINISHED, order)
+        held = [name for name in _held(folder) if name != UNFINISHED]
+        for name in sorted(held, key=lambda name: (name != MANIFEST, name)):
+            (folder / name).unlink()
+        yield
+    except BlockingIOError:
+        raise StoreError(
+            f"out must be a folder that no other run is writing to, got {folder}; wait for it or choose another."
+        ) from None
+    finally:
+        os.close(lock)
 
 
 def finish(folder: Path, manifest: Mapping[str, Any]) -> None:

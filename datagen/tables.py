@@ -71,7 +71,10 @@ def read_table(path: str | Path) -> MeasuredTable:
         raise SignalError(f"{path} does not exist; give the path of a CSV or Parquet file.")
     if path.is_dir():
         raise SignalError(f"{path} is a folder; give the path of one CSV or Parquet file in it.")
-    content = path.read_bytes()
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise SignalError(f"{path} cannot be read ({error.strerror}); check the file and its permissions.") from None
     if not content.strip():
         raise SignalError(f"{path} is empty; it must hold a time column and an acceleration column.")
     if content.startswith(b"PAR1"):
@@ -146,10 +149,11 @@ def _is_numeric(cells: list[str]) -> bool:
 def _header(before: list[str], delimiter: str, width: int) -> list[str]:
     """Titles from the line above the data; a line of units between titles and data is joined as "title
     [unit]"."""
-    rows = [_split(line, delimiter) for line in before if line.strip()]
+    rows = [_split(line, delimiter) for line in before if line.strip() and not line.startswith("#")]
     if not rows or len(rows[-1]) != width:
         return []
-    if len(rows) > 1 and width > 1 and len(rows[-2]) == width and all(rows[-2]):
+    titled = any(name and unit for name, unit in map(split_title, rows[-1]))
+    if not titled and len(rows) > 1 and width > 1 and len(rows[-2]) == width and all(rows[-2]):
         units = [cell.strip("[]()") for cell in rows[-1]]
         return [f"{name} [{unit}]" if unit else name for name, unit in zip(rows[-2], units, strict=True)]
     return rows[-1]

@@ -52,7 +52,10 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
     ]
     if missing:
         raise ParameterError(f"{owner} lacks {', '.join(missing)}; give a value for each.")
-    return cls(**values)
+    try:
+        return cls(**values)
+    except ParameterError as error:
+        raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.", 1)) from None
 
 
 def _converted(owner: str, key: str, value: Any, fields: Mapping[str, Any]) -> tuple[str, Any]:

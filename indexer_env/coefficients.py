@@ -112,13 +112,14 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
     for effect in machine.effects:
         if effect.is_null:
             continue
+        if machine.model not in effect.models:
+            raise ParameterError(
+                f"{effect.name} needs Machine.model {' or '.join(effect.models)}, got {machine.model!r}; "
+                f"it acts on {effect.enters}, which that model does not have."
+            )
         effect.extend(values, machine)
         features |= effect.feature
         if effect.name == "base.looseness":
-            if model == "A":
-                raise ParameterError(
-                    "base.looseness needs Machine.model B or B_on_base, got 'A'; Model A has no housing to move."
-                )
             model = "B_on_base"
     for number in (1, 2, 3):
         features |= _edges(values, number, machine.contact_law)
@@ -136,11 +137,15 @@ def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
     play, damping = values.pop(f"backlash_{number}"), values[f"damping_{number}"]
     stiffness, ratio = values[f"stiffness_{number}"], values[f"ratio_{number}"]
     bilinear = ratio < 1.0 or (number == 2 and values["single_ratio_2"] < 1.0)
-    release = damping / stiffness if play > 0.0 and contact_law == "clipped" else 0.0
+    clipped = play > 0.0 and contact_law == "clipped"
+    release = damping / stiffness if clipped else 0.0
+    hardening = values["cubic_2"] / stiffness if clipped and number == 2 else 0.0
     values |= {
         f"edge_{number}": play / 2.0 if play > 0.0 else (0.0 if bilinear else -math.inf),
         f"release_{number}": release,
+        f"hardening_{number}": hardening,
         f"release_minus_{number}": release / ratio,
+        f"hardening_minus_{number}": hardening / ratio,
         f"free_damping_{number}": damping if play > 0.0 and contact_law == "damped_play" else 0.0,
     }
     return layout.HAS_EDGES_1 << (number - 1) if play > 0.0 or bilinear else 0
@@ -185,21 +190,15 @@ def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoin
 
 
 def start_state(item: Coefficients, operating_point: OperatingPoint) -> np.ndarray:
-    """State (STATE_ROWS,) of kinematic motion: every joint undeflected, the table on its law, the motor at speed."""
-    turn = 2.0 * math.pi
-    alpha = operating_point.start_angle
-    turns = math.floor(alpha / turn)
-    pieces, angle = item.law.pieces, alpha - turn * turns
-    row = pieces[max(int(np.searchsorted(pieces[:, layout.PIECE_LOW], angle, side="right")) - 1, 0)]
-    polynomial = np.polynomial.Polynomial(row[layout.PIECE_C_0 :])
-    x = angle - row[layout.PIECE_LOW]
-    cam_rate = item["reduction"] * operating_point.motor_speed
-    state: dict[str, float] = {name: 0.0 for name in layout.STATE_NAMES}
+    """State (STATE_ROWS,) of kinematic motion: motor at speed, input joint and base undeflected.
+
+    The kernel puts the table on its law (region_1 = 2) and finds the law's piece (piece = -1).
+    """
+    reduction, speed = item["reduction"], operating_point.motor_speed
+    state: dict[str, float] = dict.fromkeys(layout.STATE_NAMES, 0.0)
     state |= {
-        "cam_angle": alpha, "cam_rate": cam_rate,
-        "table_angle": turns * item["advance"] + polynomial(x), "table_rate": polynomial.deriv()(x) * cam_rate,
-        "motor_angle": alpha / item["reduction"], "motor_rate": operating_point.motor_speed,
-        "motor_command": operating_point.motor_speed,
+        "cam_angle": operating_point.start_angle, "cam_rate": reduction * speed,
+        "motor_angle": operating_point.start_angle / reduction, "motor_rate": speed, "motor_command": speed,
         "region_1": 2.0, "piece": -1.0,
     }  # fmt: skip
     return np.array([state[name] for name in layout.STATE_NAMES])

@@ -114,6 +114,8 @@ class Machine:
         self._check_effects()
 
     def _check_effects(self) -> None:
+        if not isinstance(self.effects, tuple):
+            raise refuse("Machine", "effects", "a tuple of machine effects", self.effects)
         names = []
         for effect in self.effects:
             if not isinstance(effect, MachineEffect):
@@ -169,8 +171,10 @@ def machine_from_mapping(mapping: Mapping[str, Any]) -> Machine:
             values[joint] = from_mapping(Joint, values[joint], owner=f"Machine.{joint}")
     if "motion_law" in values and not isinstance(values["motion_law"], MotionLaw):
         values["motion_law"] = motion_law(values["motion_law"])
-    effects = values.get("effects") or {}
-    if isinstance(effects, Mapping):
+    effects = values.get("effects")
+    if effects is None:
+        values["effects"] = ()
+    elif isinstance(effects, Mapping):
         values["effects"] = tuple(make_effect(name, parameters) for name, parameters in effects.items())
     elif not isinstance(effects, tuple):
         raise refuse("Machine", "effects", "a mapping of effect names to their parameters", effects)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from indexer_env.checks import check_integer
 from indexer_env.coefficients import Coefficients, coefficients
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.machine import Machine
@@ -85,6 +86,8 @@ def simulate_batch(
     ParameterError
         Numbers of machines and operating points differ, or the records would differ in length.
     """
+    if threads is not None:
+        check_integer("simulate_batch", "threads", threads, low=1)
     run = run or Run()
     points = operating_points if operating_points is not None else OperatingPoint()
     if isinstance(points, OperatingPoint):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
 
 CHANNELS = {
     "cam_angle": "rad", "cam_rate": "rad/s", "table_angle": "rad", "table_rate": "rad/s",
@@ -22,7 +23,9 @@ CHANNELS = {
 
 
 def check_channels(owner: str, channels: tuple[str, ...]) -> None:
-    """Refuse a channel that does not exist."""
+    """Refuse what is not a tuple of at least one channel that exists."""
+    if not isinstance(channels, tuple) or not channels:
+        raise refuse(owner, "channels", "a tuple of at least one channel", channels)
     for channel in channels:
         check_choice(owner, "channels", channel, CHANNELS)
 

@@ -28,7 +28,16 @@ _ROWS = {
     "region_1": layout.REGION_1, "region_2": layout.REGION_2, "region_3": layout.REGION_3,
 }  # fmt: skip
 
-_CAM = layout.STATE_NAMES.index("cam_angle")
+_CAM, _CAM_RATE, _TIME = (layout.STATE_NAMES.index(name) for name in ("cam_angle", "cam_rate", "time"))
+
+_APPROACHES, _NEAR_TURN_END, _AT_TURN_END = 40, 1e-3, 1e-9
+"""Runs towards the end of a turn of unknown length; rad left from where the present rate is trusted; rad accepted."""
+
+_SHARE_OF_TURN = 0.99
+"""Share of the last turn's time after which the end of the next is approached; all that is compared lies before it."""
+
+_LEAST_COMPARED = 16
+"""Samples of a cam turn below which two turns are not compared: too few to show a difference."""
 
 
 class TurnGroup:
@@ -58,17 +67,15 @@ class TurnGroup:
     def run_into(self, batch: Batch) -> None:
         """Fill the batch's rows of these items."""
         previous: np.ndarray | None = None
-        slipping = bool(self.pack.features & layout.USES_SLIP)
-        # a slipping motor's first turn only serves to learn how long a turn takes it
-        bound = self.run.warmup_turns + (1 if slipping and self.run.warmup_turns > 0 else 0)
-        for turn in range(bound + 1):
-            last = turn == bound
+        previous_lengths = np.zeros(0, dtype=np.int64)
+        for turn in range(self.run.warmup_turns + 1):
+            last = turn == self.run.warmup_turns
             start = self.pack.states.copy()
             out, sound, lengths = self._turn(batch, whole=not last)
             if previous is not None:
-                judged = lengths >= self._turn_samples() - 1
-                change = _differences(previous, out[:, self.judge], lengths, self.stations)
-                self.difference = np.where(judged, change, self.difference)
+                common = np.minimum(lengths, previous_lengths)
+                change = _differences(previous, out[:, self.judge], common, self._turn_samples() // self.stations)
+                self.difference = np.where(np.isnan(change), self.difference, change)
             settled = self.difference <= self.run.warmup_tolerance
             done = sound & (settled | last)
             if done.any():
@@ -88,10 +95,13 @@ class TurnGroup:
             going = sound & ~done
             if not going.any():
                 return
-            previous = out[going, self.judge]
+            previous, previous_lengths = out[going, self.judge], lengths[going]
             self._keep(going)
-            if slipping:
-                self._aim_at_turn_end(turn + 2, start[going])
+            if self.pack.features & layout.USES_SLIP:
+                kept = self._run_to_turn_end(batch, start[going])
+                previous, previous_lengths = previous[kept], previous_lengths[kept]
+                if not len(self.items):
+                    return
 
     def _turn(self, batch: Batch, *, whole: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Advance by one turn, or to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""
@@ -100,8 +110,7 @@ class TurnGroup:
         if whole:
             n_steps = np.floor(self.durations / self.step + 1e-9).astype(np.int64)
             remainder = np.maximum(self.durations - n_steps * self.step, 0.0)
-        lengths = np.minimum(n_steps // self.every, self._turn_samples())
-        return (*self._advance(batch, self.items, self.pack, n_steps, remainder), lengths)
+        return (*self._advance(batch, self.items, self.pack, n_steps, remainder), n_steps // self.every)
 
     def _turn_samples(self) -> np.ndarray:
         """Whole sampling intervals in a turn of each item (n,)."""
@@ -133,11 +142,28 @@ class TurnGroup:
             batch.rejected[int(items[k])] = _reason(name, int(status[k]), float(when[k]), packed.states[k])
         return out, status == layout.RUNNING
 
-    def _aim_at_turn_end(self, turns: int, start: np.ndarray) -> None:
-        """Let the next turn end where the cam has made `turns` table turns, at the mean speed of the one just run."""
-        angles = self.pack.states[:, _CAM]
-        rate = (angles - start[:, _CAM]) / self.durations
-        self.durations = (self.start_angles + 2.0 * math.pi * self.stations * turns - angles) / rate
+    def _run_to_turn_end(self, batch: Batch, start: np.ndarray) -> np.ndarray:
+        """Run items with slipping motors, whose turns take longer than commanded, on to where their cam ends a turn,
+        and set the durations of their next turns a little short of what this one took. Outputs the items kept (n,).
+        """
+        turn = 2.0 * math.pi * self.stations
+        first = self.start_angles
+        goal = first + turn * np.ceil((self.pack.states[:, _CAM] - first) / turn - 1e-9)
+        kept = np.ones(len(self.items), dtype=bool)
+        for _ in range(_APPROACHES):
+            angle, rate = self.pack.states[:, _CAM], self.pack.states[:, _CAM_RATE]
+            rest = goal - angle
+            if np.all(np.abs(rest) <= _AT_TURN_END):
+                break
+            mean = (angle - start[:, _CAM]) / (self.pack.states[:, _TIME] - start[:, _TIME])
+            time = np.maximum(np.where(rest > _NEAR_TURN_END, 0.5 * rest / mean, rest / rate), 0.0)
+            n_steps = np.floor(time / self.step).astype(np.int64)
+            _, sound = self._advance(batch, self.items, self.pack, n_steps, time - n_steps * self.step)
+            kept[np.flatnonzero(kept)[~sound]] = False
+            self._keep(sound)
+            goal, start = goal[sound], start[sound]
+        self.durations = _SHARE_OF_TURN * (self.pack.states[:, _TIME] - start[:, _TIME])
+        return kept
 
     def _keep(self, going: np.ndarray) -> None:
         self.items, self.durations, self.difference = (
@@ -150,15 +176,19 @@ class TurnGroup:
         self.pack.coefficients = self.pack.coefficients[going].copy()
 
 
-def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, stations: np.ndarray) -> np.ndarray:
-    """Relative rms difference (n,) of two turns' records (n, samples) over their last cam turn. Where that agrees, so
-    does all that follows, and the later turn is free of the start's transient from its first sample."""
+def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, cam_turn: np.ndarray) -> np.ndarray:
+    """Relative rms difference (n,) of two turns' records (n, samples) over the last cam turn that both reach; NaN where
+    they do not reach one or it has too few samples. Where it agrees, so does all that follows, and the later turn is
+    free of the start's transient from its first sample.
+    """
     width = min(previous.shape[1], present.shape[1])
     place = np.arange(width)
-    counted = (place < lengths[:, None]) & (place >= (lengths - lengths // stations)[:, None])
+    counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
     change = np.where(counted, present[:, :width] - previous[:, :width], 0.0)
     size = np.where(counted, present[:, :width], 0.0)
-    return np.sqrt((change**2).sum(axis=1) / np.maximum((size**2).sum(axis=1), np.finfo(float).tiny))
+    difference = np.sqrt((change**2).sum(axis=1) / np.maximum((size**2).sum(axis=1), np.finfo(float).tiny))
+    decided = (cam_turn >= _LEAST_COMPARED) & (lengths >= cam_turn)
+    return np.where(decided, difference, np.nan)
 
 
 def _reason(name: str, status: int, when: float, state: np.ndarray) -> str:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import SUBSETS, Base, Campaign, Item, Label, laws_by_path, value_at
+from datagen.campaign import SUBSETS, Base, Campaign, Item, Label, laws_by_path, number_at
 from datagen.laws import Law
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
@@ -67,10 +67,14 @@ class Table2(Campaign):
         Law of each drawn parameter of the machine, nested as Machine is; drawn around the base machine, or
         around the two values above. Drawn only where the class has the parameter: play and ρ in their
         classes, joint 1 in Model B.
+
+    The classes differ in joint 2 and the model only: joint 1 has no play in any of them, whatever the base
+    machine has.
     """
 
     name: ClassVar[str] = "table2"
     example_index: ClassVar[int] = 5
+    decides: ClassVar[tuple[str, ...]] = ("model", INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO)
 
     output_backlash: float
     stiffness_ratio: float
@@ -82,6 +86,9 @@ class Table2(Campaign):
         check_number("campaign", "stiffness_ratio", self.stiffness_ratio, **ratio)
         if not self.laws:
             raise refuse("campaign", "draws", "the law of at least one parameter", self.draws)
+        for path in set(self.decides) - {OUTPUT_BACKLASH, STIFFNESS_RATIO}:
+            if path in self.laws:
+                raise refuse("campaign", f"draws.{path}", "left out, as the class decides it", self.laws[path])
 
     @functools.cached_property
     def laws(self) -> dict[str, Law]:
@@ -99,7 +106,7 @@ class Table2(Campaign):
         nominal = {OUTPUT_BACKLASH: self.output_backlash, STIFFNESS_RATIO: self.stiffness_ratio}
         # Every law takes its number in every class, so that the classes differ by their own parameters only.
         drawn = {
-            path: law.draw(rng, nominal[path] if path in nominal else value_at(base.machine, path))
+            path: law.draw(rng, nominal[path] if path in nominal else number_at(base.machine, path, "campaign.draws"))
             for path, law in self.laws.items()
         }
         ratio = drawn.pop(STIFFNESS_RATIO, self.stiffness_ratio)

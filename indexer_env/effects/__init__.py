@@ -45,6 +45,8 @@ def make_effect(name: str, parameters: Mapping[str, object] | None = None, **mor
     if name not in EFFECTS:
         hint = did_you_mean(name, EFFECTS) or "the names are " + ", ".join(sorted(EFFECTS))
         raise ParameterError(f"There is no effect {name!r}; {hint}.")
+    if not isinstance(parameters, Mapping | None):
+        raise ParameterError(f"{name} must be a mapping of parameters to values, got {parameters!r}.")
     return from_mapping(EFFECTS[name], {**(parameters or {}), **more}, owner=name)
 
 

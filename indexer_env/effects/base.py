@@ -78,6 +78,9 @@ class Effect:
 class MachineEffect(Effect):
     """An effect that enters the equations of motion, through the coefficients of one machine."""
 
+    models: ClassVar[tuple[str, ...]] = ("A", "B", "B_on_base")
+    """The machine's models it can act in."""
+
     feature: ClassVar[int] = 0
     """The kernel's feature bit that the effect switches on (layout.py); 0 where plain coefficients suffice."""
 

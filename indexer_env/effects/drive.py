@@ -22,7 +22,8 @@ class Slip(MachineEffect):
     sentence = "The motor's speed falls with the torque asked of it, as an induction motor's does."
     equation = "J_m γ̈ = (γ̇_command - γ̇)/c - τ M1"
     source = "linear part of the torque-speed curve, e.g. Leonhard, Control of Electrical Drives (2001), section 10.2"
-    enters = "motor speed"
+    enters = "the motor's speed through the torque of joint 1"
+    models = ("B", "B_on_base")
     feature = USES_SLIP
 
     compliance: float = parameter("speed lost per torque c", "rad/(s N m)", null=0.0, low=0.0)
@@ -85,6 +86,7 @@ class MeshStiffness(MachineEffect):
     equation = "M1 → M1 (1 + depth cos(order γ + phase))"
     source = "Kahraman and Singh, J. Sound Vib. 146 (1991) 135: first harmonic of the mesh stiffness"
     enters = "torque of joint 1"
+    models = ("B", "B_on_base")
     feature = USES_MESH
 
     depth: float = parameter("relative amplitude", "-", null=0.0, low=0.0, high=0.9)

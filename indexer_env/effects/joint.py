@@ -23,6 +23,7 @@ class InputBacklash(MachineEffect):
     equation = "g1 → g1 + play (total play at the cam shaft; dead zone ±g1/2)"
     source = "design.md, section 2; paper.txt, fig. 3b"
     enters = "torque of joint 1"
+    models = ("B", "B_on_base")
 
     play: float = parameter("added total play at the cam shaft", "rad", null=0.0, low=0.0, high=0.2)
 
@@ -74,6 +75,7 @@ class BaseLooseness(MachineEffect):
     equation = "k3 = 1/compliance, r3 = 2 ζ √(k3 (J_F + J_b)), total play g3; compliance 0 is Model B"
     source = "design.md, sections 2 and 5"
     enters = "joint 3"
+    models = ("B", "B_on_base")
 
     compliance: float = parameter("compliance of the base 1/k3", "rad/(N m)", null=0.0, low=0.0)
     damping_ratio: float = parameter("damping ratio ζ of the housing on it", "-", default=0.05, low=0.0, high=1.0)

@@ -87,6 +87,8 @@ class SensorMainsHum(SensorEffect):
     phase: float = parameter("phase at t = 0", "rad", default=0.0)
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
+        if self.is_null:
+            return sensor
         return dataclasses.replace(sensor, hum_amplitude=self.amplitude, hum_hz=self.frequency, hum_phase=self.phase)
 
 

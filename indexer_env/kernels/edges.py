@@ -10,7 +10,14 @@ from __future__ import annotations
 import math
 
 from indexer_env.kernels.compiling import lanes, outlined, scalar
-from indexer_env.kernels.joints import region_after, region_guard, region_line, region_of
+from indexer_env.kernels.joints import (
+    penetration_minus,
+    penetration_plus,
+    region_after,
+    region_guard,
+    region_line,
+    region_of,
+)
 from indexer_env.kernels.layout import *
 
 TWO_PI = 2.0 * math.pi
@@ -74,13 +81,15 @@ def load_piece(w, i, piece, turn, pieces):
         factor = 1.0 + spacing / advance
     elif spacing != 0.0 and station == w[SPACING_STATION + i]:
         factor, offset = 1.0 - spacing / advance, offset + spacing
-    w[C_0 + i] = offset + factor * pieces[row, PIECE_C_0]
+    rest = pieces[int(w[LAW_FIRST + i]), PIECE_C_0]
+    w[C_0 + i] = offset + rest + factor * (pieces[row, PIECE_C_0] - rest)
     for j in range(1, 6):
         w[C_0 + j * LANES + i] = factor * pieces[row, PIECE_C_0 + j]
     ratio = w[RATIO_2 + i] * (w[SINGLE_RATIO_2 + i] if station == w[SINGLE_STATION + i] else 1.0)
     if ratio != w[STATION_RATIO_2 + i]:
         w[STATION_RATIO_2 + i] = ratio
         w[RELEASE_MINUS_2 + i] = w[RELEASE_2 + i] / ratio
+        w[HARDENING_MINUS_2 + i] = w[HARDENING_2 + i] / ratio
         set_lines(w, i)
 
 
@@ -102,8 +111,10 @@ def find_piece(w, i, pieces):
 @scalar
 def joint_guard(w, i, region, edge, deflection, rate):
     """Guard of the joint whose EDGE row is `edge`."""
-    release, release_minus = edge + RELEASE_1 - EDGE_1 + i, edge + RELEASE_MINUS_1 - EDGE_1 + i
-    return region_guard(w[region + i], deflection, rate, w[edge + i], w[release], w[release_minus])
+    plus, minus = edge + RELEASE_1 - EDGE_1 + i, edge + RELEASE_MINUS_1 - EDGE_1 + i
+    return region_guard(
+        w[region + i], deflection, rate, w[edge + i], w[plus], w[plus + LANES], w[minus], w[minus + LANES]
+    )
 
 
 @lanes
@@ -196,12 +207,27 @@ def find_angle(w, i, h, angle):
 
 
 @scalar
+def flank_guard(w, i, region, edge, flank, deflection, rate):
+    """Guard of one flank: inside the play the distance to that flank alone."""
+    if flank > 0.0:
+        plus = edge + RELEASE_1 - EDGE_1 + i
+        depth = penetration_plus(deflection, rate, w[edge + i], w[plus], w[plus + LANES])
+    else:
+        minus = edge + RELEASE_MINUS_1 - EDGE_1 + i
+        depth = penetration_minus(deflection, rate, w[edge + i], w[minus], w[minus + LANES])
+    return -depth if w[region + i] == 0.0 else depth
+
+
+@scalar
 def find_joint_edge(w, i, h, region, edge, row):
     """Share of the step at which the guard of a joint runs out, and its deflection there."""
     start = row + DEFLECTION_1_0 - DEFLECTION_1 + i
     y0, v0, y1, v1 = w[start], w[start + LANES], w[row + i], w[row + LANES + i]
+    flank = w[region + i]
+    if flank == 0.0:
+        flank = 1.0 if y1 > 0.0 else -1.0
     s0, s1, deflection = 0.0, 1.0, y0
-    g0, g1 = joint_guard(w, i, region, edge, y0, v0), joint_guard(w, i, region, edge, y1, v1)
+    g0, g1 = flank_guard(w, i, region, edge, flank, y0, v0), flank_guard(w, i, region, edge, flank, y1, v1)
     if g0 <= 0.0:
         return s0, deflection
     c1, c2, c3 = hermite(h, y0, v0, y1, v1)
@@ -209,7 +235,7 @@ def find_joint_edge(w, i, h, region, edge, row):
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
         deflection = y0 + s * (c1 + s * (c2 + s * c3))
-        g = joint_guard(w, i, region, edge, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
+        g = flank_guard(w, i, region, edge, flank, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
         if abs(g) <= near:
             return s, deflection
         s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
@@ -245,15 +271,14 @@ def cross(w, i, which, deflection, pieces):
 
 
 @outlined
-def settle_regions(w, i):
-    """Regions of lane i from its state alone, without history."""
+def settle_regions(w, i, features):
+    """Regions of lane i from its state alone, without history; a joint without edges is always in region +1."""
     for joint in range(3):
-        edge, deflection = EDGE_1 + joint * (EDGE_2 - EDGE_1) + i, DEFLECTION_1 + 2 * joint * LANES + i
-        w[REGION_1 + joint * LANES + i] = region_of(
-            w[deflection],
-            w[deflection + LANES],
-            w[edge],
-            w[edge + RELEASE_1 - EDGE_1],
-            w[edge + RELEASE_MINUS_1 - EDGE_1],
-        )
+        region, edge, row = joint_rows(joint)
+        w[region + i] = 1.0
+        if features & (HAS_EDGES_1 << joint):
+            plus, minus = edge + RELEASE_1 - EDGE_1 + i, edge + RELEASE_MINUS_1 - EDGE_1 + i
+            w[region + i] = region_of(
+                w[row + i], w[row + LANES + i], w[edge + i], w[plus], w[plus + LANES], w[minus], w[minus + LANES]
+            )
     set_lines(w, i)

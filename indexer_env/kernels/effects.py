@@ -47,10 +47,12 @@ def bump(phase, centre, half_width):
 
 
 @scalar
-def harmonic(angle, rate, amplitude, order, phase):
-    """Kinematic harmonic of a shaft: amplitude·sin(order·angle + phase) [rad] and its time derivative [rad/s]."""
-    argument = order * angle + phase
-    return amplitude * math.sin(argument), amplitude * order * rate * math.cos(argument)
+def harmonic(angle, rate, acceleration, amplitude, order, phase):
+    """Kinematic harmonic of a shaft: amplitude·sin(order·angle + phase) [rad] and its first two time derivatives."""
+    sine, cosine = math.sin(order * angle + phase), math.cos(order * angle + phase)
+    first = amplitude * order * rate * cosine
+    second = amplitude * order * (acceleration * cosine - order * rate * rate * sine)
+    return amplitude * sine, first, second
 
 
 @scalar

@@ -146,7 +146,7 @@ def mend(w, i, model, features, pieces):
         if not crossed(w, i, features):
             break
     else:
-        settle_regions(w, i)
+        settle_regions(w, i, features)
         find_piece(w, i, pieces)
         state_rates(w, i, False, model, features)
     w[STEP + i] = whole
@@ -227,6 +227,17 @@ def step_block(w, width, model, features, pieces):
 
 
 @outlined
+def put_on_law(w, i, model, features):
+    """Start the table of lane i on its law, with whatever effects shape it: joint 2 undeflected and at rest."""
+    w[TABLE + i], w[TABLE_RATE + i] = 0.0, 0.0
+    state_rates(w, i, False, model, features)
+    w[TABLE + i], w[TABLE_RATE + i] = -w[DEFLECTION_2 + i], -w[DEFLECTION_RATE_2 + i]
+    state_rates(w, i, False, model, features)
+    settle_regions(w, i, features)
+    state_rates(w, i, False, model, features)
+
+
+@outlined
 def load_lane(w, i, state, coefficients, pieces, model, features):
     """Fill lane i from an item's state and coefficients."""
     for row in range(STATE_ROWS):
@@ -242,8 +253,7 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
     set_lines(w, i)
     state_rates(w, i, False, model, features)
     if state[REGION_1 // LANES] > 1.0:
-        settle_regions(w, i)
-        state_rates(w, i, False, model, features)
+        put_on_law(w, i, model, features)
 
 
 def entry(fingerprint: str):
@@ -270,8 +280,9 @@ def entry(fingerprint: str):
     ):
         """Advance items first … stop-1 in place.
 
-        states (n, STATE_ROWS) and coefficients (n, COEFFICIENT_ROWS) in layout's order; a state with piece < 0 or
-        region_1 > 1 gets both from its angles. n_steps (n,) whole steps of steps (n,) [s], then one of last_steps (n,).
+        states (n, STATE_ROWS) and coefficients (n, COEFFICIENT_ROWS) in layout's order; with piece < 0 the law's
+        piece is looked up, with region_1 > 1 the table is put on its law and the regions follow from the state.
+        n_steps (n,) whole steps of steps (n,) [s] are taken, then one of last_steps (n,).
         Every `every` steps the workspace rows `rows` (c,) go to out (n, c, samples) until it is full. status (n,) tells
         RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,) when; such a lane stops.
         """

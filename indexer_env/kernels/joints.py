@@ -9,7 +9,7 @@ For a deflection δ with rate δ̇ (design.md, section 2; paper fig. 3)::
 Within a region the torque is one straight line, so a step that stays in its region integrates a smooth system; the
 integrator lands on the edges between them. Three contact laws differ only in the edges and in the free damping:
 Kelvin-Voigt leaves contact where δ = ±g/2; the clipped law already where the torque would begin to pull,
-k x + r δ̇ = 0; damped play keeps r δ̇ inside the play.
+k x + k_c x³ + r δ̇ = 0; damped play keeps r δ̇ inside the play.
 """
 
 from __future__ import annotations
@@ -18,32 +18,35 @@ from indexer_env.kernels.compiling import scalar
 
 
 @scalar
-def penetration_plus(deflection, rate, edge, release):
-    """Depth of contact at the positive flank [rad]: >= 0 in contact; `release` = r/k [s] of the clipped law, else 0."""
-    return (deflection - edge) + release * min(rate, 0.0)
+def penetration_plus(deflection, rate, edge, release, hardening):
+    """Depth of contact at the positive flank [rad]: >= 0 in contact. For the clipped law it is the push left over k:
+    `release` = r/k [s], `hardening` = k_c/k [1/rad²]; else both are 0."""
+    x = deflection - edge
+    return x + hardening * x * x * x + release * min(rate, 0.0)
 
 
 @scalar
-def penetration_minus(deflection, rate, edge, release_minus):
-    """Depth of contact at the negative flank [rad]; its stiffness is ρ k, so its release time is r/(ρ k)."""
-    return (-deflection - edge) + release_minus * min(-rate, 0.0)
+def penetration_minus(deflection, rate, edge, release_minus, hardening_minus):
+    """Depth of contact at the negative flank [rad]; its stiffness is ρ k in place of k."""
+    x = -deflection - edge
+    return x + hardening_minus * x * x * x + release_minus * min(-rate, 0.0)
 
 
 @scalar
-def region_of(deflection, rate, edge, release, release_minus):
+def region_of(deflection, rate, edge, release, hardening, release_minus, hardening_minus):
     """Contact region (+1, -1 or 0) of a state that carries no history. An edge of -inf means: always +1."""
-    if penetration_plus(deflection, rate, edge, release) >= 0.0:
+    if penetration_plus(deflection, rate, edge, release, hardening) >= 0.0:
         return 1.0
-    if penetration_minus(deflection, rate, edge, release_minus) >= 0.0:
+    if penetration_minus(deflection, rate, edge, release_minus, hardening_minus) >= 0.0:
         return -1.0
     return 0.0
 
 
 @scalar
-def region_guard(region, deflection, rate, edge, release, release_minus):
+def region_guard(region, deflection, rate, edge, release, hardening, release_minus, hardening_minus):
     """Distance to the edges of the present region [rad]: > 0 inside it, < 0 once it has been left."""
-    plus = penetration_plus(deflection, rate, edge, release)
-    minus = penetration_minus(deflection, rate, edge, release_minus)
+    plus = penetration_plus(deflection, rate, edge, release, hardening)
+    minus = penetration_minus(deflection, rate, edge, release_minus, hardening_minus)
     free = -max(plus, minus)
     contact = plus if region > 0.0 else minus
     return free if region == 0.0 else contact

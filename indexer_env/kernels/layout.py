@@ -32,10 +32,14 @@ COEFFICIENT_NAMES = (
     # inertias [kg m²]; reduction τ [-]; follower advance per cam turn h [rad]; stations [-]
     "cam_inertia", "follower_inertia", "table_inertia", "housing_inertia", "motor_inertia",
     "reduction", "advance", "stations",
-    # joints: k [N m/rad], r [N m s/rad], edges of the play [rad] (-inf: no edge), ρ [-], share of r/k in the guard [s]
-    "stiffness_1", "damping_1", "edge_1", "ratio_1", "release_1", "release_minus_1", "free_damping_1",
-    "stiffness_2", "damping_2", "edge_2", "ratio_2", "release_2", "release_minus_2", "free_damping_2",
-    "stiffness_3", "damping_3", "edge_3", "ratio_3", "release_3", "release_minus_3", "free_damping_3",
+    # joints: k [N m/rad], r [N m s/rad], edges of the play [rad] (-inf: no edge), ρ [-],
+    # r/k [s] and k_c/k [1/rad²] of the clipped law's guards, damping inside the play
+    "stiffness_1", "damping_1", "edge_1", "ratio_1", "release_1", "hardening_1", "release_minus_1", "hardening_minus_1",
+    "free_damping_1",
+    "stiffness_2", "damping_2", "edge_2", "ratio_2", "release_2", "hardening_2", "release_minus_2", "hardening_minus_2",
+    "free_damping_2",
+    "stiffness_3", "damping_3", "edge_3", "ratio_3", "release_3", "hardening_3", "release_minus_3", "hardening_minus_3",
+    "free_damping_3",
     "cubic_2", "single_ratio_2", "single_station",
     # operating point: load torque [N m], motor acceleration (ramp of the command) [rad/s²]
     "load_torque", "motor_acceleration",
@@ -56,9 +60,9 @@ COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
 (
     J_CAM, J_FOLLOWER, J_TABLE, J_HOUSING, J_MOTOR,
     REDUCTION, ADVANCE, STATIONS,
-    K_1, R_1, EDGE_1, RATIO_1, RELEASE_1, RELEASE_MINUS_1, FREE_R_1,
-    K_2, R_2, EDGE_2, RATIO_2, RELEASE_2, RELEASE_MINUS_2, FREE_R_2,
-    K_3, R_3, EDGE_3, RATIO_3, RELEASE_3, RELEASE_MINUS_3, FREE_R_3,
+    K_1, R_1, EDGE_1, RATIO_1, RELEASE_1, HARDENING_1, RELEASE_MINUS_1, HARDENING_MINUS_1, FREE_R_1,
+    K_2, R_2, EDGE_2, RATIO_2, RELEASE_2, HARDENING_2, RELEASE_MINUS_2, HARDENING_MINUS_2, FREE_R_2,
+    K_3, R_3, EDGE_3, RATIO_3, RELEASE_3, HARDENING_3, RELEASE_MINUS_3, HARDENING_MINUS_3, FREE_R_3,
     CUBIC_2, SINGLE_RATIO_2, SINGLE_STATION,
     LOAD_TORQUE, MOTOR_ACCELERATION,
     COULOMB_TORQUE, COULOMB_SPEED, VISCOUS, STRIBECK_TORQUE, STRIBECK_SPEED, STRIBECK_SMOOTHING,
@@ -86,7 +90,7 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     # the law's present piece: origin and reach [rad], where a break must be landed on, coefficients in (α - origin)
     ORIGIN, REACH_LOW, REACH_HIGH, BREAK_LOW, BREAK_HIGH, C_0, C_1, C_2, C_3, C_4, C_5,
     # what effects add: to the drive side of joint 1, to the follower law, to the table's load; factor on joint 1
-    DRIVE_EXTRA, DRIVE_RATE_EXTRA, BETA_EXTRA, BETA_1_EXTRA, BETA_2_EXTRA, LOAD_EXTRA, MESH_FACTOR,
+    DRIVE_EXTRA, DRIVE_RATE_EXTRA, DRIVE_ACC_EXTRA, BETA_EXTRA, BETA_1_EXTRA, BETA_2_EXTRA, LOAD_EXTRA, MESH_FACTOR,
     # the step: its length, the time into it of a stage, the marks of lanes to mend
     STEP, STAGE_TIME, MARK,
     # values at the step's start: state pairs (8 rows), accelerations (4), deflections and rates (6)
@@ -95,7 +99,7 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     DEFLECTION_1_0, DEFLECTION_RATE_1_0, DEFLECTION_2_0, DEFLECTION_RATE_2_0, DEFLECTION_3_0, DEFLECTION_RATE_3_0,
     # accelerations at the second and third stage
     CAM_ACC_1, TABLE_ACC_1, HOUSING_ACC_1, MOTOR_ACC_1, CAM_ACC_2, TABLE_ACC_2, HOUSING_ACC_2, MOTOR_ACC_2,
-) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 71))  # fmt: skip
+) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 72))  # fmt: skip
 WORKSPACE = MOTOR_ACC_2 + LANES
 
 # --- columns of the table of motion-law pieces

@@ -26,7 +26,7 @@ TWO_PI = 2.0 * math.pi
 def rates(w, low, high, model, features, keep):
     """Accelerations of the lanes from their stage state; with `keep` deflections and torques too.
 
-    Model A's cam has no acceleration of its own: it follows the drive side.
+    Model A's cam follows the drive side.
     """
     if features & USES_ANY_EFFECT:
         drive_extras(w, low, high, features)
@@ -35,6 +35,7 @@ def rates(w, low, high, model, features, keep):
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
             w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i]
+            w[CAM_ACC + i] = w[REDUCTION + i] * w[MOTOR_ACCELERATION + i] + w[DRIVE_ACC_EXTRA + i]
     if features & (USES_BUMP | USES_PROCESS):
         cam_phase_extras(w, low, high, features)
     if model == MODEL_B_ON_BASE:
@@ -120,6 +121,7 @@ def drive_extras(w, low, high, features):
     for i in range(low, high):
         w[DRIVE_EXTRA + i] = 0.0
         w[DRIVE_RATE_EXTRA + i] = 0.0
+        w[DRIVE_ACC_EXTRA + i] = 0.0
     if features & USES_RIPPLE:
         add_harmonic(w, low, high, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE)
     if features & USES_TRANSMISSION:
@@ -132,9 +134,12 @@ def drive_extras(w, low, high, features):
 @lanes
 def add_harmonic(w, low, high, amplitude, order, phase):
     for i in range(low, high):
-        angle, rate = harmonic(w[MOTOR + i], w[MOTOR_RATE + i], w[amplitude + i], w[order + i], w[phase + i])
+        angle, rate, acceleration = harmonic(
+            w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i], w[amplitude + i], w[order + i], w[phase + i]
+        )
         w[DRIVE_EXTRA + i] += angle
         w[DRIVE_RATE_EXTRA + i] += rate
+        w[DRIVE_ACC_EXTRA + i] += acceleration
 
 
 @lanes

@@ -2,7 +2,7 @@
 
 With x = δ - g/2 at the positive flank and x = -δ - g/2, v = -δ̇, ρk for k at the negative one (design.md, section 2)::
 
-    clipped          M = k x + r v while x > 0 and k x + r v > 0 (pushes)
+    clipped          M = k x + r v while x > 0 and k x + r v > 0 (pushes; with hardening k x + k_c x³ + r v)
     kelvin_voigt     M = k x + r v while x > 0
     damped_play      the same, and r δ̇ inside the play
     without play     M = k δ + r δ̇ for δ > 0, ρ k δ + r δ̇ for δ < 0; nothing separates
@@ -40,12 +40,13 @@ class Contact:
     def depths(self, deflection: float, rate: float) -> tuple[float, float]:
         """How deep in contact the joint is at its positive and at its negative flank [rad]; < 0: not in contact.
 
-        Under the clipped law a flank that withdraws is deep by the push that is left, (k x + r v)/k.
+        Under the clipped law a flank that withdraws is deep by the push that is left, (k x + k_c x³ + r v)/k.
         """
         plus, minus = deflection - 0.5 * self.play, -deflection - 0.5 * self.play
         if self.law == "clipped" and self.play > 0.0:
-            plus += self.damping / self.stiffness * min(rate, 0.0)
-            minus += self.damping / (self.ratio * self.stiffness) * min(-rate, 0.0)
+            softer = self.ratio * self.stiffness
+            plus += (self.cubic * plus**3 + self.damping * min(rate, 0.0)) / self.stiffness
+            minus += (self.cubic * minus**3 + self.damping * min(-rate, 0.0)) / softer
         return plus, minus
 
     def region(self, deflection: float, rate: float) -> int:

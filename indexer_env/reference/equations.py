@@ -103,14 +103,17 @@ class Equations:
         return self._cracked if single and turn % self.machine.stations == single.station else self._sound
 
     def start(self) -> list[float]:
-        """State of kinematic motion at the start angle: φ = β(α), the motor at its commanded speed."""
-        alpha = self.operating_point.start_angle
-        rate = self.machine.reduction * self.operating_point.motor_speed
+        """State of kinematic motion at the start angle: φ = β(α), the motor at its commanded speed. Model A's cam is
+        the drive side, with what wavers on it."""
+        gamma, gamma_rate = (
+            self.operating_point.start_angle / self.machine.reduction,
+            self.operating_point.motor_speed,
+        )
+        alpha, rate = self.operating_point.start_angle, self.machine.reduction * gamma_rate
+        if self.model == "A":
+            alpha, rate, _ = self._drive()(gamma, gamma_rate)
         beta, beta1, _ = self.cam.stretch(*self.cam.place(alpha)).follower(alpha)
-        return [
-            alpha, rate, beta, beta1 * rate, 0.0, 0.0,
-            alpha / self.machine.reduction, self.operating_point.motor_speed,
-        ]  # fmt: skip
+        return [alpha, rate, beta, beta1 * rate, 0.0, 0.0, gamma, gamma_rate]
 
     def sheet(self, stretch: Stretch, contacts: Sequence[Contact], regions: Sequence[int]) -> Sheet:
         """The equation sheet on one stretch of the cam with the joints in these regions: a smooth function that gives

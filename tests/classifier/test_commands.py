@@ -103,6 +103,9 @@ def test_diagnosis_without_a_folder_only_prints(place, csv):
         ("classifier", ("data=set", "out=new", "threads=0"), "threads"),
         ("classifier", ("data=set", "out=new", "features.maximum_hz=150"), "half the sample rate"),
         ("classifier", ("data=set", "out=set"), "other files"),
+        ("classifier", ("data=set", "out=new", "+net.layers=2"), "layers"),
+        ("classifier", ("data=set", "out=new", "+layers=2"), "layers"),
+        ("classifier", ("data=null", "out=new"), "classifier.data must be a path"),
         ("classifier.diagnose", ("model=set", "signal=record.csv", "out=new"), "model.yaml"),
         ("classifier.diagnose", ("model=model", "signal=nowhere.csv", "out=new"), "nowhere.csv"),
         ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.unit=5"), "read.unit"),
@@ -112,6 +115,11 @@ def test_diagnosis_without_a_folder_only_prints(place, csv):
             "overwrite",
         ),
         ("classifier.diagnose", ("model=model", "signal=short.csv", "out=new"), "short.csv"),
+        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.sample_rate=200"), "leave"),
+        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.unit=g"), "given once"),
+        ("classifier.diagnose", ("model=model", "signal=record.csv", "read=null"), "mapping"),
+        ("classifier.diagnose", ("model=model", "signal=record.csv", "overwrite=5"), "overwrite"),
+        ("classifier.diagnose", ("-m", "model=model", "signal=record.csv"), "one folder in a sweep"),
     ],
 )
 def test_bad_input_is_one_sentence_and_nothing_is_written(place, csv, monkeypatch, capsys, module, overrides, words):

@@ -1,7 +1,10 @@
 import pytest
 
 from classifier.output_folder import check_output_folder, output_folder
+from datagen.store import StoreError
 from indexer_env.errors import ParameterError
+
+OWN = ("mark.txt", "more.txt")
 
 
 def files(folder):
@@ -9,7 +12,7 @@ def files(folder):
 
 
 def write(out, text, overwrite=False):
-    with output_folder(out, "mark.txt", overwrite) as folder:
+    with output_folder(out, OWN, overwrite) as folder:
         (folder / "mark.txt").write_text(text)
     return out
 
@@ -24,7 +27,7 @@ def test_a_new_or_empty_folder_is_filled(tmp_path, prepare):
 
 
 def test_an_error_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), output_folder(tmp_path / "out", "mark.txt") as folder:
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out", OWN) as folder:
         (folder / "half.txt").write_text("half")
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
@@ -42,7 +45,7 @@ def test_an_earlier_result_is_replaced_only_when_asked(tmp_path):
 
 def test_an_error_while_replacing_keeps_the_earlier_result(tmp_path):
     out = write(tmp_path / "out", "first")
-    with pytest.raises(RuntimeError), output_folder(out, "mark.txt", True) as folder:
+    with pytest.raises(RuntimeError), output_folder(out, OWN, True) as folder:
         (folder / "mark.txt").write_text("second")
         raise RuntimeError
     assert files(tmp_path) == {"out/mark.txt": "first"}
@@ -56,7 +59,32 @@ def test_a_foreign_folder_is_never_touched(tmp_path, overwrite):
     assert files(tmp_path) == {"thesis.txt": "mine"}
 
 
+def test_a_file_added_to_an_earlier_result_is_never_lost(tmp_path):
+    out = write(tmp_path / "out", "first")
+    (out / "notes.txt").write_text("mine")
+    with pytest.raises(ParameterError, match=r"notes\.txt"):
+        write(out, "second", overwrite=True)
+    assert files(out) == {"mark.txt": "first", "notes.txt": "mine"}
+
+
+def test_of_two_runs_the_first_to_end_wins(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(ParameterError, match="overwrite=true"), output_folder(out, OWN) as folder:
+        (folder / "mark.txt").write_text("second")
+        write(out, "first")
+    assert files(tmp_path) == {"out/mark.txt": "first"}
+
+
+def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path):
+    write(tmp_path / "disk" / "out", "first")
+    (tmp_path / "link").symlink_to(tmp_path / "disk" / "out")
+    write(tmp_path / "link", "second", overwrite=True)
+    assert (tmp_path / "link").is_symlink() and files(tmp_path / "disk") == {"out/mark.txt": "second"}
+
+
 def test_a_file_is_no_folder(tmp_path):
     (tmp_path / "out").write_text("mine")
-    with pytest.raises(ParameterError, match="must be a folder"):
-        check_output_folder(tmp_path / "out", "mark.txt", True)
+    with pytest.raises(StoreError, match="must be a folder"):
+        check_output_folder(tmp_path / "out" / "below", OWN, False)
+    with pytest.raises(StoreError, match="must be a folder"):
+        check_output_folder(tmp_path / "out", OWN, True)

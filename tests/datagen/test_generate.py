@@ -20,7 +20,7 @@ from datagen.measured import read_signal
 from datagen.remake import remake
 from datagen.rows import faults_of, machine_columns, machine_of
 from datagen.shard import read_shards
-from datagen.store import StoreError
+from datagen.store import StoreError, making
 from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.faults import Faults
@@ -33,6 +33,15 @@ class _AlwaysImpossible(Table2):
     def draw(self, index, base, rng):
         item = super().draw(index, base, rng)
         return replace(item, machine={**item.machine, "output_joint.stiffness": -1.0})
+
+
+class _FirstImpossible(Table2):
+    """Table 2, item 0 with a stiffness that no joint can have."""
+
+    def draw(self, index, base, rng):
+        item = super().draw(index, base, rng)
+        changes = {**item.machine, "output_joint.stiffness": -1.0} if index == 0 else item.machine
+        return replace(item, machine=changes)
 
 
 class _OneTooStiff(Table2):
@@ -170,12 +179,36 @@ def test_an_item_that_cannot_be_simulated_is_recorded_and_its_neighbours_are_unc
     np.testing.assert_array_equal(read_shards(tmp_path / "stiff").records, records[[0, 2, 3]])
 
 
-def test_all_items_rejected_is_said_by_the_reader(order, settings, tmp_path):
+def test_an_order_without_a_record_is_refused_with_a_reason(order, settings, tmp_path):
     broken = replace(order, campaign=_AlwaysImpossible(**{k: v for k, v in settings.items() if k != "name"}), count=3)
-    generate(broken, tmp_path / "none")
-    assert pq.read_table(tmp_path / "none" / "rejected.parquet").num_rows == 3
-    with pytest.raises(SignalError, match="all items were rejected"):
-        read_shards(tmp_path / "none")
+    with pytest.raises(ParameterError, match=r"got none of 3; item 0: .*stiffness must be"):
+        generate(replace(broken, shard_items=1), tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_first_shard_without_a_record_does_not_stop_the_others(order, settings, tmp_path):
+    late = _FirstImpossible(**{key: value for key, value in settings.items() if key != "name"})
+    manifest = generate(replace(order, campaign=late, count=3, shard_items=1), tmp_path / "late")
+    assert (manifest["records"], manifest["rejected"]) == (2, 1)
+    assert pq.read_table(tmp_path / "late" / "rejected.parquet").column("item").to_pylist() == [0]
+
+
+def test_two_runs_into_one_folder(tiny, tmp_path):
+    folder = tmp_path / "set"
+    with making(folder, {}, overwrite=False), pytest.raises(StoreError, match="no other run is writing to"):
+        generate(tiny, folder, overwrite=True)
+    generate(tiny, folder, overwrite=True)
+    assert len(read_shards(folder)) == 3
+
+
+def test_a_folder_that_was_filled_meanwhile_is_left_alone(tiny, tmp_path, monkeypatch):
+    folder = tmp_path / "set"
+    generate(tiny, folder)
+    before = contents(folder)
+    monkeypatch.setattr("datagen.generate.check_free", lambda *_: None)
+    with pytest.raises(StoreError, match="overwrite=true"):
+        generate(replace(tiny, seed=9), folder)
+    assert contents(folder) == before
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
@@ -232,8 +265,16 @@ def test_a_stopped_run_is_unfinished_and_can_be_replaced(tiny, tmp_path, monkeyp
 
 def test_out_that_is_a_file(tiny, tmp_path):
     (tmp_path / "file").write_text("x")
-    with pytest.raises(StoreError, match="must be a folder"):
-        generate(tiny, tmp_path / "file", overwrite=True)
+    for out in ("file", "file/below"):
+        with pytest.raises(StoreError, match="must be a folder"):
+            generate(tiny, tmp_path / out, overwrite=True)
+
+
+def test_a_run_that_no_data_set_can_hold(tiny):
+    with pytest.raises(ParameterError, match=r"run\.channels must be table_acceleration alone"):
+        replace(tiny, run=replace(tiny.run, channels=("table_angle",)))
+    with pytest.raises(ParameterError, match="2147483647 samples in one file"):
+        replace(tiny, run=replace(tiny.run, samples=10**9))
 
 
 @pytest.mark.parametrize("change", [{"count": 0}, {"count": 2.5}, {"seed": -1}, {"seed": "x"}, {"shard_items": 0}])

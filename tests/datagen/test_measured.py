@@ -147,6 +147,41 @@ def test_no_numeric_column(tmp_path):
     assert "no numeric column" in refusal(tmp_path / "a.parquet")
 
 
+def test_a_file_that_cannot_be_read(tmp_path, wave, monkeypatch):
+    def deny(_: object) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    path = write(tmp_path / "a.csv", wave)
+    monkeypatch.setattr(type(path), "read_bytes", deny)
+    assert "cannot be read (Permission denied)" in refusal(path)
+
+
+def test_comments_before_the_header(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    path.write_text("# made, by hand\n# a, b\n" + path.read_text())
+    assert read_signal(path).values.size == COUNT
+
+
+def test_a_title_line_of_two_cells_is_no_title_of_a_line_with_units(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    path.write_text("Logger,7\n" + path.read_text())
+    assert read_signal(path).unit == "m/s^2"
+
+
+def test_what_the_file_says_must_not_be_given_otherwise(tmp_path, wave):
+    path = write(tmp_path / "a.csv", wave)
+    assert "leave sample_rate out" in refusal(path, sample_rate=500.0)
+    assert "given once" in refusal(path, unit="g")
+    assert read_signal(path, unit="m/s2").unit == "m/s^2"
+
+
+def test_a_rate_that_changes_within_the_record(tmp_path, wave):
+    steps = np.where(np.arange(COUNT) < COUNT // 2, 0.9, 1.1) / RATE
+    assert "the rate must be one throughout" in refusal(
+        write(tmp_path / "a.csv", wave, times=np.cumsum(steps), digits=6)
+    )
+
+
 def test_gap_in_time(tmp_path, wave):
     times = np.arange(COUNT) / RATE
     times[50:] += 0.004

@@ -15,7 +15,30 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_sensor
 from indexer_env.simulate import Run, simulate
 
-DESIGN = ["friction.coulomb", "friction.viscous", "friction.stribeck", "load.imbalance", "load.process", "drive.slip", "drive.speed_ripple", "drive.transmission_error", "drive.mesh_stiffness", "cam.profile_error", "cam.station_spacing", "roller.crack", "roller.crack_single", "input.backlash", "output.backlash", "output.cubic_stiffness", "base.looseness", "sensor.gain", "sensor.lowpass", "sensor.bracket_resonance", "sensor.mains_hum", "sensor.offset_drift"]  # design.md, section 6
+DESIGN = [
+    "friction.coulomb",
+    "friction.viscous",
+    "friction.stribeck",
+    "load.imbalance",
+    "load.process",
+    "drive.slip",
+    "drive.speed_ripple",
+    "drive.transmission_error",
+    "drive.mesh_stiffness",
+    "cam.profile_error",
+    "cam.station_spacing",
+    "roller.crack",
+    "roller.crack_single",
+    "input.backlash",
+    "output.backlash",
+    "output.cubic_stiffness",
+    "base.looseness",
+    "sensor.gain",
+    "sensor.lowpass",
+    "sensor.bracket_resonance",
+    "sensor.mains_hum",
+    "sensor.offset_drift",
+]  # design.md, section 6
 MACHINE_EFFECTS = [name for name in DESIGN if not name.startswith("sensor.")]
 SENSOR_EFFECTS = [name for name in DESIGN if name.startswith("sensor.")]
 POINT = OperatingPoint()

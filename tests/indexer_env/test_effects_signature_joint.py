@@ -55,9 +55,8 @@ def test_the_other_joints_keep_contact(smooth, visible):
     for name, number in (("input.backlash", 1), ("output.backlash", 2)):
         r = motion(smooth.with_effects(visible(name)))
         other = 3 - number
-        k, c = (smooth.input_joint, smooth.output_joint)[other - 1].stiffness, None
-        c = (smooth.input_joint, smooth.output_joint)[other - 1].damping
-        expected = k * r[f"deflection_{other}"] + c * r[f"deflection_rate_{other}"]
+        joint = (smooth.input_joint, smooth.output_joint)[other - 1]
+        expected = joint.stiffness * r[f"deflection_{other}"] + joint.damping * r[f"deflection_rate_{other}"]
         np.testing.assert_allclose(r[f"torque_{other}"], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 

@@ -238,7 +238,7 @@ def test_an_effect_needs_a_station_that_exists(smooth, visible, name):
 def test_model_a_has_no_base_to_loosen(smooth, visible):
     machine = dataclasses.replace(smooth, model="A").with_effects(visible("base.looseness"))
     assert refused(coefficients, machine, OperatingPoint()) == (
-        "base.looseness needs Machine.model B or B_on_base, got 'A'; Model A has no housing to move."
+        "base.looseness needs Machine.model B or B_on_base, got 'A'; it acts on joint 3, which that model does not have."
     )
 
 

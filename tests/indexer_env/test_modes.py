@@ -117,7 +117,9 @@ def test_a_free_decay_peaks_at_the_natural_frequencies(on_base, model, angle):
     machine = dataclasses.replace(on_base, model=model, **light)
     frequencies = natural_frequencies(machine, angle).frequency_hz[0]
     if model != "A" and angle == DWELL:
-        frequencies = np.delete(frequencies, np.argmin(np.abs(frequencies - hertz(8000.0, 0.5))))  # nothing moves the cam
+        frequencies = np.delete(
+            frequencies, np.argmin(np.abs(frequencies - hertz(8000.0, 0.5)))
+        )  # nothing moves the cam
     seen = spectral_peaks(ringing(machine, angle, "table_acceleration"))
     for frequency in frequencies:
         assert min(abs(peak - frequency) for peak in seen) < 0.004 * frequency
@@ -157,8 +159,8 @@ def test_model_a_in_its_dwell_answers_a_step_as_the_textbook_says(smooth):
 
 
 def test_the_largest_step_follows_the_fastest_mode(smooth):
-    fastest = 2.0 * math.pi * max(
-        natural_frequencies(smooth, angle).frequency_hz.max() for angle in (DWELL, MID_MOTION)
+    fastest = (
+        2.0 * math.pi * max(natural_frequencies(smooth, angle).frequency_hz.max() for angle in (DWELL, MID_MOTION))
     )
     assert largest_step(coefficients(smooth, OperatingPoint())) == pytest.approx(LARGEST_PHASE_STEP / fastest, rel=1e-3)
 

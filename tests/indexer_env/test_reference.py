@@ -1,4 +1,4 @@
-"""The reference solver against closed forms, conservation laws and a plain integration without edges."""
+"""The reference solver against conservation laws, a plain integration without edges, and its own channels."""
 
 import dataclasses
 import math
@@ -6,20 +6,14 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
-from indexer_env.effects import make_effect, null_effect
-from indexer_env.effects.base import EFFECTS, MachineEffect, parameter
-from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.effects import make_effect
 from indexer_env.machine import CONTACT_LAWS, Joint, Machine
-from indexer_env.motion_law import Cycloidal
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine
 from indexer_env.reference import simulate_reference
 
-DWELL = 1.2 * math.pi
 J_T = 5.0
-K_2 = J_T * (2.0 * math.pi * 15.0) ** 2
 
 
 @pytest.fixture(scope="module")
@@ -36,129 +30,6 @@ def with_joints(machine: Machine, **changes: dict) -> Machine:
 def channels_of(machine: Machine, point: OperatingPoint, *names: str, **more) -> list[np.ndarray]:
     trajectory = simulate_reference(machine, point, channels=names, **more)
     return [trajectory.channels[name] for name in names]
-
-
-# --- closed forms
-
-
-def test_free_decay_in_the_dwell(machine: Machine) -> None:
-    """The cam stands on its dwell: the load's step on a damped oscillator of one degree of freedom."""
-    zeta, omega = 0.03, 2.0 * math.pi * 15.0
-    joint = Joint(stiffness=K_2, damping=2.0 * zeta * math.sqrt(K_2 * J_T))
-    one = dataclasses.replace(machine, model="A", output_joint=joint)
-    trajectory = simulate_reference(one, OperatingPoint(load_torque=50.0, start_angle=DWELL), samples=350)
-    t, damped = trajectory.time, omega * math.sqrt(1.0 - zeta**2)
-    swing = np.cos(damped * t) - zeta / math.sqrt(1.0 - zeta**2) * np.sin(damped * t)
-    expected = -50.0 / J_T * np.exp(-zeta * omega * t) * swing
-    np.testing.assert_allclose(trajectory.table_acceleration, expected, atol=1e-9 * 10.0)
-
-
-def test_driven_motion_over_the_junctions_of_the_law(machine: Machine) -> None:
-    """Undamped Model A under a cycloidal cam: δ'' + ω²δ = -β''α̇², a sine, then free vibration in the dwell."""
-    joint = Joint(stiffness=K_2, damping=0.0)
-    one = dataclasses.replace(machine, model="A", output_joint=joint, motion_law=Cycloidal())
-    point = OperatingPoint(load_torque=0.0)
-    trajectory = simulate_reference(one, point, samples=1000)
-    rate = one.reduction * point.motor_speed
-    period = 2.0 * math.pi * one.motion_share / rate
-    p, omega = 2.0 * math.pi / period, math.sqrt(K_2 / J_T)
-    peak = one.advance * 2.0 * math.pi / period**2
-    factor = peak / (p**2 - omega**2)
-    t = trajectory.time
-    moving = t < period
-
-    def delta(t: np.ndarray | float) -> np.ndarray:
-        return factor * (np.sin(p * t) - p / omega * np.sin(omega * t))
-
-    def slope(t: float) -> float:
-        return factor * p * (math.cos(p * t) - math.cos(omega * t))
-
-    rest = t - period
-    free = delta(period) * np.cos(omega * rest) + slope(period) / omega * np.sin(omega * rest)
-    expected = -(omega**2) * np.where(moving, delta(t), free)
-    np.testing.assert_allclose(trajectory.table_acceleration, expected, atol=1e-8 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("ratio", [0.25, 0.7])
-def test_period_of_a_bilinear_joint(machine: Machine, ratio: float) -> None:
-    """Free vibration about zero takes half a period of each stiffness: π/ω1 + π/ω2."""
-    joint = Joint(stiffness=K_2, damping=0.0, stiffness_ratio=ratio)
-    one = dataclasses.replace(machine, model="A", output_joint=joint)
-    point = OperatingPoint(load_torque=0.0, start_angle=0.5 * math.pi)
-    rate = 10_000.0
-    delta, speed, region = channels_of(
-        one, point, "deflection_2", "deflection_rate_2", "region_2", samples=7000, sample_rate=rate
-    )
-    dwell = np.arange(delta.size) / rate > 0.5 * math.pi / (one.reduction * point.motor_speed)
-    upward = np.flatnonzero((delta[:-1] < 0.0) & (delta[1:] >= 0.0) & dwell[:-1])
-    crossings = []
-    for i in upward:
-        y0, y1, v0, v1 = delta[i], delta[i + 1], speed[i] / rate, speed[i + 1] / rate
-
-        def hermite(s: float, y0=y0, y1=y1, v0=v0, v1=v1) -> float:
-            return (
-                (1 + 2 * s) * (1 - s) ** 2 * y0 + s * (1 - s) ** 2 * v0
-                + s * s * (3 - 2 * s) * y1 - s * s * (1 - s) * v1
-            )  # fmt: skip
-
-        crossings.append((i + brentq(hermite, 0.0, 1.0)) / rate)
-    omega = math.sqrt(K_2 / J_T)
-    assert len(crossings) >= 4
-    np.testing.assert_allclose(np.diff(crossings), math.pi / omega * (1.0 + ratio**-0.5), rtol=1e-7)
-    np.testing.assert_array_equal(region, np.where(delta >= 0.0, 1.0, -1.0))
-
-
-@pytest.mark.parametrize("law", CONTACT_LAWS)
-def test_free_flight_and_impact(machine: Machine, law: str) -> None:
-    """Inside the play only the load acts (and the damper of damped_play), until the negative flank is hit."""
-    play, torque, damping = 0.05, 2.0, 28.0
-    joint = Joint(stiffness=K_2, damping=damping, backlash=play)
-    one = dataclasses.replace(machine, model="A", contact_law=law, output_joint=joint)
-    point = OperatingPoint(load_torque=torque, start_angle=1.05 * math.pi)
-    samples = 400 if law != "damped_play" else 430
-    acc, delta, region, pull = channels_of(
-        one, point, "table_acceleration", "deflection_2", "region_2", "torque_2", samples=samples
-    )
-    t = np.arange(acc.size) / 1000.0
-    flight = np.cumprod(region == 0.0).astype(bool)
-    if law == "damped_play":
-        expected = -torque / J_T * np.exp(-damping * t / J_T)
-        np.testing.assert_allclose(pull[flight], -(torque + J_T * expected)[flight], atol=1e-9)
-    else:
-        expected = np.full(acc.size, -torque / J_T)
-        hit = math.sqrt(play * J_T / torque)
-        assert np.flatnonzero(~flight)[0] == math.ceil(hit * 1000.0)
-        np.testing.assert_array_equal(pull[flight], 0.0)
-    np.testing.assert_allclose(acc[flight], expected[flight], rtol=1e-10)
-    if law != "damped_play":
-        assert region.min() == -1.0
-        assert delta.min() < -0.5 * play
-        contact = np.flatnonzero(~flight)[0]
-        speed = -torque / J_T * hit
-        since = t[contact] - hit
-        # just behind the flank: the damper's step, then the damped spring
-        omega, decay = math.sqrt(K_2 / J_T), damping / (2.0 * J_T)
-        damped, push = math.sqrt(omega**2 - decay**2), torque / K_2
-        a, b = push, (speed + decay * push) / damped
-        envelope = math.exp(-decay * since)
-        x = envelope * (a * math.cos(damped * since) + b * math.sin(damped * since)) - push
-        v = envelope * (
-            (b * damped - decay * a) * math.cos(damped * since) - (a * damped + decay * b) * math.sin(damped * since)
-        )
-        assert pull[contact] == pytest.approx(K_2 * x + damping * v, rel=1e-8)
-
-
-def test_contact_laws_part_as_contact_ends(machine: Machine) -> None:
-    """On the way out the clipped flank lets go where Kelvin-Voigt's pulls."""
-    pulls = {}
-    for law in ("clipped", "kelvin_voigt"):
-        joint = Joint(stiffness=K_2, damping=200.0, backlash=0.02)
-        one = dataclasses.replace(machine, model="A", contact_law=law, output_joint=joint)
-        point = OperatingPoint(load_torque=20.0, start_angle=1.05 * math.pi)
-        pull, region = channels_of(one, point, "torque_2", "region_2", samples=4000, sample_rate=10_000.0)
-        pulls[law] = float((pull * region).min())  # < 0: the flank pulls
-    assert pulls["clipped"] == 0.0
-    assert pulls["kelvin_voigt"] < -1.0
 
 
 # --- conservation
@@ -344,90 +215,3 @@ def test_converged_at_the_default_tolerances(machine: Machine) -> None:
     default = simulate_reference(one, samples=300).table_acceleration
     finer = simulate_reference(one, samples=300, rtol=1e-12, atol=1e-14, max_step=3e-4).table_acceleration
     assert np.linalg.norm(default - finer) <= 1e-9 * np.linalg.norm(finer)
-
-
-# --- effects that are off, effects that are unknown
-
-
-def test_null_effects_change_no_bit(machine: Machine) -> None:
-    names = [name for name, effect in EFFECTS.items() if issubclass(effect, MachineEffect)]
-    off = machine.with_effects(*(null_effect(name) for name in names))  # type: ignore[arg-type]
-    plain = simulate_reference(machine, samples=50).table_acceleration
-    np.testing.assert_array_equal(simulate_reference(off, samples=50).table_acceleration, plain)
-
-
-def test_unknown_effect_is_refused(machine: Machine) -> None:
-    @dataclasses.dataclass(frozen=True)
-    class Unheard(MachineEffect):
-        name = "friction.unheard"
-        torque: float = parameter("torque", "N m", null=0.0)
-
-    with pytest.raises(ParameterError, match=r"does not know the effect 'friction\.unheard'"):
-        simulate_reference(machine.with_effects(Unheard(1.0)), samples=10)
-
-
-@pytest.mark.parametrize("name", ["roller.crack_single", "cam.station_spacing"])
-def test_station_that_the_machine_has_not_is_refused(machine: Machine, name: str) -> None:
-    size = {"roller.crack_single": "severity", "cam.station_spacing": "error"}[name]
-    effect = make_effect(name, {size: 0.01, "station": 8})
-    with pytest.raises(ParameterError, match="below the machine's 8 stations"):
-        simulate_reference(machine.with_effects(effect), samples=10)
-
-
-def test_loose_base_needs_a_housing(machine: Machine) -> None:
-    effect = make_effect("base.looseness", {"compliance": 1e-6})
-    with pytest.raises(ParameterError, match=r"base\.looseness needs Machine\.model B"):
-        simulate_reference(dataclasses.replace(machine, model="A").with_effects(effect), samples=10)
-
-
-@pytest.mark.parametrize(
-    ("argument", "value", "said"),
-    [
-        ("sample_rate", 0.0, "sample_rate must be a finite number > 0 Hz, got 0.0"),
-        ("samples", 0, "samples must be a whole number >= 1, got 0"),
-        ("samples", 10.0, "samples must be a whole number"),
-        ("turns_before", -1, "turns_before must be a whole number >= 0, got -1"),
-        ("rtol", 1e-15, "rtol must be"),
-        ("atol", 0.0, "atol must be"),
-        ("max_step", 1.0, "max_step must be"),
-        ("channels", ("table_aceleration",), "did you mean 'table_acceleration'"),
-        ("channels", "table_acceleration", "channels must be a row of channel names"),
-        ("channels", (), "channels must be a row of channel names"),
-        ("operating_point", 1500.0, "operating_point must be an OperatingPoint, got 1500.0"),
-    ],
-)
-def test_bad_arguments_are_refused(machine: Machine, argument: str, value: object, said: str) -> None:
-    with pytest.raises(ParameterError, match=said):
-        simulate_reference(machine, **{argument: value})  # type: ignore[arg-type]
-
-
-def test_a_machine_is_needed() -> None:
-    with pytest.raises(ParameterError, match="machine must be a Machine, got 'reference'"):
-        simulate_reference("reference")  # type: ignore[arg-type]
-
-
-# --- runs that fail
-
-
-def test_leaving_the_physical_range_names_machine_time_and_state(machine: Machine) -> None:
-    point = OperatingPoint(load_torque=1e5)
-    with pytest.raises(
-        SimulationError, match=r"^smooth deflected a joint beyond 0\.5 rad at t = 0\.0\d+ s \(cam_angle"
-    ):
-        simulate_reference(machine, point, samples=500)
-
-
-def test_a_run_that_overflows_is_told(machine: Machine) -> None:
-    with pytest.raises(SimulationError, match=r"^smooth .* at t = .* s \(cam_angle .*\)\.$"):
-        simulate_reference(machine, OperatingPoint(load_torque=1e308), samples=10)
-
-
-def test_chatter_on_an_edge_is_told(machine: Machine) -> None:
-    """A clipped flank drops its cubic push at once where the damped linear part ends; with a flank so soft and damped
-    the motion slides along that edge, which is none that can be stepped over."""
-    flank = {"stiffness": 18_800.0, "damping": 124.0, "backlash": 3.9e-5, "stiffness_ratio": 0.13}
-    effect = make_effect("output.cubic_stiffness", {"stiffness": 8.74e8})
-    one = with_joints(dataclasses.replace(machine, model="A", motion_law=Cycloidal()), output_joint=flank)
-    point = OperatingPoint(motor_speed=157.0, load_torque=-30.0, start_angle=0.9453571576990945)
-    with pytest.raises(SimulationError, match=r"^smooth does not get over an edge of its contacts at t = 0\.05"):
-        simulate_reference(one.with_effects(effect), point, samples=200)  # type: ignore[arg-type]

@@ -1,0 +1,218 @@
+"""A batch: an item's numbers are its own, whatever runs beside it; an item that cannot be run takes no other with it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from indexer_env.effects import EFFECTS, MachineEffect
+from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.machine import CONTACT_LAWS, Joint, Machine
+from indexer_env.motion_law import Cycloidal, ModifiedTrapezoid, Polynomial345
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.simulate import Run, simulate, simulate_batch
+
+RUN = Run(samples=260, warmup_turns=1, channels=("table_acceleration", "torque_1", "region_2"))
+
+
+@pytest.fixture(scope="module")
+def mixed(smooth, reference, visible) -> tuple[list[Machine], list[OperatingPoint]]:
+    """70 machines of all models, laws, shapes and effects: more than two blocks of lanes, in many groups."""
+    base = Joint(stiffness=1e6, damping=800.0, backlash=1e-4)
+    random = np.random.default_rng(5)
+    machines = [smooth.with_effects(visible(name)) for name, kind in EFFECTS.items() if issubclass(kind, MachineEffect)]
+    laws = (Cycloidal(), ModifiedTrapezoid(), Polynomial345(), smooth.motion_law)
+    while len(machines) < 70:
+        n = len(machines)
+        output = dataclasses.replace(
+            smooth.output_joint,
+            stiffness=smooth.output_joint.stiffness * random.uniform(0.9, 1.1),
+            backlash=(0.0, 1e-3)[n % 2],
+            stiffness_ratio=(1.0, 0.6)[n // 2 % 2],
+        )
+        machines.append(
+            dataclasses.replace(
+                (smooth, reference)[n % 2],
+                model=("B", "B", "A", "B_on_base")[n % 4],
+                base_joint=base,
+                output_joint=output,
+                contact_law=CONTACT_LAWS[n % 3],
+                motion_law=laws[n % 4],
+                motion_share=(0.5, 0.35)[n % 2],
+                name=f"machine {n}",
+            )  # fmt: skip
+        )
+    points = [
+        OperatingPoint(motor_speed=(157.0, 300.0, 80.0)[n % 3], load_torque=float(n % 5), start_angle=0.1 * n)
+        for n in range(len(machines))
+    ]
+    return machines, points
+
+
+@pytest.fixture(scope="module")
+def together(mixed):
+    batch = simulate_batch(*mixed, RUN)
+    assert batch.rejected == {}
+    return batch
+
+
+def same(one, other, rows: dict[int, int]) -> None:
+    """Bit-equal items: row of `one` → row of `other`."""
+    for mine, theirs in rows.items():
+        for name in RUN.channels:
+            assert one.channels[name][mine].tobytes() == other.channels[name][theirs].tobytes(), (mine, name)
+        assert one.settled[mine] == other.settled[theirs]
+        assert one.warmup_turns[mine] == other.warmup_turns[theirs]
+        np.testing.assert_allclose(
+            one.warmup_difference[mine], other.warmup_difference[theirs], rtol=1e-9, equal_nan=True
+        )
+
+
+def test_an_item_alone_is_the_item_in_the_batch(mixed, together):
+    for n, (machine, point) in enumerate(zip(*mixed, strict=True)):
+        same(simulate_batch([machine], [point], RUN), together, {0: n})
+
+
+def test_simulate_is_a_batch_of_one(mixed, together):
+    machines, points = mixed
+    for n in (0, 33, 69):
+        trajectory = simulate(machines[n], points[n], RUN)
+        assert trajectory.table_acceleration.tobytes() == together.table_acceleration[n].tobytes()
+        assert trajectory.warmup is not None
+        assert trajectory.warmup.turns == together.warmup_turns[n]
+        assert trajectory.warmup.settled == together.settled[n]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_the_number_of_threads_does_not_matter(mixed, together, threads):
+    same(simulate_batch(*mixed, RUN, threads=threads), together, {n: n for n in range(70)})
+
+
+def test_threads_share_equal_items(smooth):
+    """Many blocks of one group, which is where threads divide the work."""
+    joints = [
+        dataclasses.replace(smooth.output_joint, stiffness=smooth.output_joint.stiffness * (1.0 + 1e-3 * n))
+        for n in range(300)
+    ]
+    machines = [dataclasses.replace(smooth, output_joint=joint) for joint in joints]
+    run = Run(samples=40, warmup_turns=0)
+    one, two = (simulate_batch(machines, run=run, threads=threads).table_acceleration for threads in (1, 2))
+    assert one.tobytes() == two.tobytes()
+    assert len({row.tobytes() for row in one}) == 300
+
+
+def test_the_order_of_items_does_not_matter(mixed, together):
+    machines, points = mixed
+    order = np.random.default_rng(3).permutation(70)
+    shuffled = simulate_batch([machines[n] for n in order], [points[n] for n in order], RUN)
+    same(shuffled, together, {row: int(n) for row, n in enumerate(order)})
+
+
+def test_records_beyond_some_turns_and_not_others(smooth, reference):
+    """Turns of 8.2, 4.1 and 8.1996 s; 5000 and 8200 samples are longer than some turns and shorter than others."""
+    speeds = (50.0 * np.pi, 100.0 * np.pi, 50.0 * np.pi * 1.00005)
+    machines = [smooth, smooth, smooth, reference, reference, reference]
+    points = [OperatingPoint(motor_speed=float(speed)) for speed in (*speeds, *speeds)]
+    for samples in (5000, 8200):
+        run = Run(samples=samples)
+        batch = simulate_batch(machines, points, run)
+        assert batch.table_acceleration.shape == (6, samples) and np.isfinite(batch.table_acceleration).all()
+        for n, (machine, point) in enumerate(zip(machines, points, strict=True)):
+            alone = simulate_batch([machine], [point], run)
+            assert alone.table_acceleration[0].tobytes() == batch.table_acceleration[n].tobytes()
+            assert alone.warmup_turns[0] == batch.warmup_turns[n] and alone.settled[0] == batch.settled[n]
+            np.testing.assert_allclose(alone.warmup_difference[0], batch.warmup_difference[n], rtol=1e-6)
+
+
+# -------------------------------------------------------------------------------- rejected items
+
+
+def test_a_rejected_item_takes_no_other_with_it(mixed, together):
+    machines, points = mixed
+    doomed = dataclasses.replace(machines[40], name="doomed")
+    hit = OperatingPoint(load_torque=1e7, start_angle=1.0)
+    batch = simulate_batch([*machines[:40], doomed, *machines[40:]], [*points[:40], hit, *points[40:]], RUN)
+    assert list(batch.rejected) == [40]
+    assert batch.rejected[40].startswith("doomed (item 40) deflected a joint beyond 0.5 rad at t = ")
+    assert "(cam_angle " in batch.rejected[40]
+    for values in batch.channels.values():
+        assert np.isnan(values[40]).all()
+    same(batch, together, {n if n < 40 else n + 1: n for n in range(70)})
+
+
+def test_items_that_cannot_be_built_are_rejected_too(smooth, visible):
+    stationless = smooth.with_effects(visible("cam.station_spacing", station=9))
+    stiff = dataclasses.replace(smooth, output_joint=dataclasses.replace(smooth.output_joint, stiffness=1e9))
+    run = Run(samples=50, warmup_turns=0)
+    batch = simulate_batch([stationless, smooth, stiff], run=run)
+    assert list(batch.rejected) == [0, 2]
+    for index, machine in ((0, stationless), (2, stiff)):
+        with pytest.raises(ParameterError) as caught:
+            simulate(machine, run=run)
+        assert batch.rejected[index] == str(caught.value)
+        assert np.isnan(batch.table_acceleration[index]).all()
+    assert batch.table_acceleration[1].tobytes() == simulate(smooth, run=run).table_acceleration.tobytes()
+
+
+def test_an_item_that_fails_in_the_warm_up_or_late_in_the_record_is_rejected(smooth, visible):
+    """The process torque comes in the dwell: after 0.7 s."""
+    late = dataclasses.replace(smooth, name="late").with_effects(visible("load.process", torque=1e6))
+    for run in (Run(samples=100, warmup_turns=1), Run(samples=1000, warmup_turns=0), Run(samples=9000, warmup_turns=0)):
+        batch = simulate_batch([smooth, late], run=run)
+        assert list(batch.rejected) == [1]
+        when = float(batch.rejected[1].split(" t = ")[1].split(" ")[0])
+        assert 0.6 < when < 0.9
+        assert np.isnan(batch.table_acceleration[1]).all() and np.isfinite(batch.table_acceleration[0]).all()
+        with pytest.raises(SimulationError, match=r"^late "):
+            simulate(late, run=run)
+
+
+def test_all_items_rejected_is_still_a_batch(smooth):
+    batch = simulate_batch([smooth, smooth], OperatingPoint(load_torque=1e8, start_angle=1.0), Run(samples=30))
+    assert list(batch.rejected) == [0, 1] and np.isnan(batch.table_acceleration).all()
+    assert not batch.settled.any()
+
+
+# -------------------------------------------------------------------------------- what a batch is asked for
+
+
+def test_an_empty_batch_is_empty():
+    batch = simulate_batch([], run=Run(samples=10))
+    assert len(batch) == 0 and batch.table_acceleration.shape[0] == 0 and batch.rejected == {}
+
+
+def test_one_operating_point_serves_all(smooth, reference):
+    point, run = OperatingPoint(load_torque=5.0), Run(samples=30, warmup_turns=0)
+    one, each = simulate_batch([smooth, reference], point, run), simulate_batch([smooth, reference], [point] * 2, run)
+    assert one.table_acceleration.tobytes() == each.table_acceleration.tobytes()
+    default = simulate_batch([smooth], run=run)
+    assert default.table_acceleration.tobytes() == simulate(smooth, run=run).table_acceleration.tobytes()
+
+
+def test_points_and_machines_must_match_in_number(smooth):
+    with pytest.raises(ParameterError) as caught:
+        simulate_batch([smooth], [OperatingPoint()] * 2, RUN)
+    assert str(caught.value) == (
+        "simulate_batch needs one operating point per machine or one for all, got 2 for 1 machines."
+    )
+
+
+def test_records_of_unequal_length_must_be_asked_for_by_samples(smooth):
+    points = [OperatingPoint(), OperatingPoint(motor_speed=314.159)]
+    with pytest.raises(ParameterError) as caught:
+        simulate_batch([smooth, smooth], points, Run())
+    assert str(caught.value) == (
+        "Run.samples must be given where turns differ in length, got turns of 4100 to 8200 samples."
+    )
+    assert simulate_batch([smooth, smooth], points, Run(samples=20, warmup_turns=0)).table_acceleration.shape == (2, 20)
+
+
+@pytest.mark.parametrize("threads", [-1, 1.5, "2", True])
+def test_threads_are_a_count(smooth, threads):
+    with pytest.raises(ParameterError, match=r"threads must be a whole number >= 1"):
+        simulate_batch([smooth] * 40, run=Run(samples=5, warmup_turns=0), threads=threads)
+
+
+def test_another_machine_differs(together):
+    """The anti-test: no two of the 70 records are the same."""
+    assert len({row.tobytes() for row in together.table_acceleration}) == 70
