@@ -10,6 +10,7 @@ from __future__ import annotations
 import codecs
 import io
 import re
+import statistics
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,11 +129,27 @@ def _layout(lines: list[str]) -> tuple[str, int, int]:
         rows = [_split(line, delimiter) for line in lines[:_SNIFFED_LINES]]
         numeric = [index for index, cells in enumerate(rows) if len(cells) > 1 and _is_numeric(cells)]
         if len(numeric) > best[0]:
-            best = (len(numeric), delimiter, len(rows[numeric[0]]), numeric[0])
+            start = _start(rows, numeric)
+            best = (len(numeric), delimiter, len(rows[start]), start)
     if best[0]:
         return best[1:]
     single = [index for index, line in enumerate(lines[:_SNIFFED_LINES]) if _NUMBER_OR_COMMA.match(line)]
     return (";", 1, single[0]) if single else (",", 0, 0)
+
+
+def _start(rows: list[list[str]], numeric: list[int]) -> int:
+    """First row of the data: the first with as many numbers as most have, or those broken ones that lead up to it; a
+    preamble such as "rate;1000" stands apart, above the header."""
+    counts = {index: _numbers(rows[index]) for index in numeric}
+    usual = statistics.mode(counts.values())
+    start = next(index for index in numeric if counts[index] == usual)
+    while start - 1 in counts and len(rows[start - 1]) == len(rows[start]):
+        start -= 1
+    return start
+
+
+def _numbers(cells: list[str]) -> int:
+    return sum(bool(_NUMBER_OR_COMMA.match(cell)) for cell in cells)
 
 
 def _split(line: str, delimiter: str) -> list[str]:
@@ -142,8 +159,7 @@ def _split(line: str, delimiter: str) -> list[str]:
 def _is_numeric(cells: list[str]) -> bool:
     """At least half the cells are numbers; a broken cell must not turn the first row of data into a
     header."""
-    numbers = sum(bool(_NUMBER_OR_COMMA.match(cell)) for cell in cells)
-    return numbers > 0 and 2 * numbers >= len(cells)
+    return 0 < len(cells) <= 2 * _numbers(cells)
 
 
 def _header(before: list[str], delimiter: str, width: int) -> list[str]:

@@ -75,14 +75,13 @@ def make_again() -> None:
     before = dict(np.load(FILE)) if FILE.exists() else {}
     after = {case: record(*items) for case, items in cases().items()}
     for case, values in after.items():
-        if case in before:
-            change = np.abs(values - before[case])
-            first = int(np.argmax(change > TOLERANCE * np.abs(values).max()))
-            print(
-                f"{case}: largest change {change.max():.3g} of {np.abs(values).max():.3g} rad/s², first at {first} ms"
-            )
-        else:
+        if case not in before:
             print(f"{case}: new")
+        elif (change := np.abs(values - before[case])).any():
+            first = int(np.argmax(change > TOLERANCE * np.abs(values).max()))
+            print(f"{case}: by {change.max():.3g} of {np.abs(values).max():.3g} rad/s² at most, from {first} ms on")
+        else:
+            print(f"{case}: the same")
     for case in before.keys() - after.keys():
         print(f"{case}: gone")
     np.savez_compressed(FILE, **after)

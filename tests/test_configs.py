@@ -1,0 +1,214 @@
+"""Every YAML of conf/: it loads, it becomes the object it stands for, it refuses an unknown key, every root composes."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hydra import compose, initialize_config_dir
+from hydra.errors import ConfigCompositionException, MissingConfigException
+from omegaconf import OmegaConf
+
+from classifier.features import make_features
+from classifier.network import Mlp
+from classifier.trainers import make_trainer
+from datagen.campaigns import make_campaign
+from datagen.order import order_from
+from indexer_env.build import from_mapping
+from indexer_env.errors import ParameterError
+from indexer_env.machine import machine_from_mapping
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import config_dir
+from indexer_env.sensors import Sensor
+
+CONF = config_dir()
+FILES = sorted(CONF.rglob("*.yaml"))
+GROUPS: dict[str, Callable[[Mapping[str, Any]], object]] = {
+    "machine": machine_from_mapping,
+    "operating_point": lambda mapping: from_mapping(OperatingPoint, mapping),
+    "sensor": lambda mapping: from_mapping(Sensor, mapping),
+    "campaign": make_campaign,
+    "features": make_features,
+    "net": lambda mapping: from_mapping(Mlp, {"inputs": 101, "outputs": 5, **mapping}, owner="net"),
+    "trainer": make_trainer,
+}
+"""What the YAML files of each folder become."""
+
+CHOICES = [path for path in FILES if path.parent != CONF]
+SHARED = "@package"
+ROOTS = [path for path in FILES if path.parent == CONF and SHARED not in path.read_text().splitlines()[0]]
+
+
+def plain(path: Path) -> dict[str, Any]:
+    loaded = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert isinstance(loaded, dict), path
+    return loaded
+
+
+def identity(path: Path) -> str:
+    return str(path.relative_to(CONF))
+
+
+def composed(root: Path, *overrides: str) -> dict[str, Any]:
+    """A root as its command sees it, with the first choice of every group that must be chosen."""
+    given = {override.partition("=")[0] for override in overrides}
+    needed = []
+    for entry in plain(root).get("defaults", []):
+        if isinstance(entry, dict):
+            for group, choice in entry.items():
+                if choice == "???" and group not in given:
+                    needed.append(f"{group}={sorted((CONF / group).glob('*.yaml'))[0].stem}")
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose(root.stem, [*needed, *overrides])
+    values = OmegaConf.to_container(config)
+    assert isinstance(values, dict)
+    return {str(key): value for key, value in values.items()}
+
+
+# -------------------------------------------------------------------------------- files
+
+
+def test_configs_are_found():
+    assert {path.parent.name for path in CHOICES} == set(GROUPS)
+    assert {path.stem for path in ROOTS} >= {"datagen", "classifier", "diagnose"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=identity)
+def test_a_file_is_a_mapping_without_doubled_keys(path):
+    """YAML itself lets the second of two equal keys win in silence."""
+
+    class Strict(yaml.SafeLoader):
+        pass
+
+    def mapping(loader: Strict, node: yaml.MappingNode) -> dict[Any, Any]:
+        keys = [loader.construct_object(key) for key, _ in node.value]
+        assert len(keys) == len(set(keys)), f"{path}: {keys}"
+        return yaml.SafeLoader.construct_mapping(loader, node, deep=True)
+
+    Strict.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, mapping)
+    loaded = yaml.load(path.read_text(encoding="utf-8"), Strict)
+    assert isinstance(loaded, dict) and loaded
+    assert OmegaConf.load(path) is not None
+
+
+def numbers_in(text: str) -> list[str]:
+    """Lines that give a number to a key."""
+    number = r"^\s*(- )?[\w]+:\s*[-+]?(\d[\d_]*\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(#.*)?$"
+    return [line for line in text.splitlines() if re.match(number, line)]
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in FILES if p.parent.name in ("machine", "operating_point", "sensor")], ids=identity
+)
+def test_every_number_of_a_preset_has_its_unit_and_reason_beside_it(path):
+    lines = numbers_in(path.read_text(encoding="utf-8"))
+    assert lines
+    for line in lines:
+        assert len(line.partition("#")[2].strip()) > 2, f"{path}: {line}"
+
+
+# -------------------------------------------------------------------------------- choices
+
+
+@pytest.mark.parametrize("path", CHOICES, ids=identity)
+def test_a_choice_becomes_its_object(path):
+    make, mapping = GROUPS[path.parent.name], plain(path)
+    assert make(mapping) == make(plain(path))
+
+
+def places(mapping: Mapping[str, Any], *keys: str) -> list[tuple[str, ...]]:
+    """The mapping itself and every mapping inside it, as paths of keys."""
+    inner = [place for key, value in mapping.items() if isinstance(value, dict) for place in places(value, *keys, key)]
+    return [keys, *inner]
+
+
+@pytest.mark.parametrize("path", CHOICES, ids=identity)
+def test_a_choice_refuses_an_unknown_key_at_every_level(path):
+    make = GROUPS[path.parent.name]
+    for place in places(plain(path)):
+        mapping = plain(path)
+        inner = mapping
+        for key in place:
+            inner = inner[key]
+        inner["unheard_of"] = 1.0
+        with pytest.raises(ParameterError, match="unheard_of") as caught:
+            make(mapping)
+        assert "\n" not in str(caught.value) and str(caught.value).endswith("."), place
+
+
+@pytest.mark.parametrize("path", CHOICES, ids=identity)
+def test_a_choice_refuses_every_number_made_text(path):
+    make = GROUPS[path.parent.name]
+    for place in places(plain(path)):
+        inner = plain(path)
+        for key in place:
+            inner = inner[key]
+        for name in [key for key, value in inner.items() if type(value) in (int, float)]:
+            mapping = plain(path)
+            here = mapping
+            for key in place:
+                here = here[key]
+            here[name] = str(here[name])
+            with pytest.raises(ParameterError) as caught:
+                make(mapping)
+            assert re.search(rf"must be .*, got '{re.escape(str(inner[name]))}'", str(caught.value)), (place, name)
+
+
+# -------------------------------------------------------------------------------- roots
+
+
+@pytest.mark.parametrize("root", ROOTS, ids=identity)
+def test_a_root_composes(root):
+    config = composed(root)
+    own = set(plain(root)) - {"defaults"}
+    assert own <= set(config)
+    for name in set(config) & set(GROUPS):
+        GROUPS[name](config[name])
+
+
+@pytest.mark.parametrize("root", ROOTS, ids=identity)
+def test_a_root_composes_with_every_choice_of_its_groups(root):
+    for group in set(composed(root)) & set(GROUPS):
+        for choice in sorted((CONF / group).glob("*.yaml")):
+            assert composed(root, f"{group}={choice.stem}")[group] == plain(choice)
+
+
+@pytest.mark.parametrize("root", ROOTS, ids=identity)
+def test_a_root_refuses_an_unknown_key_and_an_unknown_choice(root):
+    with pytest.raises(ConfigCompositionException, match="unheard_of"):
+        composed(root, "unheard_of=1")
+    for group in set(composed(root)) & set(GROUPS):
+        with pytest.raises(MissingConfigException):
+            composed(root, f"{group}=unheard_of")
+        with pytest.raises(ConfigCompositionException, match="unheard_of"):
+            composed(root, f"{group}.unheard_of=1")
+
+
+@pytest.mark.parametrize("root", ROOTS, ids=identity)
+def test_hydra_leaves_nothing_in_the_working_folder(root):
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose(root.stem, return_hydra_config=True, overrides=["campaign=table2"] * (root.stem == "datagen"))
+    assert config.hydra.output_subdir is None
+    assert OmegaConf.to_container(config.hydra.run, resolve=False) == {"dir": "."}
+
+
+def test_every_root_has_its_command():
+    """A console command, or a module to run, for each root; both read the root of their name."""
+    scripts = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]["scripts"]
+    commands = {name.removeprefix("indexer-"): target for name, target in scripts.items()}
+    assert {root.stem for root in ROOTS} <= set(commands)
+    for target in commands.values():
+        module, _, function = target.partition(":")
+        assert callable(getattr(importlib.import_module(module), function))
+
+
+def test_the_data_set_s_root_is_an_order_of_the_reference_machine():
+    root = CONF / "datagen.yaml"
+    order = order_from({**composed(root), "out": "x"})
+    assert order.count == 126 and order.base.machine == machine_from_mapping(plain(CONF / "machine" / "reference.yaml"))
