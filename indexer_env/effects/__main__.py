@@ -24,14 +24,16 @@ def _parameters(effect: type[Effect]) -> str:
 
 def effects_page() -> str:
     """The page docs/effects.md: one row per effect of the library."""
-    head = (
-        "# The effect library\n\n"
-        "Effects by which the model can be extended (`indexer_env.effects`). In YAML they stand under a machine's `effects:` by\n"
-        "name; in Python `make_effect(name, …)` builds one and `machine.with_effects(…)` adds it. At its null value an effect\n"
-        "leaves the machine bit-equal to the machine without it. Effects whose name begins with `sensor.` extend a `Sensor`.\n"
-        "This page is printed by `python -m indexer_env.effects`; a test keeps it so.\n\n"
-        "| name | what it is | equation | parameters | enters | source |\n| --- | --- | --- | --- | --- | --- |\n"
-    )
+    head = """# The effect library
+
+Effects by which the model can be extended (`indexer_env.effects`). In YAML they stand under a machine's `effects:` by
+name; in Python `make_effect(name, …)` builds one and `machine.with_effects(…)` adds it. At its null value an effect
+leaves the machine bit-equal to the machine without it. Effects whose name begins with `sensor.` extend a `Sensor`.
+This page is printed by `python -m indexer_env.effects`; a test keeps it so.
+
+| name | what it is | equation | parameters | enters | source |
+| --- | --- | --- | --- | --- | --- |
+"""
     rows = []
     for name, effect in sorted(EFFECTS.items()):
         cells = (f"`{name}`", effect.sentence, effect.equation, _parameters(effect), effect.enters, effect.source)

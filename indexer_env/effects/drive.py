@@ -21,7 +21,7 @@ class Slip(MachineEffect):
     name = "drive.slip"
     sentence = "The motor's speed falls with the torque asked of it, as an induction motor's does."
     equation = "J_m γ̈ = (γ̇_command - γ̇)/c - τ M1"
-    source = "linear part of the torque-speed curve, e.g. Leonhard, Control of Electrical Drives (2001), section 10.2"
+    source = "linear part of the torque-speed curve, e.g. Leonhard, Control of Electrical Drives (2001)"
     enters = "the motor's speed through the torque of joint 1"
     models = ("B", "B_on_base")
     feature = USES_SLIP
@@ -62,7 +62,7 @@ class TransmissionError(MachineEffect):
     name = "drive.transmission_error"
     sentence = "The reducer's output angle wavers at an order of its gears."
     equation = "drive side of joint 1 = τ γ + e sin(order γ + phase)"
-    source = "Smith, Gear Noise and Vibration (2003), chapter 1: transmission error as a displacement input"
+    source = "Smith, Gear Noise and Vibration (2003): transmission error as a displacement input"
     enters = "drive side of joint 1"
     feature = USES_TRANSMISSION
 

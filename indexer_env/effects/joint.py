@@ -56,7 +56,7 @@ class OutputCubicStiffness(MachineEffect):
     name = "output.cubic_stiffness"
     sentence = "The output joint hardens as its deflection grows."
     equation = "M2 += k_c x³ in contact, x = δ2 ∓ g2/2"
-    source = "first odd term of a hardening contact, e.g. Nayfeh and Mook, Nonlinear Oscillations (1979), section 2.3"
+    source = "first odd term of a hardening contact (Duffing), e.g. Nayfeh and Mook, Nonlinear Oscillations (1979)"
     enters = "torque of joint 2"
 
     stiffness: float = parameter("cubic stiffness k_c", "N m/rad³", null=0.0, low=0.0)

@@ -1,8 +1,10 @@
 """The two commands from end to end: as a user starts them; bad input in this process, to save time."""
 
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +23,9 @@ SETTINGS = (
 
 def start(module, *overrides, cwd):
     command = [sys.executable, "-W", "error", "-m", module, *overrides]
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
+    # A checkout must serve as it is, installed or not.
+    environment = {**os.environ, "PYTHONPATH": str(Path(training.__file__).parents[1])}
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, check=False)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -56,7 +60,7 @@ def csv(place, dataset):
 def test_training_leaves_a_model_its_results_and_pictures(place):
     names = {path.name for path in (place / "model").iterdir()}
     pictures = {f"{name}.png" for name in ("accelerations", "psds", "training", "confusion")}
-    assert names == {"model.safetensors", "model.yaml", "results.json"} | pictures
+    assert names == {"model.safetensors", "model.yaml", "results.json"} | pictures == set(training.FILES)
     assert {path.name for path in place.iterdir()} >= {"set", "model"}
     assert not [path for path in place.iterdir() if path.name.startswith((".", "outputs"))]
     results = json.loads((place / "model" / "results.json").read_text())
