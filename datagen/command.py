@@ -72,7 +72,8 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
             if traceback_wanted:
                 command()
                 return
-            _refuse_unknown_flags()
+            if _answered(config_name):
+                return
             # Hydra prints what it catches and leaves with code 1, unless this makes it hand errors on.
             before = os.environ.pop(_FULL_ERROR, None)
             os.environ[_FULL_ERROR] = "1"
@@ -193,11 +194,16 @@ def _refuse(sentence: str) -> NoReturn:
     raise SystemExit(BAD_INPUT) from None
 
 
-def _refuse_unknown_flags() -> None:
-    """Before Hydra does so in eight lines."""
-    _, unknown = get_args_parser().parse_known_args()
+def _answered(config_name: str) -> bool:
+    """True for --help, which Hydra answers only where nothing is missing; an unknown flag is refused, for which
+    Hydra would take eight lines."""
+    flags, unknown = get_args_parser().parse_known_args()
     if unknown:
-        _refuse(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the few flags.")
+        _refuse(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the keys.")
+    if flags.help:
+        print((config_dir() / f"{config_name}.yaml").read_text(encoding="utf-8"), end="")
+        print(f"\nChoices of the defaults and their keys: {config_dir()}")
+    return flags.help
 
 
 def _malformed(error: ValueError) -> str:

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from datagen.campaign import Base, Campaign
 from datagen.campaigns import make_campaign
+from datagen.seeds import Part, stream
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
@@ -63,6 +66,11 @@ class Order:
             rule = f"few and short enough for {LARGEST_SHARD} samples in one file"
             remedy = "lower shard_items, run.samples or run.sample_rate, or raise the motor's speed"
             raise refuse("datagen", "records", rule, f"{samples} samples each", remedy)
+        if not isinstance(self.base.machine.name, str):
+            raise refuse("Machine", "name", "a text", self.base.machine.name, "quote it twice: machine.name='\"5\"'")
+        # A dry reading: what the sensor refuses, it refuses before the simulation of a whole shard.
+        ramp = np.arange(samples, dtype=float)
+        self.sensor.read(ramp, self.run.sample_rate, stream(self.seed, Part.SENSOR, 0))
 
 
 def order_from(config: Mapping[str, Any]) -> Order:

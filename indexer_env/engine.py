@@ -1,21 +1,20 @@
-"""Runs the compiled kernel: compile once with a word to the user, all cores, nothing else."""
+"""Runs the compiled kernel: compile once with a word to the user, then advance packs of items."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import hashlib
 import os
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from indexer_env import kernels
 from indexer_env.coefficients import Pack
-from indexer_env.kernels.layout import LANES
 
 LARGEST_DEFLECTION = 0.5
 """rad; a joint deflected by more has left the range in which the model means anything."""
@@ -57,9 +56,9 @@ def advance(
     every: int,
     rows: np.ndarray,
     samples: int,
-    threads: int | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Advance all items of a pack in place, each by n_steps whole steps and one last step.
+    """Advance all items of a pack in place, each by n_steps whole steps and one last step, on this thread. The kernel
+    lets other threads run meanwhile.
 
     Parameters
     ----------
@@ -73,8 +72,6 @@ def advance(
         Workspace rows to record (kernels/layout.py).
     samples : int
         Samples to keep.
-    threads : int, optional
-        All cores where not given; the results do not depend on it.
 
     Returns
     -------
@@ -85,30 +82,18 @@ def advance(
         Time at which a faulty item was stopped [s].
     """
     n = len(pack.states)
-    out = np.full((n, len(rows), samples), np.nan)
+    out = np.empty((n, len(rows), samples))
     status, status_time = np.zeros(n, dtype=np.int64), np.zeros(n)
-    arguments = (
-        pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
+    _kernel()(
+        0, n, pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
         np.asarray(n_steps, dtype=np.int64), np.asarray(steps, dtype=float), np.asarray(last_steps, dtype=float),
         every, np.asarray(rows, dtype=np.int64), LARGEST_DEFLECTION, out, status, status_time,
     )  # fmt: skip
-    workers = threads or cores()
-    blocks = -(-n // LANES)
-    share = LANES * max(1, blocks // (4 * workers))
-    spans = [(first, min(first + share, n)) for first in range(0, n, share)]
-    _compile(arguments)
-    kernel = _kernel()
-    if workers == 1 or len(spans) == 1:
-        for first, stop in spans:
-            kernel(first, stop, *arguments)
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(lambda span: kernel(*span, *arguments), spans))
     return out, status, status_time
 
 
-def _compile(arguments: tuple) -> None:
-    """Have the kernel ready (it runs over no items here); say so if that takes long enough to be noticed."""
+def prepare_kernel(pack: Pack) -> None:
+    """Have the kernel compiled or loaded, with a word to the user if that takes long enough to be noticed."""
     with _first_call:
         if getattr(_kernel(), "signatures", True):
             return
@@ -116,7 +101,9 @@ def _compile(arguments: tuple) -> None:
         notice.daemon = True
         notice.start()
         try:
-            _kernel()(0, 0, *arguments)
+            none = np.zeros(0)
+            nothing = dataclasses.replace(pack, states=pack.states[:0], coefficients=pack.coefficients[:0])
+            advance(nothing, none, none, none, every=1, rows=none, samples=0)
         finally:
             notice.cancel()
 

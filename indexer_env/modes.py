@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,9 @@ LARGEST_PHASE_STEP = 0.25
 
 LARGEST_DECAY_STEP = 1.0
 """h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""
+
+_SLOW = 1e-9
+"""1/s; stands for no decay at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ def natural_frequencies(machine: Machine, cam_angle: float | np.ndarray = 0.0) -
     angles = np.atleast_1d(np.asarray(cam_angle, dtype=float))
     item = coefficients(machine, OperatingPoint())
     _, slope, _ = machine.motion_law.evaluate(angles, machine.stations, machine.motion_share)
-    inertia, damping, stiffness = _matrices(item, np.asarray(slope))
+    inertia, damping, stiffness = _matrices(item.model, item.__getitem__, np.asarray(slope))
     squares, shapes = (np.real(part) for part in np.linalg.eig(np.linalg.solve(inertia, stiffness)))
     order = np.argsort(squares, axis=-1)
     squares = np.take_along_axis(squares, order, axis=-1)
@@ -74,8 +78,13 @@ def natural_frequencies(machine: Machine, cam_angle: float | np.ndarray = 0.0) -
     return Modes(angles, omega / (2.0 * math.pi), modal_damping / (2.0 * omega * modal_inertia))
 
 
-def _matrices(item: Coefficients, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """M, R, K (n, d, d) at the law's slopes β' (n,), reduced to the model's coordinates."""
+def _matrices(
+    model: int, value: Callable[[str], float | np.ndarray], slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, R, K (n, d, d) at the law's slopes β' (n,), reduced to the model's coordinates.
+
+    `value` gives a coefficient by name, one for all or (n,).
+    """
     n, one, zero = len(slope), np.ones_like(slope), np.zeros_like(slope)
     gradients = (
         np.stack([-one, zero, zero], axis=-1),
@@ -83,31 +92,36 @@ def _matrices(item: Coefficients, slope: np.ndarray) -> tuple[np.ndarray, np.nda
         np.stack([zero, zero, one], axis=-1),
     )
     inertia, damping, stiffness = np.zeros((n, 3, 3)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
-    inertia[:, 0, 0] = item["cam_inertia"] + item["follower_inertia"] * slope**2
-    inertia[:, 0, 2] = inertia[:, 2, 0] = item["follower_inertia"] * slope
-    inertia[:, 1, 1] = item["table_inertia"]
-    inertia[:, 2, 2] = item["follower_inertia"] + item["housing_inertia"]
+    inertia[:, 0, 0] = value("cam_inertia") + value("follower_inertia") * slope**2
+    inertia[:, 0, 2] = inertia[:, 2, 0] = value("follower_inertia") * slope
+    inertia[:, 1, 1] = value("table_inertia")
+    inertia[:, 2, 2] = value("follower_inertia") + value("housing_inertia")
     for number, gradient in enumerate(gradients, start=1):
         square = gradient[:, :, None] * gradient[:, None, :]
-        damping += item[f"damping_{number}"] * square
-        stiffness += item[f"stiffness_{number}"] * square
-    kept = {layout.MODEL_A: [1], layout.MODEL_B: [0, 1], layout.MODEL_B_ON_BASE: [0, 1, 2]}[item.model]
+        damping += np.reshape(value(f"damping_{number}"), (-1, 1, 1)) * square
+        stiffness += np.reshape(value(f"stiffness_{number}"), (-1, 1, 1)) * square
+    kept = {layout.MODEL_A: [1], layout.MODEL_B: [0, 1], layout.MODEL_B_ON_BASE: [0, 1, 2]}[model]
     index = np.ix_(range(n), kept, kept)
     return inertia[index], damping[index], stiffness[index]
 
 
-def largest_step(item: Coefficients) -> float:
-    """The largest step [s] that resolves the fastest mode and the fastest decay of an item, dwell and steepest law."""
-    slope = np.array([0.0, item.law.steepest])
-    inertia, damping, stiffness = _matrices(item, slope)
-    omega = math.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(inertia, stiffness))).max())
-    decay = np.abs(np.linalg.eigvals(np.linalg.solve(inertia, damping))).max()
+def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
+    """The largest step (n,) [s] that resolves the fastest mode and the fastest decay of each of n items of one model,
+    in the dwell and where the law is steepest."""
+    rows = np.stack([item.row for item in items])
+    columns = {name: rows[:, column] for column, name in enumerate(layout.COEFFICIENT_NAMES)}
+    omega, decay = np.zeros(len(items)), np.zeros(len(items))
+    for slope in (np.zeros(len(items)), np.array([item.law.steepest for item in items])):
+        inertia, damping, stiffness = _matrices(items[0].model, columns.__getitem__, slope)
+        squares = np.abs(np.linalg.eigvals(np.linalg.solve(inertia, stiffness))).max(axis=1)
+        omega = np.maximum(omega, np.sqrt(squares))
+        decay = np.maximum(decay, np.abs(np.linalg.eigvals(np.linalg.solve(inertia, damping))).max(axis=1))
     friction = (
-        item["coulomb_torque"] / item["coulomb_speed"]
-        + item["viscous"]
-        + item["stribeck_torque"] / item["stribeck_smoothing"]
+        columns["coulomb_torque"] / columns["coulomb_speed"]
+        + columns["viscous"]
+        + columns["stribeck_torque"] / columns["stribeck_smoothing"]
     )
-    decay = max(decay, friction / item["table_inertia"])
-    if item.features & layout.USES_SLIP:
-        decay = max(decay, 1.0 / (item["slip_compliance"] * item["motor_inertia"]))
-    return min(LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay if decay > 0.0 else math.inf)
+    slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
+    slip = np.where(slipping, 1.0 / (columns["slip_compliance"] * columns["motor_inertia"]), 0.0)
+    decay = np.maximum.reduce([decay, friction / columns["table_inertia"], slip, np.full(len(items), _SLOW)])
+    return np.minimum(LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay)

@@ -53,6 +53,11 @@ class Run:
         """Integrator steps per sampling interval."""
         return max(1, math.ceil(1.0 / (self.sample_rate * self.step) - 1e-9))
 
+    @property
+    def actual_step(self) -> float:
+        """The integrator's step [s]: the sampling interval over a whole number, at most `step`."""
+        return 1.0 / (self.sample_rate * self.steps_per_sample)
+
     def samples_of(self, turn_duration: float) -> int:
         """Samples of the record of a machine whose turn takes so long."""
         return self.samples or max(1, round(turn_duration * self.sample_rate))

@@ -7,15 +7,18 @@ its batch: the kernel's lanes are independent, and only items of the same model 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from indexer_env.checks import check_integer
 from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.engine import cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.kernels.layout import LANES
 from indexer_env.machine import Machine
-from indexer_env.modes import LARGEST_PHASE_STEP, largest_step
+from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
@@ -23,8 +26,8 @@ from indexer_env.turns import TurnGroup
 
 __all__ = ["Run", "simulate", "simulate_batch"]
 
-_GROUP = 512
-"""Items run at once: enough for all cores, few enough that two turns of each take less than 100 MB."""
+_GROUP = 2 * int(LANES)
+"""Items run together: whole blocks, few enough that two turns of each stay in the cache while they are compared."""
 
 
 def simulate(machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None) -> Trajectory:
@@ -121,29 +124,52 @@ def _run_batch(
         {name: np.full((n, samples), np.nan) for name in run.channels},
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
-    groups: dict[tuple[int, int], list[tuple[int, Coefficients]]] = {}
+    items: dict[int, Coefficients] = {}
     for index, (machine, point) in enumerate(zip(machines, points, strict=True)):
         try:
-            item = coefficients(machine, point)
-            _check_step(machine, item, run)
+            items[index] = coefficients(machine, point)
         except ParameterError as error:
             if not reject:
                 raise
             batch.rejected[index] = str(error)
-            continue
-        groups.setdefault((item.model, item.features), []).append((index, item))
-    for members in groups.values():
-        for first in range(0, len(members), _GROUP):
-            TurnGroup(members[first : first + _GROUP], machines, points, run, samples, threads).run_into(batch)
+    for model in sorted({item.model for item in items.values()}):
+        members = [index for index, item in items.items() if item.model == model]
+        for index, largest in zip(members, largest_steps([items[index] for index in members]), strict=True):
+            if run.actual_step > largest:
+                error = _coarse_step(machines[index], run, float(largest))
+                if not reject:
+                    raise error
+                batch.rejected[index] = str(error)
+                del items[index]
+    workers = threads or cores()
+    groups = [
+        TurnGroup(members, machines, points, run, samples) for members in _groups(items, max(1, len(items) // workers))
+    ]
+    if groups:
+        prepare_kernel(groups[0].pack)
+    pool = ThreadPoolExecutor(workers)
+    try:
+        list(pool.map(lambda group: group.run_into(batch), groups))
+    finally:
+        pool.shutdown(cancel_futures=True)
     if batch.rejected and not reject:
         raise SimulationError(batch.rejected[0])
     return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
 
 
-def _check_step(machine: Machine, item: Coefficients, run: Run) -> None:
-    step, largest = 1.0 / (run.sample_rate * run.steps_per_sample), largest_step(item)
-    if step > largest:
-        raise ParameterError(
-            f"Run.step must be <= {largest:.3g} s to resolve the fastest mode of {machine.name} "
-            f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {step:.3g} s; set step to {0.9 * largest:.2g}."
-        )
+def _groups(items: dict[int, Coefficients], share: int) -> Iterator[list[tuple[int, Coefficients]]]:
+    """Items of one model and the same features, at most _GROUP of them and no more than a core's share (in blocks)."""
+    size = min(_GROUP, -(-share // LANES) * LANES)
+    alike: dict[tuple[int, int], list[tuple[int, Coefficients]]] = {}
+    for index, item in items.items():
+        alike.setdefault((item.model, item.features), []).append((index, item))
+    for members in alike.values():
+        for first in range(0, len(members), size):
+            yield members[first : first + size]
+
+
+def _coarse_step(machine: Machine, run: Run, largest: float) -> ParameterError:
+    return ParameterError(
+        f"Run.step must be <= {largest:.3g} s to resolve the fastest mode of {machine.name} "
+        f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {run.actual_step:.3g} s; set step to {0.9 * largest:.2g}."
+    )

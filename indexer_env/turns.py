@@ -50,9 +50,8 @@ class TurnGroup:
         points: Sequence[OperatingPoint],
         run: Run,
         samples: int,
-        threads: int | None,
     ) -> None:
-        self.machines, self.run, self.samples, self.threads = machines, run, samples, threads
+        self.machines, self.run, self.samples = machines, run, samples
         self.items = np.array([index for index, _ in members])
         self.durations = np.array([machines[index].turn_duration(points[index]) for index in self.items])
         self.pack = pack([item for _, item in members], [points[index] for index in self.items])
@@ -60,7 +59,7 @@ class TurnGroup:
         self.start_angles = np.array([points[index].start_angle for index in self.items])
         self.difference = np.full(len(self.items), np.nan)
         self.every = run.steps_per_sample
-        self.step = 1.0 / (run.sample_rate * self.every)
+        self.step = run.actual_step
         self.names = tuple(dict.fromkeys((*run.channels, "table_acceleration")))
         self.judge = self.names.index("table_acceleration")
 
@@ -79,23 +78,22 @@ class TurnGroup:
             settled = self.difference <= self.run.warmup_tolerance
             done = sound & (settled | last)
             if done.any():
-                record = out[done]
+                record = out
                 if not last and self.samples > lengths[done].min():
                     record, fine = self._longer(batch, done, start)
-                    done[np.flatnonzero(done)[~fine]] = False
-                    sound &= done | ~settled
-                    record = record[fine]
+                    sound &= fine | ~done
+                    done &= fine
                 finished = self.items[done]
                 for channel, name in enumerate(self.names):
                     if name in batch.channels:
-                        batch.channels[name][finished] = record[:, channel, : self.samples]
+                        batch.channels[name][finished] = record[done, channel, : self.samples]
                 batch.warmup_turns[finished] = turn
                 batch.settled[finished] = settled[done]
                 batch.warmup_difference[finished] = self.difference[done]
             going = sound & ~done
             if not going.any():
                 return
-            previous, previous_lengths = out[going, self.judge], lengths[going]
+            previous, previous_lengths = out[:, self.judge][going], lengths[going]
             self._keep(going)
             if self.pack.features & layout.USES_SLIP:
                 kept = self._run_to_turn_end(batch, start[going])
@@ -117,16 +115,11 @@ class TurnGroup:
         return np.floor(self.durations / self.step + 1e-9).astype(np.int64) // self.every
 
     def _longer(self, batch: Batch, done: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Records longer than a turn, run in one piece from the start of the turn that settled."""
-        again = Pack(
-            self.pack.model,
-            self.pack.features,
-            start[done],
-            self.pack.coefficients[done].copy(),
-            self.pack.pieces,
-        )
-        n_steps = np.full(int(done.sum()), self.samples * self.every, dtype=np.int64)
-        return self._advance(batch, self.items[done], again, n_steps, np.zeros(len(n_steps)))
+        """Records longer than a turn, run in one piece from the start of the turn that settled; outputs (n, c, k) and
+        sound items (n,), both only meant where `done`."""
+        again = Pack(self.pack.model, self.pack.features, start, self.pack.coefficients, self.pack.pieces)
+        n_steps = np.where(done, self.samples * self.every, 0)
+        return self._advance(batch, self.items, again, n_steps, np.zeros(len(n_steps)))
 
     def _advance(
         self, batch: Batch, items: np.ndarray, packed: Pack, n_steps: np.ndarray, remainder: np.ndarray
@@ -135,7 +128,7 @@ class TurnGroup:
         out, status, when = advance(
             packed, n_steps, np.full(len(items), self.step), remainder,
             every=self.every, rows=np.array([_ROWS[name] for name in self.names]),
-            samples=-(-int(n_steps.max()) // self.every), threads=self.threads,
+            samples=-(-int(n_steps.max()) // self.every),
         )  # fmt: skip
         for k in np.flatnonzero(status != layout.RUNNING):
             name = f"{self.machines[items[k]].name} (item {items[k]})"
@@ -181,11 +174,12 @@ def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray,
     they do not reach one or it has too few samples. Where it agrees, so does all that follows, and the later turn is
     free of the start's transient from its first sample.
     """
-    width = min(previous.shape[1], present.shape[1])
-    place = np.arange(width)
+    first = max(int((lengths - cam_turn).min()), 0)
+    present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
+    place = first + np.arange(present.shape[1])
     counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
-    change = np.where(counted, present[:, :width] - previous[:, :width], 0.0)
-    size = np.where(counted, present[:, :width], 0.0)
+    change = np.where(counted, present - previous, 0.0)
+    size = np.where(counted, present, 0.0)
     difference = np.sqrt((change**2).sum(axis=1) / np.maximum((size**2).sum(axis=1), np.finfo(float).tiny))
     decided = (cam_turn >= _LEAST_COMPARED) & (lengths >= cam_turn)
     return np.where(decided, difference, np.nan)

@@ -1,4 +1,4 @@
-"""Every YAML of conf/: it loads, it becomes the object it stands for, it refuses an unknown key, every root composes."""
+"""Every YAML of conf/ loads, becomes the object it stands for and refuses an unknown key; every root composes."""
 
 from __future__ import annotations
 

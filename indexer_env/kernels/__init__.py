@@ -8,6 +8,7 @@ joints      torque of a joint with play and bilinear stiffness; its contact regi
 effects     scalar equations of the model's extensions (friction, ripple, bumps, slip)
 dynamics    equations of motion of Models A, B and B on its base as plain scalar functions
 rates       accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
+plain       the common case, Model B without effects, a whole step in registers
 edges       landing on the edge of a play or of a motion-law segment inside one step
 integrate   the RK4 step and `entry`, which makes the one entry point
 

@@ -197,12 +197,13 @@ def find_angle(w, i, h, angle):
     c1, c2, c3 = hermite(h, y0, w[CAM_RATE_0 + i], y1, w[CAM_RATE + i])
     g0, g1 = y0 - angle, y1 - angle
     near = _NEAR * abs(g1 - g0)
+    side = 0.0
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
         g = (y0 - angle) + s * (c1 + s * (c2 + s * c3))
         if abs(g) <= near:
             return s
-        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
     return s1
 
 
@@ -232,13 +233,14 @@ def find_joint_edge(w, i, h, region, edge, row):
         return s0, deflection
     c1, c2, c3 = hermite(h, y0, v0, y1, v1)
     frequency, near = 1.0 / h, _NEAR * (g0 - g1)
+    side = 0.0
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
         deflection = y0 + s * (c1 + s * (c2 + s * c3))
         g = flank_guard(w, i, region, edge, flank, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
         if abs(g) <= near:
             return s, deflection
-        s0, g0, s1, g1 = narrow(s0, g0, s1, g1, s, g)
+        s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
     return s1, deflection
 
 
@@ -250,11 +252,11 @@ def false_position(s0, g0, s1, g1):
 
 
 @scalar
-def narrow(s0, g0, s1, g1, s, g):
-    """The bracket after trial (s, g); the value at the end that stays is halved (Illinois rule)."""
+def narrow(s0, g0, s1, g1, s, g, side):
+    """The bracket after trial (s, g); the value of an end that stays a second time is halved (Illinois rule)."""
     if (g < 0.0) == (g1 < 0.0):
-        return s0, 0.5 * g0, s, g
-    return s, g, s1, 0.5 * g1
+        return s0, (0.5 * g0 if side > 0.0 else g0), s, g, 1.0
+    return s, g, s1, (0.5 * g1 if side < 0.0 else g1), -1.0
 
 
 @outlined

@@ -19,6 +19,7 @@ from indexer_env.kernels.edges import (
     settle_regions,
 )
 from indexer_env.kernels.layout import *
+from indexer_env.kernels.plain import plain_step, rk4_sum
 from indexer_env.kernels.rates import stage_rates, state_rates
 
 _INFINITY = math.inf
@@ -87,19 +88,31 @@ def finish(w, low, high, model):
 
 @lanes
 def finish_pair(w, low, high, angle, start, acc):
-    """RK4's weights (1, 2, 2, 1)/6; for the angle, whose stage rates are start + sums of accelerations, (1, 1, 1)/6."""
     kept_0, kept_1, kept_2 = acc + CAM_ACC_0 - CAM_ACC, acc + CAM_ACC_1 - CAM_ACC, acc + CAM_ACC_2 - CAM_ACC
     for i in range(low, high):
-        h, a0 = w[STEP + i], w[kept_0 + i]
-        inner = w[kept_1 + i] + w[kept_2 + i]
-        w[angle + i] = w[start + i] + h * (w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + inner))
-        w[angle + LANES + i] = w[start + LANES + i] + h * (1.0 / 6.0) * (a0 + 2.0 * inner + w[acc + i])
+        w[angle + i], w[angle + LANES + i] = rk4_sum(
+            w[STEP + i],
+            w[start + i],
+            w[start + LANES + i],
+            w[kept_0 + i],
+            w[kept_1 + i] + w[kept_2 + i],
+            w[acc + i],
+        )
 
 
 @lanes
 def rk4(w, low, high, model, features):
     """One step of classical RK4 over w[STEP] from the present state, whose accelerations are at hand, to the state
     reached and its accelerations. `low`, `high` are the whole block or one lane."""
+    if model == MODEL_B and not features & USES_ANY_EFFECT:
+        plain_step(w, low, high)
+    else:
+        rk4_parts(w, low, high, model, features)
+
+
+@lanes
+def rk4_parts(w, low, high, model, features):
+    """The step for every model and effect, stage by stage through the workspace."""
     whole = high - low == LANES
     first_stage(w, low, high, model)
     stage_rates(w, low, whole, model, features)
@@ -282,9 +295,10 @@ def entry(fingerprint: str):
 
         states (n, STATE_ROWS) and coefficients (n, COEFFICIENT_ROWS) in layout's order; with piece < 0 the law's
         piece is looked up, with region_1 > 1 the table is put on its law and the regions follow from the state.
-        n_steps (n,) whole steps of steps (n,) [s] are taken, then one of last_steps (n,).
-        Every `every` steps the workspace rows `rows` (c,) go to out (n, c, samples) until it is full. status (n,) tells
-        RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,) when; such a lane stops.
+        n_steps (n,) whole steps of steps (n,) [s] are taken, then one of last_steps (n,). Every `every` steps the
+        workspace rows `rows` (c,) go to out (n, c, samples) until it is full; samples that no step reaches are NaN.
+        status (n,) tells RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,)
+        when; such a lane stops.
         """
         w = np.empty(WORKSPACE)
         samples = out.shape[2]
@@ -325,6 +339,7 @@ def entry(fingerprint: str):
             for i in range(width):
                 for row in range(STATE_ROWS):
                     states[block + i, row] = w[row * LANES + i]
+            out[block : block + width, :, longest // every + 1 :] = math.nan
         return fingerprint
 
     return advance

@@ -108,6 +108,9 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "+campaign.draws.model={law:uniform_around,half_width:0.1}"], "class decides"),
         (["campaign=table2", "out=x", "run.step=0.02", "run.sample_rate=50", "count=6"], "to resolve the fastest mode"),
         (["campaign=table2", "out=x", "run.sample_rate=1e9"], "samples in one file"),
+        (["campaign=table2", "out=x", "machine.name=5"], "Machine.name must be a text, got 5"),
+        (["campaign=table2", "out=x", "sensor.lowpass_hz=600"], "Sensor.lowpass_hz must be below 500 Hz"),
+        (["campaign=table2", "out=x", "run.samples=3"], "at least 16 samples, got 3"),
         (["campaign=table2", "out=null"], "datagen.out must be a path, got None"),
         (["campaign=table2", "out=[a,b]"], "datagen.out must be a path"),
         (["campaign=table2", "out="], "datagen.out must be a path"),
@@ -123,6 +126,11 @@ def test_mistakes(call, tmp_path, arguments, sentence):
     assert err.startswith("error: ") and err.count("\n") == 1 and sentence in err
     assert "Traceback" not in out + err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_help_shows_every_key_though_nothing_is_given(call):
+    code, out, err = call("--help")
+    assert (code, err) == (0, "") and "shard_items: 512" in out and "operating_point" in out
 
 
 def test_stopped_from_the_keyboard(call, monkeypatch):

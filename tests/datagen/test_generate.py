@@ -25,6 +25,7 @@ from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.faults import Faults
 from indexer_env.motion_law import motion_law
+from indexer_env.sensors import Sensor
 
 
 class _AlwaysImpossible(Table2):
@@ -240,11 +241,11 @@ def test_an_order_that_cannot_be_carried_out_leaves_the_folder_as_it_was(tiny, t
     folder = tmp_path / "set"
     generate(tiny, folder)
     before = contents(folder)
-    bad = replace(tiny, sensor=replace(tiny.sensor, lowpass_hz=600.0))
-    with pytest.raises(ParameterError):
+    bad = replace(tiny, sensor=Sensor(), run=replace(tiny.run, sample_rate=50.0, step=0.02))
+    with pytest.raises(ParameterError, match="fastest mode"):
         generate(bad, folder, overwrite=True)
     assert contents(folder) == before
-    with pytest.raises(ParameterError):
+    with pytest.raises(ParameterError, match="fastest mode"):
         generate(bad, tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
@@ -268,6 +269,11 @@ def test_out_that_is_a_file(tiny, tmp_path):
     for out in ("file", "file/below"):
         with pytest.raises(StoreError, match="must be a folder"):
             generate(tiny, tmp_path / out, overwrite=True)
+
+
+def test_a_sensor_that_does_not_suit_the_rate_is_refused_before_any_simulation(tiny):
+    with pytest.raises(ParameterError, match="lowpass_hz must be below 500 Hz"):
+        replace(tiny, sensor=replace(tiny.sensor, lowpass_hz=600.0))
 
 
 def test_a_run_that_no_data_set_can_hold(tiny):

@@ -1,4 +1,4 @@
-"""A batch: an item's numbers are its own, whatever runs beside it; an item that cannot be run takes no other with it."""
+"""A batch: an item's numbers are its own, whatever runs beside it; one that cannot be run takes no other with it."""
 
 import dataclasses
 
@@ -40,7 +40,7 @@ def mixed(smooth, reference, visible) -> tuple[list[Machine], list[OperatingPoin
                 motion_law=laws[n % 4],
                 motion_share=(0.5, 0.35)[n % 2],
                 name=f"machine {n}",
-            )  # fmt: skip
+            )
         )
     points = [
         OperatingPoint(motor_speed=(157.0, 300.0, 80.0)[n % 3], load_torque=float(n % 5), start_angle=0.1 * n)

@@ -89,7 +89,7 @@ def test_a_misplaced_station_alone_stands_off(smooth, visible, station):
 def test_a_misplaced_station_lengthens_one_index_and_shortens_the_next(smooth, visible):
     machine = smooth.with_effects(visible("cam.station_spacing", error=0.02, station=3))
     record = turn_of(machine)
-    beta, slope, _ = machine.motion_law.evaluate(record["cam_angle"], 8, 0.5)
+    beta, _, _ = machine.motion_law.evaluate(record["cam_angle"], 8, 0.5)
     turn = np.floor(record["cam_angle"] / (2.0 * math.pi)) % 8.0
     rise = beta - math.pi / 4.0 * np.floor(record["cam_angle"] / (2.0 * math.pi))
     share = rise / (math.pi / 4.0)
@@ -158,7 +158,7 @@ def test_a_single_crack_is_not_felt_before_its_station_and_fades_after(smooth, v
 
 
 def test_at_its_station_a_single_crack_is_the_crack_of_all_stations(smooth, visible):
-    """In its own cam turn a single crack is `roller.crack`: compared in the first one, before which nothing happened."""
+    """In its own cam turn a single crack is `roller.crack`: compared in the first, before which nothing was."""
     everywhere = by_station(first_turn_of(smooth.with_effects(visible("roller.crack")))["table_acceleration"])[0]
     single = by_station(first_turn_of(smooth.with_effects(visible("roller.crack_single")))["table_acceleration"])[0]
     np.testing.assert_allclose(single, everywhere, rtol=0, atol=1e-9)

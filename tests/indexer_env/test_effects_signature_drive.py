@@ -13,8 +13,8 @@ from indexer_env.simulate import Run, simulate
 
 POINT = OperatingPoint()
 CHANNELS = (
-    "cam_angle", "cam_rate", "cam_acceleration", "motor_angle", "motor_rate", "motor_acceleration", "table_acceleration",
-    "deflection_1", "deflection_rate_1", "torque_1",
+    "cam_angle", "cam_rate", "cam_acceleration", "motor_angle", "motor_rate", "motor_acceleration",
+    "table_acceleration", "deflection_1", "deflection_rate_1", "torque_1",
 )  # fmt: skip
 TURN = 8200
 MOTOR_TURNS = 205
@@ -104,7 +104,7 @@ def test_transmission_error_is_a_displacement_at_its_order(smooth, visible, orde
 @pytest.mark.parametrize("name", ["drive.speed_ripple", "drive.transmission_error", "drive.mesh_stiffness"])
 @pytest.mark.parametrize("order", [1.0, 2.0])
 def test_lines_stand_at_the_motor_order_and_its_cam_sidebands_alone(smooth, visible, name, order):
-    """f = order · motor speed, ± multiples of the cam's speed: the machine it passes through repeats at every station."""
+    """f = order · motor speed, ± multiples of the cam's speed: the machine it goes through repeats so."""
     spectrum = lines(turn_of(smooth.with_effects(visible(name, order=order)))["cam_acceleration"])[:1000]
     place = np.arange(len(spectrum))
     line = round(order * MOTOR_TURNS)

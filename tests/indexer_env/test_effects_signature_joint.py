@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -163,5 +164,5 @@ def test_model_b_is_the_limit_of_a_stiff_base(smooth, visible):
         loose = smooth.with_effects(visible("base.looseness", compliance=1.0 / stiffness, damping_ratio=0.3))
         gaps.append(np.sqrt(np.mean((simulate(loose, point, run).table_acceleration - model_b) ** 2)))
     assert gaps[0] > 1e-3 * np.sqrt(np.mean(model_b**2))
-    for wide, narrow in zip(gaps[:-1], gaps[1:], strict=True):
+    for wide, narrow in itertools.pairwise(gaps):
         assert wide / narrow == pytest.approx(10.0, rel=0.1)

@@ -172,8 +172,9 @@ def test_slow_process_torque_is_followed_statically(smooth, visible):
 @pytest.mark.parametrize(
     "name",
     [
-        None, "friction.coulomb", "friction.viscous", "friction.stribeck", "load.imbalance", "load.process", "drive.slip",
-        "cam.station_spacing", "roller.crack", "roller.crack_single", "output.cubic_stiffness", "base.looseness",
+        None, "friction.coulomb", "friction.viscous", "friction.stribeck", "load.imbalance", "load.process",
+        "drive.slip", "cam.station_spacing", "roller.crack", "roller.crack_single", "output.cubic_stiffness",
+        "base.looseness",
     ],
 )  # fmt: skip
 def test_over_a_settled_turn_the_drive_pays_for_losses_and_loads(smooth, visible, name):

@@ -100,7 +100,7 @@ def run_block(block: str, lanes: slice = slice(None)) -> np.ndarray:
     ]  # fmt: skip
     out, status, _ = advance(
         packed, np.full(count, STEPS), np.full(count, 0.15e-3), np.full(count, 0.1e-3),
-        every=1, rows=np.array(recorded), samples=STEPS + 1, threads=1,
+        every=1, rows=np.array(recorded), samples=STEPS + 1,
     )  # fmt: skip
     assert (status == layout.RUNNING).all(), status
     return out
@@ -159,7 +159,7 @@ def test_the_last_step_may_be_shorter(blocks):
     )
     before = packed.states.copy()
     steps, last = np.array([0, 3, 5]), np.array([0.1e-3, 0.0, 0.05e-3])
-    advance(packed, steps, np.full(3, 0.2e-3), last, every=1, rows=np.array([layout.CAM]), samples=6, threads=1)
+    advance(packed, steps, np.full(3, 0.2e-3), last, every=1, rows=np.array([layout.CAM]), samples=6)
     expected = steps * 0.2e-3 + last
     time = layout.STATE_NAMES.index("time")
     np.testing.assert_allclose(packed.states[:, time], expected, rtol=1e-14)

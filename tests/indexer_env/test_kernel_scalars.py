@@ -166,11 +166,11 @@ def test_the_bracket_always_holds_the_root_and_closes():
     def guard(s: float) -> float:
         return math.expm1(-30.0 * (s - 0.87))  # steep on one side: plain false position would creep
 
-    s0, g0, s1, g1 = 0.0, guard(0.0), 1.0, guard(1.0)
+    s0, g0, s1, g1, side = 0.0, guard(0.0), 1.0, guard(1.0), 0.0
     for _ in range(edges._SEARCHES):
         s = edges.false_position(s0, g0, s1, g1)
         assert s0 < s < s1
-        s0, g0, s1, g1 = edges.narrow(s0, g0, s1, g1, s, guard(s))
+        s0, g0, s1, g1, side = edges.narrow(s0, g0, s1, g1, s, guard(s), side)
         assert s0 <= 0.87 <= s1
         if abs(guard(s)) < 1e-12:
             break

@@ -81,10 +81,12 @@ def test_a_machine_refuses_wrong_types_and_signs(reference, name, value):
         ("stations", True, "Machine.stations must be a whole number >= 2 and <= 1000, got True."),
         ("stations", "8", "Machine.stations must be a whole number >= 2 and <= 1000, got '8'."),
         ("model", "C", "Machine.model must be one of A, B, B_on_base, got 'C'."),
-        ("model", "B_onbase", "Machine.model must be one of A, B, B_on_base, got 'B_onbase'; did you mean 'B_on_base'."),
+        ("model", "B_onbase",
+         "Machine.model must be one of A, B, B_on_base, got 'B_onbase'; did you mean 'B_on_base'."),
         ("model", None, "Machine.model must be one of A, B, B_on_base, got None."),
         ("contact_law", "cliped",
-         "Machine.contact_law must be one of clipped, kelvin_voigt, damped_play, got 'cliped'; did you mean 'clipped'."),
+         "Machine.contact_law must be one of clipped, kelvin_voigt, damped_play, got 'cliped'; "
+         "did you mean 'clipped'."),
         ("motion_law", "cycloidal",
          "Machine.motion_law must be a MotionLaw, got 'cycloidal'; see indexer_env.motion_law."),
         ("input_joint", None, "Machine.input_joint must be a Joint, got None."),
@@ -161,7 +163,8 @@ def test_a_mapping_becomes_the_machine(mapping, reference, visible):
     ("changes", "said"),
     [
         ({"stationss": 8}, "Machine has no parameter 'stationss'; did you mean 'stations'."),
-        ({"effects": {"friction.coulom": {}}}, "There is no effect 'friction.coulom'; did you mean 'friction.coulomb'."),
+        ({"effects": {"friction.coulom": {}}},
+         "There is no effect 'friction.coulom'; did you mean 'friction.coulomb'."),
         ({"effects": {"friction.coulomb": {"torqe": 1.0}}},
          "friction.coulomb has no parameter 'torqe'; did you mean 'torque'."),
         ({"effects": {"friction.coulomb": {}}}, "friction.coulomb lacks torque; give a value for each."),
@@ -238,7 +241,8 @@ def test_an_effect_needs_a_station_that_exists(smooth, visible, name):
 def test_model_a_has_no_base_to_loosen(smooth, visible):
     machine = dataclasses.replace(smooth, model="A").with_effects(visible("base.looseness"))
     assert refused(coefficients, machine, OperatingPoint()) == (
-        "base.looseness needs Machine.model B or B_on_base, got 'A'; it acts on joint 3, which that model does not have."
+        "base.looseness needs Machine.model B or B_on_base, got 'A'; "
+        "it acts on joint 3, which that model does not have."
     )
 
 

@@ -11,7 +11,7 @@ from scipy.signal.windows import blackmanharris
 from indexer_env.coefficients import coefficients
 from indexer_env.errors import ParameterError
 from indexer_env.machine import Joint, Machine
-from indexer_env.modes import LARGEST_DECAY_STEP, LARGEST_PHASE_STEP, largest_step, natural_frequencies
+from indexer_env.modes import LARGEST_DECAY_STEP, LARGEST_PHASE_STEP, largest_steps, natural_frequencies
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, simulate, simulate_batch
 
@@ -162,15 +162,17 @@ def test_the_largest_step_follows_the_fastest_mode(smooth):
     fastest = (
         2.0 * math.pi * max(natural_frequencies(smooth, angle).frequency_hz.max() for angle in (DWELL, MID_MOTION))
     )
-    assert largest_step(coefficients(smooth, OperatingPoint())) == pytest.approx(LARGEST_PHASE_STEP / fastest, rel=1e-3)
+    assert largest_steps([coefficients(smooth, OperatingPoint())])[0] == pytest.approx(
+        LARGEST_PHASE_STEP / fastest, rel=1e-3
+    )
 
 
 def test_the_largest_step_follows_the_fastest_decay(smooth, visible):
     creep = smooth.with_effects(visible("friction.coulomb", torque=50.0, smoothing=1e-4))
     expected = LARGEST_DECAY_STEP / (50.0 / 1e-4 / 5.0)
-    assert largest_step(coefficients(creep, OperatingPoint())) == pytest.approx(expected, rel=1e-12)
+    assert largest_steps([coefficients(creep, OperatingPoint())])[0] == pytest.approx(expected, rel=1e-12)
     slip = smooth.with_effects(visible("drive.slip", compliance=1e-3))
-    assert largest_step(coefficients(slip, OperatingPoint())) == pytest.approx(1e-3 * 0.01, rel=1e-12)
+    assert largest_steps([coefficients(slip, OperatingPoint())])[0] == pytest.approx(1e-3 * 0.01, rel=1e-12)
 
 
 def test_a_step_that_cannot_resolve_the_machine_is_one_sentence(smooth):
@@ -184,7 +186,7 @@ def test_a_step_that_cannot_resolve_the_machine_is_one_sentence(smooth):
         str(caught.value),
     )
     assert found is not None, caught.value
-    assert float(found[1]) == pytest.approx(largest_step(coefficients(machine, OperatingPoint())), rel=5e-3)
+    assert float(found[1]) == pytest.approx(largest_steps([coefficients(machine, OperatingPoint())])[0], rel=5e-3)
     remedied = simulate(machine, run=dataclasses.replace(run, step=float(found[2])))
     assert np.isfinite(remedied.table_acceleration).all()
     batch = simulate_batch([smooth, machine], run=run)

@@ -2,8 +2,12 @@
 
 import dataclasses
 import math
+import os
 import pickle
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -243,3 +247,29 @@ def test_a_run_that_leaves_the_physical_range_names_machine_time_and_state(smoot
     assert found is not None, text
     assert text.endswith(").") and "\n" not in text
     assert 0.0 < float(found[2]) <= 0.3
+
+
+STALL = """
+import sys
+from indexer_env.effects import make_effect
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine
+from indexer_env.simulate import simulate_batch
+smooth = load_machine("smooth")
+stalling = smooth.with_effects(make_effect("drive.slip", compliance=float(sys.argv[1])))
+batch = simulate_batch([stalling, smooth], OperatingPoint(load_torque=400.0))
+print(sorted(batch.rejected), batch.rejected.get(0, ""))
+"""
+
+
+@pytest.mark.parametrize("compliance", [30.0, 100.0])
+def test_a_stalling_motor_is_rejected(compliance):
+    """Its load takes more speed than it has: the table turn that warm-up waits for never ends. In a process of its own,
+    which can be stopped."""
+    root = Path(__file__).parents[2]
+    child = subprocess.run(
+        [sys.executable, "-c", STALL, str(compliance)], capture_output=True, text=True, check=False, timeout=60,
+        env=os.environ | {"PYTHONPATH": str(root)},
+    )  # fmt: skip
+    assert child.returncode == 0, child.stderr
+    assert child.stdout.startswith("[0] smooth (item 0) "), child.stdout
