@@ -66,8 +66,6 @@ class Order:
             rule = f"few and short enough for {LARGEST_SHARD} samples in one file"
             remedy = "lower shard_items, run.samples or run.sample_rate, or raise the motor's speed"
             raise refuse("datagen", "records", rule, f"{samples} samples each", remedy)
-        if not isinstance(self.base.machine.name, str):
-            raise refuse("Machine", "name", "a text", self.base.machine.name, "quote it twice: machine.name='\"5\"'")
         # A dry reading: what the sensor refuses, it refuses before the simulation of a whole shard.
         ramp = np.arange(samples, dtype=float)
         self.sensor.read(ramp, self.run.sample_rate, stream(self.seed, Part.SENSOR, 0))

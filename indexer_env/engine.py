@@ -19,7 +19,7 @@ from indexer_env.coefficients import Pack
 LARGEST_DEFLECTION = 0.5
 """rad; a joint deflected by more has left the range in which the model means anything."""
 
-_NOTICE_AFTER = 1.0
+_NOTICE_AFTER = 3.0
 """s of silence before the word that the kernel is being compiled; a cached kernel loads faster than that."""
 
 

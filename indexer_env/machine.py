@@ -111,6 +111,8 @@ class Machine:
             raise refuse("Machine", "motion_law", "a MotionLaw", self.motion_law, "see indexer_env.motion_law")
         check_choice("Machine", "model", self.model, MODELS)
         check_choice("Machine", "contact_law", self.contact_law, CONTACT_LAWS)
+        if not isinstance(self.name, str) or not self.name:
+            raise refuse("Machine", "name", "a text", self.name, "put it in quotes")
         self._check_effects()
 
     def _check_effects(self) -> None:

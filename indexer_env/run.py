@@ -16,7 +16,7 @@ class Run:
     Attributes
     ----------
     sample_rate : float
-        [Hz], > 0.
+        [Hz], in (0, 1e6].
     samples : int or None
         Samples of the record; None is one table turn at the commanded speed, rounded.
     step : float
@@ -40,7 +40,7 @@ class Run:
     channels: tuple[str, ...] = ("table_acceleration",)
 
     def __post_init__(self) -> None:
-        check_number("Run", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
+        check_number("Run", "sample_rate", self.sample_rate, low=0.0, low_open=True, high=1e6, unit="Hz")
         if self.samples is not None:
             check_integer("Run", "samples", self.samples, low=1)
         check_number("Run", "step", self.step, low=0.0, low_open=True, unit="s")

@@ -36,6 +36,9 @@ _APPROACHES, _NEAR_TURN_END, _AT_TURN_END = 40, 1e-3, 1e-9
 _SHARE_OF_TURN = 0.99
 """Share of the last turn's time after which the end of the next is approached; all that is compared lies before it."""
 
+_LEAST_SPEED = 0.2
+"""Share of the commanded speed below which a slipping motor counts as stalled."""
+
 _LEAST_COMPARED = 16
 """Samples of a cam turn below which two turns are not compared: too few to show a difference."""
 
@@ -56,6 +59,7 @@ class TurnGroup:
         self.durations = np.array([machines[index].turn_duration(points[index]) for index in self.items])
         self.pack = pack([item for _, item in members], [points[index] for index in self.items])
         self.stations = np.array([machines[index].stations for index in self.items])
+        self.commanded = 2.0 * math.pi * self.stations / self.durations
         self.start_angles = np.array([points[index].start_angle for index in self.items])
         self.difference = np.full(len(self.items), np.nan)
         self.every = run.steps_per_sample
@@ -142,7 +146,9 @@ class TurnGroup:
         turn = 2.0 * math.pi * self.stations
         first = self.start_angles
         goal = first + turn * np.ceil((self.pack.states[:, _CAM] - first) / turn - 1e-9)
-        kept = np.ones(len(self.items), dtype=bool)
+        kept = self._moving(batch, start)
+        self._keep(kept)
+        goal, start = goal[kept], start[kept]
         for _ in range(_APPROACHES):
             angle, rate = self.pack.states[:, _CAM], self.pack.states[:, _CAM_RATE]
             rest = goal - angle
@@ -158,6 +164,19 @@ class TurnGroup:
         self.durations = _SHARE_OF_TURN * (self.pack.states[:, _TIME] - start[:, _TIME])
         return kept
 
+    def _moving(self, batch: Batch, start: np.ndarray) -> np.ndarray:
+        """Items (n,) whose motor keeps up; one that stalls is rejected, as the end of its turn never comes."""
+        travelled = self.pack.states[:, _CAM] - start[:, _CAM]
+        share = travelled / (self.pack.states[:, _TIME] - start[:, _TIME]) / self.commanded
+        moving = share >= _LEAST_SPEED
+        for k in np.flatnonzero(~moving):
+            index = int(self.items[k])
+            batch.rejected[index] = (
+                f"{self.machines[index].name} (item {index}) stalls: under its load the motor turns at {share[k]:.0%} "
+                f"of the commanded speed, less than {_LEAST_SPEED:.0%}; lower the load torque or drive.slip's compliance."
+            )
+        return moving
+
     def _keep(self, going: np.ndarray) -> None:
         self.items, self.durations, self.difference = (
             self.items[going],
@@ -165,6 +184,7 @@ class TurnGroup:
             self.difference[going],
         )
         self.stations, self.start_angles = self.stations[going], self.start_angles[going]
+        self.commanded = self.commanded[going]
         self.pack.states = self.pack.states[going].copy()
         self.pack.coefficients = self.pack.coefficients[going].copy()
 

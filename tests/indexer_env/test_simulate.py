@@ -142,13 +142,15 @@ def test_a_start_a_table_turn_later_is_the_same_motion(smooth):
     np.testing.assert_allclose(later, here, rtol=0, atol=1e-8)
 
 
-def test_a_record_begins_at_the_start_angle_of_a_table_turn(smooth):
-    for start in (0.0, 1.3):
-        point, run = OperatingPoint(start_angle=start), Run(channels=("motor_angle",))
-        trajectory = simulate(smooth, point, run)
-        assert trajectory.warmup is not None
-        turns = (trajectory.channels["motor_angle"][0] / 25.625 - start) / (16.0 * math.pi)
-        assert turns == pytest.approx(trajectory.warmup.turns, abs=1e-12)
+@pytest.mark.parametrize("motor_speed", [50.0 * math.pi, 157.123, 211.0])
+@pytest.mark.parametrize("start", [0.0, 1.3])
+def test_a_record_begins_at_the_start_angle_of_a_table_turn(smooth, motor_speed, start):
+    """Also where a turn is no whole number of steps."""
+    point, run = OperatingPoint(motor_speed=motor_speed, start_angle=start), Run(channels=("motor_angle",))
+    trajectory = simulate(smooth, point, run)
+    assert trajectory.warmup is not None and trajectory.warmup.settled
+    turns = (trajectory.channels["motor_angle"][0] / 25.625 - start) / (16.0 * math.pi)
+    assert turns == pytest.approx(trajectory.warmup.turns, abs=1e-12)
 
 
 def test_a_longer_record_goes_on_where_a_shorter_one_ends(smooth, reference):
@@ -250,7 +252,8 @@ def test_a_run_that_leaves_the_physical_range_names_machine_time_and_state(smoot
 
 
 STALL = """
-import sys
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
 from indexer_env.effects import make_effect
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine
@@ -265,7 +268,7 @@ print(sorted(batch.rejected), batch.rejected.get(0, ""))
 @pytest.mark.parametrize("compliance", [30.0, 100.0])
 def test_a_stalling_motor_is_rejected(compliance):
     """Its load takes more speed than it has: the table turn that warm-up waits for never ends. In a process of its own,
-    which can be stopped."""
+    whose time and memory are limited."""
     root = Path(__file__).parents[2]
     child = subprocess.run(
         [sys.executable, "-c", STALL, str(compliance)], capture_output=True, text=True, check=False, timeout=60,
