@@ -35,9 +35,14 @@ def check_number(
 ) -> None:
     """Refuse what is not a real finite number (bool included) within the bounds, in the stated unit."""
     rule = _rule(kind, low, high, low_open, high_open, unit)
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise refuse(owner, name, rule, value, remedy)
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise refuse(owner, name, rule, value, remedy)
     too_low = low is not None and (number < low or (low_open and number == low))
     too_high = high is not None and (number > high or (high_open and number == high))
     if too_low or too_high:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 from indexer_env.checks import check_integer, check_number
 from indexer_env.effects.base import MachineEffect
 from indexer_env.effects.joint import BaseLooseness, InputBacklash
 from indexer_env.effects.roller import RollerCrack, SingleRollerCrack
+from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 
 LOOSE_HOUSING_HZ = 12.0
@@ -45,21 +48,48 @@ class Faults:
         check_number("Faults", "backlash", self.backlash, low=0.0, high=2.0, unit="rad at the motor shaft")
 
     def effects(self, machine: Machine) -> tuple[MachineEffect, ...]:
-        """The effects these faults are on a machine; a fault of severity 0 is none."""
+        """The effects these faults are on a machine, on top of what it has: plays and compliances add, of two cracks
+        the stiffnesses left multiply. A fault of severity 0 is none.
+
+        Raises
+        ------
+        ParameterError
+            The machine already has a cracked roller at another station.
+        """
         present: list[MachineEffect] = []
-        if self.roller_crack > 0.0:
-            if self.cracked_station is None:
-                present.append(RollerCrack(severity=self.roller_crack))
-            else:
-                present.append(SingleRollerCrack(severity=self.roller_crack, station=self.cracked_station))
+        if self.roller_crack > 0.0 and self.cracked_station is None:
+            before = _on(machine, RollerCrack(severity=0.0))
+            present.append(RollerCrack(severity=_both_cracks(before.severity, self.roller_crack)))
+        elif self.roller_crack > 0.0 and self.cracked_station is not None:
+            single = _on(machine, SingleRollerCrack(severity=0.0, station=self.cracked_station))
+            if single.station != self.cracked_station:
+                rule = f"{single.station}, where {machine.name} already has its crack"
+                raise refuse("Faults", "cracked_station", rule, self.cracked_station)
+            severity = _both_cracks(single.severity, self.roller_crack)
+            present.append(SingleRollerCrack(severity=severity, station=self.cracked_station))
         if self.screw_looseness > 0.0:
+            loose = _on(machine, BaseLooseness(compliance=0.0))
             inertia = machine.follower_inertia + machine.housing_inertia
             stiffness = inertia * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
-            present.append(BaseLooseness(compliance=self.screw_looseness / stiffness))
+            compliance = loose.compliance + self.screw_looseness / stiffness
+            present.append(dataclasses.replace(loose, compliance=compliance))
         if self.backlash > 0.0:
-            present.append(InputBacklash(play=self.backlash * machine.reduction))
+            play = _on(machine, InputBacklash(play=0.0)).play + self.backlash * machine.reduction
+            present.append(InputBacklash(play=play))
         return tuple(present)
 
     def applied_to(self, machine: Machine) -> Machine:
         """The machine with these faults."""
         return machine.with_effects(*self.effects(machine))
+
+
+_E = TypeVar("_E", bound=MachineEffect)
+
+
+def _on(machine: Machine, null: _E) -> _E:
+    """The machine's own effect of this kind, or the null one."""
+    return next((effect for effect in machine.effects if isinstance(effect, type(null))), null)
+
+
+def _both_cracks(first: float, second: float) -> float:
+    return 1.0 - (1.0 - first) * (1.0 - second) if first > 0.0 else second

@@ -107,9 +107,10 @@ def _matrices(
 
 def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
     """The largest step (n,) [s] that resolves the fastest mode and the fastest decay of each of n items of one model,
-    in the dwell and where the law is steepest."""
+    in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
     rows = np.stack([item.row for item in items])
     columns = {name: rows[:, column] for column, name in enumerate(layout.COEFFICIENT_NAMES)}
+    columns["stiffness_1"] = columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
     omega, decay = np.zeros(len(items)), np.zeros(len(items))
     for slope in (np.zeros(len(items)), np.array([item.law.steepest for item in items])):
         inertia, damping, stiffness = _matrices(items[0].model, columns.__getitem__, slope)

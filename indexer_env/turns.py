@@ -173,7 +173,7 @@ class TurnGroup:
             index = int(self.items[k])
             batch.rejected[index] = (
                 f"{self.machines[index].name} (item {index}) stalls: under its load the motor turns at {share[k]:.0%} "
-                f"of the commanded speed, less than {_LEAST_SPEED:.0%}; lower the load torque or drive.slip's compliance."
+                f"of the commanded speed, less than {_LEAST_SPEED:.0%}; lower the load or drive.slip's compliance."
             )
         return moving
 

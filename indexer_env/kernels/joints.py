@@ -34,7 +34,7 @@ def penetration_minus(deflection, rate, edge, release_minus, hardening_minus):
 
 @scalar
 def region_of(deflection, rate, edge, release, hardening, release_minus, hardening_minus):
-    """Contact region (+1, -1 or 0) of a state that carries no history. An edge of -inf means: always +1."""
+    """Contact region (+1, -1 or 0) of a state that carries no history, of a joint that has edges."""
     if penetration_plus(deflection, rate, edge, release, hardening) >= 0.0:
         return 1.0
     if penetration_minus(deflection, rate, edge, release_minus, hardening_minus) >= 0.0:

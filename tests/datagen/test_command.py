@@ -107,7 +107,7 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "+campaign.draws.name={law:uniform_around,half_width:0.1}"], "a number of"),
         (["campaign=table2", "out=x", "+campaign.draws.model={law:uniform_around,half_width:0.1}"], "class decides"),
         (["campaign=table2", "out=x", "run.step=0.02", "run.sample_rate=50", "count=6"], "to resolve the fastest mode"),
-        (["campaign=table2", "out=x", "run.sample_rate=1e6"], "samples in one file"),
+        (["campaign=table2", "out=x", "run.samples=1000000000"], "samples in one file"),
         (["campaign=table2", "out=x", "machine.name=5"], "Machine.name must be a text, got 5"),
         (["campaign=table2", "out=x", "sensor.lowpass_hz=600"], "Sensor.lowpass_hz must be below 500 Hz"),
         (["campaign=table2", "out=x", "run.samples=3"], "at least 16 samples, got 3"),

@@ -12,6 +12,7 @@ from indexer_env.errors import ParameterError
 from indexer_env.faults import LOOSE_HOUSING_HZ, Faults
 from indexer_env.modes import natural_frequencies
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine
 from indexer_env.simulate import Run, simulate
 
 POINT = OperatingPoint()
@@ -115,3 +116,19 @@ def test_faults_add_up(reference):
     machine = Faults(**SEVERITIES).applied_to(reference)
     assert {effect.name for effect in machine.effects} == {"roller.crack", "base.looseness", "input.backlash"}
     assert reference.effects == ()
+
+
+def test_faults_come_on_top_of_what_the_machine_has():
+    machine = load_machine("reference")
+    worn = Faults(backlash=0.1, roller_crack=0.5, screw_looseness=0.5).applied_to(machine)
+    worse = Faults(backlash=0.1, roller_crack=0.5, screw_looseness=0.5).applied_to(worn)
+    first, second = ({effect.name: effect for effect in one.effects} for one in (worn, worse))
+    assert second["input.backlash"].play == pytest.approx(2.0 * first["input.backlash"].play)
+    assert second["roller.crack"].severity == pytest.approx(0.75)
+    assert second["base.looseness"].compliance == pytest.approx(2.0 * first["base.looseness"].compliance)
+
+
+def test_a_second_single_crack_elsewhere_is_refused():
+    machine = Faults(roller_crack=0.3, cracked_station=2).applied_to(load_machine("reference"))
+    with pytest.raises(ParameterError, match=r"^Faults\.cracked_station must be 2, .* got 5\.$"):
+        Faults(roller_crack=0.3, cracked_station=5).applied_to(machine)
