@@ -81,19 +81,13 @@ class TurnGroup:
                 self.difference = np.where(np.isnan(change), self.difference, change)
             settled = self.difference <= self.run.warmup_tolerance
             done = sound & (settled | last)
+            record = out
+            if not last and done.any() and self.samples > lengths[done].min():
+                record, fine = self._longer(batch, done, start.copy())
+                sound &= fine | ~done
+                done &= fine
             if done.any():
-                record = out
-                if not last and self.samples > lengths[done].min():
-                    record, fine = self._longer(batch, done, start)
-                    sound &= fine | ~done
-                    done &= fine
-                finished = self.items[done]
-                for channel, name in enumerate(self.names):
-                    if name in batch.channels:
-                        batch.channels[name][finished] = record[done, channel, : self.samples]
-                batch.warmup_turns[finished] = turn
-                batch.settled[finished] = settled[done]
-                batch.warmup_difference[finished] = self.difference[done]
+                self._record(batch, turn, done, settled, record)
             going = sound & ~done
             if not going.any():
                 return
@@ -104,6 +98,16 @@ class TurnGroup:
                 previous, previous_lengths = previous[kept], previous_lengths[kept]
                 if not len(self.items):
                     return
+
+    def _record(self, batch: Batch, turn: int, done: np.ndarray, settled: np.ndarray, record: np.ndarray) -> None:
+        """Write the finished items and how they were warmed up into the batch."""
+        items = self.items[done]
+        for channel, name in enumerate(self.names):
+            if name in batch.channels:
+                batch.channels[name][items] = record[done, channel, : self.samples]
+        batch.warmup_turns[items] = turn
+        batch.settled[items] = settled[done]
+        batch.warmup_difference[items] = self.difference[done]
 
     def _turn(self, batch: Batch, *, whole: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Advance by one turn, or to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""

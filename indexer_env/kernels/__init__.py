@@ -10,7 +10,8 @@ dynamics    equations of motion of Models A, B and B on its base as plain scalar
 rates       accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
 plain       the common case, Model B without effects, a whole step in registers
 edges       landing on the edge of a play or of a motion-law segment inside one step
-integrate   the RK4 step and `entry`, which makes the one entry point
+rk4         one step of classical RK4, for every model and effect
+integrate   steps with their edges, and `entry`, which makes the one entry point
 
 Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every
 value is a row of LANES numbers, so each inner loop runs over neighbouring memory and becomes vector code. The scalar

@@ -1,4 +1,4 @@
-"""The fixed-step RK4 of a block of lanes, and `advance`, the one entry point to the compiled core."""
+"""Whole steps of lanes and blocks, edges and pieces included, and `entry`, which makes the one entry point."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from indexer_env.kernels.edges import (
     settle_regions,
 )
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.plain import plain_step, rk4_sum
-from indexer_env.kernels.rates import stage_rates, state_rates
+from indexer_env.kernels.rates import state_rates
+from indexer_env.kernels.rk4 import rk4
 
 _INFINITY = math.inf
 
@@ -30,98 +30,6 @@ _NARROW = 6
 _MOST_EDGES = 16
 """Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
 taken on the present lines and the regions are set from the state reached."""
-
-
-@lanes
-def first_stage(w, low, high, model):
-    """Keep state and accelerations as the step's start, and go on to the second stage's state."""
-    first_stage_pair(w, low, high, CAM, CAM_0, CAM_ACC)
-    first_stage_pair(w, low, high, TABLE, TABLE_0, TABLE_ACC)
-    if model == MODEL_B_ON_BASE:
-        first_stage_pair(w, low, high, HOUSING, HOUSING_0, HOUSING_ACC)
-    first_stage_pair(w, low, high, MOTOR, MOTOR_0, MOTOR_ACC)
-    for i in range(low, high):
-        w[STAGE_TIME + i] = 0.5 * w[STEP + i]
-
-
-@lanes
-def first_stage_pair(w, low, high, angle, start, acc):
-    for i in range(low, high):
-        h, x, v, a = 0.5 * w[STEP + i], w[angle + i], w[angle + LANES + i], w[acc + i]
-        w[start + i], w[start + LANES + i], w[acc + CAM_ACC_0 - CAM_ACC + i] = x, v, a
-        w[angle + i] = x + h * v
-        w[angle + LANES + i] = v + h * a
-
-
-@lanes
-def stage(w, low, high, model, share, kept):
-    """Keep the present stage's accelerations in the rows `kept`, and go on to the next stage's state with its rates."""
-    stage_pair(w, low, high, share, CAM, CAM_0, CAM_ACC, kept)
-    stage_pair(w, low, high, share, TABLE, TABLE_0, TABLE_ACC, kept)
-    if model == MODEL_B_ON_BASE:
-        stage_pair(w, low, high, share, HOUSING, HOUSING_0, HOUSING_ACC, kept)
-    stage_pair(w, low, high, share, MOTOR, MOTOR_0, MOTOR_ACC, kept)
-    for i in range(low, high):
-        w[STAGE_TIME + i] = share * w[STEP + i]
-
-
-@lanes
-def stage_pair(w, low, high, share, angle, start, acc, kept):
-    for i in range(low, high):
-        h, a = share * w[STEP + i], w[acc + i]
-        w[kept + acc - CAM_ACC + i] = a
-        w[angle + i] = w[start + i] + h * w[angle + LANES + i]
-        w[angle + LANES + i] = w[start + LANES + i] + h * a
-
-
-@lanes
-def finish(w, low, high, model):
-    """State at the step's end from the four stages' accelerations."""
-    finish_pair(w, low, high, CAM, CAM_0, CAM_ACC)
-    finish_pair(w, low, high, TABLE, TABLE_0, TABLE_ACC)
-    if model == MODEL_B_ON_BASE:
-        finish_pair(w, low, high, HOUSING, HOUSING_0, HOUSING_ACC)
-    finish_pair(w, low, high, MOTOR, MOTOR_0, MOTOR_ACC)
-    for i in range(low, high):
-        w[STAGE_TIME + i] = w[STEP + i]
-
-
-@lanes
-def finish_pair(w, low, high, angle, start, acc):
-    kept_0, kept_1, kept_2 = acc + CAM_ACC_0 - CAM_ACC, acc + CAM_ACC_1 - CAM_ACC, acc + CAM_ACC_2 - CAM_ACC
-    for i in range(low, high):
-        w[angle + i], w[angle + LANES + i] = rk4_sum(
-            w[STEP + i],
-            w[start + i],
-            w[start + LANES + i],
-            w[kept_0 + i],
-            w[kept_1 + i] + w[kept_2 + i],
-            w[acc + i],
-        )
-
-
-@lanes
-def rk4(w, low, high, model, features):
-    """One step of classical RK4 over w[STEP] from the present state, whose accelerations are at hand, to the state
-    reached and its accelerations. `low`, `high` are the whole block or one lane."""
-    if model == MODEL_B and not features & USES_ANY_EFFECT:
-        plain_step(w, low, high)
-    else:
-        rk4_parts(w, low, high, model, features)
-
-
-@lanes
-def rk4_parts(w, low, high, model, features):
-    """The step for every model and effect, stage by stage through the workspace."""
-    whole = high - low == LANES
-    first_stage(w, low, high, model)
-    stage_rates(w, low, whole, model, features)
-    stage(w, low, high, model, 0.5, CAM_ACC_1)
-    stage_rates(w, low, whole, model, features)
-    stage(w, low, high, model, 1.0, CAM_ACC_2)
-    stage_rates(w, low, whole, model, features)
-    finish(w, low, high, model)
-    state_rates(w, low, whole, model, features)
 
 
 @outlined

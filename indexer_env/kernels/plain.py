@@ -1,6 +1,6 @@
 """The common case in one go: Model B without effects, a whole RK4 step of each lane in registers.
 
-The same arithmetic in the same order as `integrate.rk4_parts` with `rates.rates`, so the same bits (a test holds them
+The same arithmetic in the same order as `rk4.rk4_parts` with `rates.rates`, so the same bits (a test holds them
 side by side); a third faster because nothing between the stages is written to memory.
 """
 
@@ -29,7 +29,7 @@ def plain_rates(w, i, cam, cam_rate, table, table_rate, motor, motor_rate):
 
 @lanes
 def plain_step(w, low, high):
-    """One step of classical RK4 of the lanes over w[STEP], as `integrate.rk4` takes it."""
+    """One step of classical RK4 of the lanes over w[STEP], as `rk4.rk4` takes it."""
     for i in range(low, high):
         h = w[STEP + i]
         half = 0.5 * h

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from indexer_env.kernels import layout
-from indexer_env.kernels.integrate import rk4_parts
 from indexer_env.kernels.plain import plain_step
+from indexer_env.kernels.rk4 import rk4_parts
 
 ROWS_OF_EFFECTS = range(int(layout.DRIVE_EXTRA), int(layout.MESH_FACTOR), int(layout.LANES))
 
