@@ -84,7 +84,7 @@ def _draw_screws(
 
 def _draw_stations(canvas: Canvas, scene: Scene, centre: tuple[float, float], radius: float, unit: float) -> None:
     named = scene.stations <= _MOST_NAMED
-    size = radius * min(0.13, 0.9 / scene.stations)
+    size = radius * min(0.13, 1.5 / scene.stations)
     square = _rounded_square(size, 0.3 * size)
     for station in range(scene.stations):
         angle = scene.table_angle - 2.0 * math.pi * station / scene.stations
