@@ -83,27 +83,40 @@ def test_the_mark_is_where_the_table_is(angle):
     assert abs((error + math.pi) % (2.0 * math.pi) - math.pi) < 0.01
 
 
+def follower(cam_angle: float) -> float:
+    return float(ModifiedSine().evaluate(cam_angle, STATIONS, 0.5)[0])
+
+
+def tracks(cam_angle: float) -> np.ndarray:
+    """Middles of the cam's tracks [px] on the line of the rollers, which are put between them."""
+    pixels = draw(scene(cam_angle=cam_angle, table_angle=follower(cam_angle) + PITCH / 2.0))
+    view = PARTS.cam
+    # the cam's phase, below, takes 20 pixels and the caption, above, 24
+    row = pixels[round(view.y + 24.0 + (view.height - 24.0 - 27.0) / 2.0)]
+    dark = [run for run in runs((row == palette.STEEL_DARK).all(axis=1)) if run[1] - run[0] > 15]
+    return np.array([(first + last) / 2.0 for first, last in dark])
+
+
 @pytest.mark.parametrize("cam_angle", [0.4, 1.2, 2.0, 2.9])
 def test_the_cams_tracks_follow_the_law(cam_angle):
-    """On the line of the rollers, which here stand between the tracks, the tracks are β(α) to one side."""
-
-    def tracks(alpha: float) -> np.ndarray:
-        beta = float(ModifiedSine().evaluate(alpha, STATIONS, 0.5)[0])
-        pixels = draw(scene(cam_angle=alpha, table_angle=beta + PITCH / 2.0))
-        view = PARTS.cam
-        # the cam's phase, below, takes 20 pixels and the caption, above, 24
-        row = pixels[round(view.y + 24.0 + (view.height - 24.0 - 27.0) / 2.0)]
-        dark = [run for run in runs((row == palette.STEEL_DARK).all(axis=1)) if run[1] - run[0] > 15]
-        return np.array([(first + last) / 2.0 for first, last in dark])
-
     left, right = tracks(DWELL)
     middle, pitch = (left + right) / 2.0, right - left
-    share = float(ModifiedSine().evaluate(cam_angle, STATIONS, 0.5)[0]) / PITCH
+    share = follower(cam_angle) / PITCH
     found = (tracks(cam_angle) - middle) / pitch
     # those cut by an end of the cam are narrower
     whole = [place for place in share - 0.5 + np.arange(-2, 3) if abs(place) < 0.95]
     for place in whole:
         assert np.abs(found - place).min() < 0.03
+
+
+@pytest.mark.parametrize("cam_angle", [1.5, 2.0, DWELL])
+def test_rollers_are_in_their_tracks_where_nothing_gives_way(cam_angle):
+    """The roller of station 0 is in the middle of the cam, in the track that drives it away from there."""
+    on_law = scene(cam_angle=cam_angle, table_angle=follower(cam_angle), cracked_stations=(0,))
+    roller = places(draw(on_law), palette.CRACK, PARTS.cam)[:, 0].mean()
+    assert np.abs(tracks(cam_angle) - roller).min() < 1.0
+    behind = scene(cam_angle=cam_angle, table_angle=follower(cam_angle) - 0.3 * PITCH, cracked_stations=(0,))
+    assert roller - places(draw(behind), palette.CRACK, PARTS.cam)[:, 0].mean() > 15.0
 
 
 def test_rollers_follow_the_table():
@@ -173,8 +186,8 @@ def test_screws_are_red_when_loose_and_moved():
 def test_the_chart_shows_theory_as_a_line_and_reality_as_dots():
     past = np.linspace(-2.0, 0.0, 2001)
     moment = scene(
-        history_time=past, theoretical_acceleration=np.full(2001, 5.0), acceleration=np.full(2001, -5.0),
-        acceleration_scale=10.0,
+        history_time=past, theoretical_acceleration=np.full(2001, 10.0), acceleration=np.full(2001, -10.0),
+        acceleration_scale=20.0,
     )  # fmt: skip
     pixels = draw(moment)
     plot = PARTS.chart.inset(60.0, 30.0, 20.0, 0.0)
@@ -183,13 +196,14 @@ def test_the_chart_shows_theory_as_a_line_and_reality_as_dots():
     assert len(np.unique(line[:, 0])) == pytest.approx(plot.width, abs=1.0)
     dotted = runs(np.isin(np.arange(640), dots[:, 0]))
     assert len(dotted) == pytest.approx(plot.width / 4.0, abs=2.0)
-    silent = draw(scene(acceleration_scale=10.0))
+    silent = draw(scene(acceleration_scale=20.0))
     assert len(places(silent, palette.THEORY, plot)) == len(reddish(silent, plot)) == 0
-    # ±5 of ±10 are a quarter and three quarters of the height; a line at zero is in the middle
+    # both as far from zero, which has a line of its own, and the upper one beside its number
     zero = places(draw(dataclasses.replace(moment, theoretical_acceleration=np.zeros(2001))), palette.THEORY, plot)
     above, below = zero[:, 1].mean() - line[:, 1].mean(), dots[:, 1].mean() - zero[:, 1].mean()
     assert above == pytest.approx(below, abs=1.0)
-    assert above > 10.0
+    (label,) = (word.box for word in picture.paint(moment, 640, 480).words if word.text == "10")
+    assert line[:, 1].mean() == pytest.approx(label.centery, abs=1.5)
 
 
 WORDY = scene(
@@ -255,8 +269,8 @@ def test_the_window_shows_the_picture_and_keeps_its_pace(monkeypatch):
 
 
 def test_drawing_opens_no_window():
-    pygame.display.quit()
-    draw(scene())
+    pygame.quit()
+    draw(scene(time=0.123))  # words that were not written before
     assert not pygame.display.get_init()
 
 
