@@ -63,7 +63,7 @@ class Window:
 
     @property
     def is_open(self) -> bool:
-        """Whether the window stands on the screen."""
+        """Whether `show` has opened the window and `close` has not closed it since."""
         return self._screen is not None
 
     def show(self, scene: Scene) -> None:
@@ -77,7 +77,8 @@ class Window:
         picture = _surface(scene, self._width, self._height)
         import pygame
 
-        if self._screen is None or self._clock is None:
+        # whoever else uses pygame may have shut it down for all
+        if self._screen is None or self._clock is None or not pygame.display.get_init():
             pygame.display.init()
             self._screen = pygame.display.set_mode((self._width, self._height))
             pygame.display.set_caption(self._title)

@@ -198,12 +198,13 @@ def test_the_chart_shows_theory_as_a_line_and_reality_as_dots():
     assert len(dotted) == pytest.approx(plot.width / 4.0, abs=2.0)
     silent = draw(scene(acceleration_scale=20.0))
     assert len(places(silent, palette.THEORY, plot)) == len(reddish(silent, plot)) == 0
-    # both as far from zero, which has a line of its own, and the upper one beside its number
+    # both as far from zero, which has a line of its own, and each beside its number
     zero = places(draw(dataclasses.replace(moment, theoretical_acceleration=np.zeros(2001))), palette.THEORY, plot)
     above, below = zero[:, 1].mean() - line[:, 1].mean(), dots[:, 1].mean() - zero[:, 1].mean()
     assert above == pytest.approx(below, abs=1.0)
-    (label,) = (word.box for word in picture.paint(moment, 640, 480).words if word.text == "10")
-    assert line[:, 1].mean() == pytest.approx(label.centery, abs=1.5)
+    words = {word.text: word.box.centery for word in picture.paint(moment, 640, 480).words}
+    assert line[:, 1].mean() == pytest.approx(words["10"], abs=1.5)
+    assert dots[:, 1].mean() == pytest.approx(words["−10"], abs=1.5)
 
 
 WORDY = scene(
@@ -265,6 +266,9 @@ def test_the_window_shows_the_picture_and_keeps_its_pace(monkeypatch):
     assert not pygame.display.get_init()
     window.show(scene())
     assert window.is_open
+    pygame.quit()  # as Gymnasium's environments do when they close, with windows of others still open
+    window.show(scene())
+    assert pygame.display.get_surface() is not None
     window.close()
 
 
