@@ -25,8 +25,8 @@ from indexer_env.render.palette import (
 from indexer_env.render.scene import Scene
 
 MOVED = 2e-5
-"""Angle from which a housing on loose screws counts as moved [rad]; the reference machine's tight screws give way by a
-seventh of it (peak torque on the table over k3)."""
+"""Angle from which a housing on loose screws counts as moved [rad]; the reference machine's tight screws give way by
+less than half of it."""
 
 _FARTHEST = 0.15
 """Exaggerated angle at which the housing stops [rad]; its corners would leave the panel."""
