@@ -15,6 +15,7 @@ simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; w
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them
 signal, sensors, filters   the record as a measuring chain gives it
+render                     pictures of a running machine; imported by itself, as it needs the extra [render]
 
 Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.
 Indices: joints are numbered 1 (input), 2 (output), 3 (base); stations 0 … S-1; arrays are (item, sample).
