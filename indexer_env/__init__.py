@@ -23,7 +23,7 @@ Signs: δ1 = τγ - α, δ2 = φ - β(α) - θ, δ3 = θ; a backlash is the TOTA
 """
 
 from indexer_env.effects import EFFECTS, Effect, MachineEffect, SensorEffect, make_effect
-from indexer_env.errors import IndexerError, ParameterError, SignalError, SimulationError
+from indexer_env.errors import IndexerError, MotionLawWarning, ParameterError, SignalError, SimulationError
 from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine, machine_from_mapping
 from indexer_env.modes import Modes, natural_frequencies
@@ -49,6 +49,7 @@ __all__ = [
     "MachineEffect",
     "Modes",
     "MotionLaw",
+    "MotionLawWarning",
     "OperatingPoint",
     "ParameterError",
     "Run",

@@ -22,6 +22,10 @@ class SimulationError(IndexerError, ArithmeticError):
     """A run became non-finite or left the physical range; the message names machine, time and state."""
 
 
+class MotionLawWarning(UserWarning):
+    """A user's motion law table can be used, but not all of it is what a cam should be; the message says what."""
+
+
 def refuse(owner: str, name: str, rule: str, value: object, remedy: str = "") -> ParameterError:
     """Build (not raise) the sentence ``Owner.name must be RULE, got VALUE; REMEDY.``"""
     tail = f"; {remedy}" if remedy else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,8 +12,8 @@ from typing import Any
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects import MachineEffect, make_effect
-from indexer_env.errors import ParameterError, refuse
-from indexer_env.motion_law import ModifiedSine, MotionLaw, motion_law
+from indexer_env.errors import MotionLawWarning, ParameterError, refuse
+from indexer_env.motion_law import ModifiedSine, MotionLaw, TableLaw, motion_law
 from indexer_env.operating_point import OperatingPoint
 
 MODELS = ("A", "B", "B_on_base")
@@ -71,7 +72,8 @@ class Machine:
     motion_share : float
         f, share of the cam turn in which the table moves [-], in (0, 1].
     motion_law : MotionLaw
-        Law of the cam.
+        Law of the cam. A `TableLaw` that does not close on the stations is refused; what else a table cannot satisfy
+        is a `MotionLawWarning`.
     model, contact_law : str
         One of MODELS, one of CONTACT_LAWS.
     effects : tuple of MachineEffect
@@ -109,6 +111,9 @@ class Machine:
         check_number("Machine", "motion_share", self.motion_share, low=0.0, low_open=True, high=1.0)
         if not isinstance(self.motion_law, MotionLaw):
             raise refuse("Machine", "motion_law", "a MotionLaw", self.motion_law, "see indexer_env.motion_law")
+        if isinstance(self.motion_law, TableLaw):
+            for finding in self.motion_law.check(self.stations):
+                warnings.warn(finding, MotionLawWarning, stacklevel=3)
         check_choice("Machine", "model", self.model, MODELS)
         check_choice("Machine", "contact_law", self.contact_law, CONTACT_LAWS)
         if not isinstance(self.name, str) or not self.name:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from indexer_env.coefficients import coefficients
-from indexer_env.errors import ParameterError
+from indexer_env.errors import MotionLawWarning, ParameterError
 from indexer_env.machine import Joint, Machine, machine_from_mapping
-from indexer_env.motion_law import Cycloidal
+from indexer_env.motion_law import Cycloidal, TableLaw
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_yaml
 
@@ -252,3 +252,21 @@ def test_looseness_turns_model_b_into_b_on_base(smooth, visible):
     assert isinstance(machine, Machine)
     assert coefficients(machine, OperatingPoint()).model == on_base.model
     assert coefficients(smooth, OperatingPoint()).model != on_base.model
+
+
+def rise_table(advance: float, decimals: int = 9) -> TableLaw:
+    alpha = np.linspace(0.0, 2.0 * math.pi, 361)
+    s = np.clip(alpha / math.pi, 0.0, 1.0)
+    beta = advance * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    return TableLaw(tuple(alpha), tuple(np.radians(np.round(np.degrees(beta), decimals))))
+
+
+def test_a_table_that_does_not_close_is_refused_with_the_machine(smooth):
+    with pytest.raises(ParameterError, match=r"advancing 45 deg per cam turn \(8 stations\), got 44"):
+        dataclasses.replace(smooth, motion_law=rise_table(math.radians(44.0)))
+
+
+def test_a_coarsely_rounded_table_warns_and_a_fine_one_does_not(smooth):
+    dataclasses.replace(smooth, motion_law=rise_table(smooth.advance))
+    with pytest.warns(MotionLawWarning, match="noise near 4 %"):
+        dataclasses.replace(smooth, motion_law=rise_table(smooth.advance, decimals=4))
