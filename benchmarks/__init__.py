@@ -1,6 +1,6 @@
 """How accurate and how fast the simulator is, with the same work done by other solvers.
 
-`python -m benchmarks [accuracy|speed|peers|all] [--quick]` (`make bench`) measures, writes results.json and
+`python -m benchmarks [accuracy|speed|environment|peers|all] [--quick]` (`make bench`) measures, writes results.json and
 work_precision.png and fills the table of README.md.
 
 Map, in reading order
@@ -11,6 +11,7 @@ references       records of the reference solver, computed once on all cores and
 peers            the same machine for other solvers: compiled plain RK4, SciPy, JAX, diffrax, CVODE
 accuracy         the simulator against the reference
 speed            turns per second, beside a JAX scan of the same scheme
+environment      environment steps per second, one machine and many, beside Gymnasium's own
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
 report           rows with their verdicts, results.json, the table of README.md

@@ -14,7 +14,12 @@ engine, turns, run         all cores; warm-up turn after turn; how to record
 simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them
-signal, sensors, filters   the record as a measuring chain gives it
+signal, sensors, filters   the record as a measuring chain gives it; sensor_stream reads it block by block
+fault_law                  how faults come into an episode: drawn, setting in, growing
+control, scenario, start   the control task; what an environment is made with; what an episode starts with
+fleet                      n machines, one kernel call per control period
+env, vector_env, film      the Gymnasium environment of one (film: its pictures) and of many, entered by registration
+wrappers                   one-turn windows, spectra, varied machines and noise around it
 render                     pictures of a running machine; imported by itself, as it needs the extra [render]
 
 Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.
@@ -30,6 +35,7 @@ from indexer_env.modes import Modes, natural_frequencies
 from indexer_env.motion_law import MOTION_LAWS, MotionLaw, TableLaw, motion_law
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point, load_sensor
+from indexer_env.registration import register_environments
 from indexer_env.run import Run
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
@@ -71,3 +77,5 @@ __all__ = [
     "simulate",
     "simulate_batch",
 ]
+
+register_environments()

@@ -9,15 +9,20 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from indexer_env import kernels
 from indexer_env.coefficients import Pack
+from indexer_env.kernels.layout import LANES
 
 LARGEST_DEFLECTION = 0.5
 """rad; a joint deflected by more has left the range in which the model means anything."""
+
+_LEAST_SHARED = 800
+"""Blocks times steps from which on several threads are faster than one: to call them takes some 50 µs."""
 
 _NOTICE_AFTER = 3.0
 """s of silence before the word that the kernel is being compiled; a cached kernel loads faster than that."""
@@ -90,6 +95,41 @@ def advance(
         every, np.asarray(rows, dtype=np.int64), LARGEST_DEFLECTION, out, status, status_time,
     )  # fmt: skip
     return out, status, status_time
+
+
+def run_kernel(arguments: tuple) -> None:
+    """Run the kernel over all items of its arguments, which are those of kernels.integrate.entry without the span of
+    items, on all cores where that is worth it. They must have the kernel's types to the letter, since nothing is
+    converted here: an environment, whose single step takes some 10 µs, calls this directly."""
+    n, kernel = len(arguments[2]), _kernel()
+    if n <= LANES:
+        kernel(0, n, *arguments)
+        return
+    blocks, workers = -(-n // LANES), cores()
+    if workers == 1 or blocks * int(arguments[5].max()) < _LEAST_SHARED:
+        kernel(0, n, *arguments)
+    else:
+        share = LANES * -(-blocks // (2 * workers))
+        spans = [(first, min(first + share, n)) for first in range(0, n, share)]
+        list(_pool(workers).map(lambda span: kernel(*span, *arguments), spans))
+
+
+@functools.cache
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """Threads that stay: starting them costs as much as a short run."""
+    return ThreadPoolExecutor(workers, thread_name_prefix="indexer_env")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive a fork
+
+
+@functools.lru_cache(maxsize=1)
+def control_kernels() -> tuple[Callable[..., int], Callable[..., int], Callable[..., int]]:
+    """The compiled loops begin, end and look of a control period (kernels/control.py)."""
+    from indexer_env.kernels.control import entries
+
+    return entries(int(_fingerprint()[:15], 16))
 
 
 def prepare_kernel(pack: Pack) -> None:

@@ -185,28 +185,41 @@ class Sensor:
     def _chain(self, rows: np.ndarray, sample_rate: float, rngs: Sequence[np.random.Generator] | None) -> np.ndarray:
         every = self._every(sample_rate)
         rate = float(sample_rate) / every
-        self._check_below_half(rate)
-        limit = BRACKET_LIMIT * sample_rate
-        if self.bracket_hz is not None and self.bracket_hz >= limit:
-            rule = f"below {limit:g} Hz ({BRACKET_LIMIT:g} of the {sample_rate:g} Hz that it reads at)"
-            raise refuse("Sensor", "bracket_hz", rule, self.bracket_hz, "lower it or simulate at a higher rate")
+        sections = self.sections(sample_rate)
         generators = self._generators(rngs, len(rows))
 
-        y = rows * (self.gain if self.radius is None else self.gain * self.radius)
-        if self.bracket_hz is not None:
-            y = filtered(bracket_sections(self.bracket_hz, self.bracket_damping, sample_rate), y)
-        if self.lowpass_hz is not None:
-            y = filtered(lowpass_sections(self.lowpass_hz, self.lowpass_order, sample_rate), y)
+        y = rows * self.scale
+        for section in sections:
+            y = filtered(section, y)
         y = np.ascontiguousarray(y[:, ::every])
         if y.shape[1] < MINIMUM_SAMPLES:
             rule = f"at least {MINIMUM_SAMPLES} samples at {rate:g} Hz"
             raise SignalError(f"A sensor's record must hold {rule}, got {y.shape[1]}; simulate for longer.")
         # The noise is sized before the background, which is no part of the signal, is added.
         sigmas = self._noise_sigmas(y, rate) if self.noisy else []
-        y = self._with_background(y, rate)
+        y = self.with_background(y, np.arange(y.shape[1]) / rate)
         for row, sigma, generator in zip(y, sigmas, generators, strict=False):
             row += sigma * generator.standard_normal(row.size)
-        return self._recorded(y)
+        return self.recorded(y)
+
+    @property
+    def scale(self) -> float:
+        """Reading per true acceleration: gain · R [m], or gain without a radius [-]."""
+        return self.gain if self.radius is None else self.gain * self.radius
+
+    def sections(self, sample_rate: float) -> list[np.ndarray]:
+        """The chain's filters in their order, as second-order sections; ParameterError where the rate does not suit."""
+        self._check_below_half(float(sample_rate) / self._every(sample_rate))
+        limit = BRACKET_LIMIT * sample_rate
+        if self.bracket_hz is not None and self.bracket_hz >= limit:
+            rule = f"below {limit:g} Hz ({BRACKET_LIMIT:g} of the {sample_rate:g} Hz that it reads at)"
+            raise refuse("Sensor", "bracket_hz", rule, self.bracket_hz, "lower it or simulate at a higher rate")
+        filters = []
+        if self.bracket_hz is not None:
+            filters.append(bracket_sections(self.bracket_hz, self.bracket_damping, sample_rate))
+        if self.lowpass_hz is not None:
+            filters.append(lowpass_sections(self.lowpass_hz, self.lowpass_order, sample_rate))
+        return filters
 
     def _noise_sigmas(self, y: np.ndarray, rate: float) -> list[float]:
         if self.noise_snr_db is None:
@@ -218,9 +231,9 @@ class Sensor:
             raise SignalError(f"Sensor.noise_snr_db needs {where}, got a constant; set noise_density instead.")
         return [spread * 10.0 ** (-self.noise_snr_db / 20.0) for spread in spreads]
 
-    def _with_background(self, y: np.ndarray, rate: float) -> np.ndarray:
+    def with_background(self, y: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Readings (rows, n) with offset, drift and hum added; time (n,) or (rows, n) since the first sample [s]."""
         # Adding 0 would turn -0.0 into 0.0, hence no unconditional sums.
-        time = np.arange(y.shape[1]) / rate
         if self.offset != 0.0:
             y = y + self.offset
         if self.offset_drift != 0.0:
@@ -230,7 +243,8 @@ class Sensor:
             y = y + self.hum_amplitude * (np.sin(angle) + self.hum_third * np.sin(3.0 * angle))
         return y
 
-    def _recorded(self, y: np.ndarray) -> np.ndarray:
+    def recorded(self, y: np.ndarray) -> np.ndarray:
+        """Readings (rows, n) clipped to the range and quantised."""
         if self.full_scale is None:
             return y
         y = np.clip(y, -self.full_scale, self.full_scale)

@@ -22,6 +22,7 @@ from datagen.campaigns import make_campaign
 from datagen.order import order_from
 from indexer_env.build import from_mapping
 from indexer_env.errors import ParameterError
+from indexer_env.fault_law import fault_law
 from indexer_env.machine import machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir
@@ -33,6 +34,7 @@ GROUPS: dict[str, Callable[[Mapping[str, Any]], object]] = {
     "machine": machine_from_mapping,
     "operating_point": lambda mapping: from_mapping(OperatingPoint, mapping),
     "sensor": lambda mapping: from_mapping(Sensor, mapping),
+    "faults_law": fault_law,
     "campaign": make_campaign,
     "features": make_features,
     "net": lambda mapping: from_mapping(Mlp, {"inputs": 101, "outputs": 5, **mapping}, owner="net"),

@@ -129,22 +129,28 @@ def stop_faulty(w, block, width, limit, status, status_time):
 @outlined
 def step_lane(w, i, model, features, pieces):
     """Take lane i alone over its step, edges and pieces included."""
+    follow_pieces(w, i, pieces)
     one_lane_step(w, i, w[STEP + i], model, features)
     if crossed(w, i, features):
         mend(w, i, model, features, pieces)
-    follow_pieces(w, i, pieces)
 
 
 @lanes
-def step_block(w, width, model, features, pieces):
-    """Take all lanes over their steps; the few that crossed an edge or left their piece are seen to one by one."""
+def step_block(w, width, model, features, pieces, marked):
+    """Take all lanes over their steps; the few that crossed an edge or left their piece are seen to one by one. Returns
+    whether any did; with `marked`, some did in the step before, and their pieces are loaded only now (see load_lane).
+    """
+    if marked:
+        for i in range(width):
+            if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
+                follow_pieces(w, i, pieces)
     rk4(w, FIRST_LANE, LANES, model, features)
-    if mark(w, features):
+    marked = mark(w, features)
+    if marked:
         for i in range(width):
             if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
                 mend(w, i, model, features, pieces)
-            if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
-                follow_pieces(w, i, pieces)
+    return marked
 
 
 @outlined
@@ -160,13 +166,18 @@ def put_on_law(w, i, model, features):
 
 @outlined
 def load_lane(w, i, state, coefficients, pieces, model, features):
-    """Fill lane i from an item's state and coefficients."""
+    """Fill lane i from an item's state and coefficients.
+
+    The state holds the piece on which its accelerations were evaluated, even where its cam has just left that: they
+    come out as they were, and a run in parts has the bits of a run in one.
+    """
     for row in range(STATE_ROWS):
         w[row * LANES + i] = state[row]
     for row in range(COEFFICIENT_ROWS):
         w[(STATE_ROWS + row) * LANES + i] = coefficients[row]
     w[MESH_FACTOR + i] = 1.0
     w[STATION_RATIO_2 + i] = -1.0
+    w[MARK + i] = 1.0
     if w[PIECE + i] < 0.0:
         find_piece(w, i, pieces)
     else:
@@ -213,6 +224,7 @@ def entry(fingerprint: str):
         for block in range(first, stop, LANES):
             width = min(LANES, stop - block)
             w[:] = 0.0
+            marked = True
             shortest = longest = n_steps[block]
             for i in range(LANES if width > _NARROW else width):
                 item = block + min(i, width - 1)  # idle lanes repeat the last item and stand still
@@ -236,7 +248,7 @@ def entry(fingerprint: str):
                         elif step > n_steps[item]:
                             w[STEP + i] = 0.0
                 if width > _NARROW:
-                    step_block(w, width, model, features, pieces)
+                    marked = step_block(w, width, model, features, pieces, marked)
                 else:
                     for i in range(width):
                         if w[STEP + i] > 0.0:

@@ -1,0 +1,232 @@
+"""How faults come into an episode: fixed, drawn by a law, setting in at a time, or growing with the work done."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_integer, check_number
+from indexer_env.errors import ParameterError, refuse
+from indexer_env.faults import Faults
+
+TIGHT_LOOSENESS = 0.01
+"""Looseness [-] of screws that are going to let go, until they do. A machine's model cannot change while it runs: one
+whose screws will let go runs on its base from the start, and a hundredth of full looseness puts the housing at 120 Hz,
+the stiffest base that a step of 0.25 ms resolves."""
+
+MOST_BACKLASH = 2.0
+"""rad at the motor shaft: wear ends there, as `Faults.backlash` does."""
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """The same value in every episode; it takes nothing from the generator."""
+
+    value: Any
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        return self.value
+
+    @property
+    def extremes(self) -> tuple[Any, ...]:
+        """The values at which a check must pass."""
+        return (self.value,)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """low + (high - low) u, u uniform in [0, 1); one draw."""
+
+    low: float
+    high: float
+
+    def draw(self, rng: np.random.Generator) -> float:
+        return self.low + (self.high - self.low) * float(rng.random())
+
+    @property
+    def extremes(self) -> tuple[Any, ...]:
+        return (self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of the values, each as likely; one draw."""
+
+    values: tuple[Any, ...]
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        return self.values[int(rng.integers(len(self.values)))]
+
+    @property
+    def extremes(self) -> tuple[Any, ...]:
+        return self.values
+
+
+@dataclass(frozen=True)
+class Course:
+    """The faults of one episode and how they come about.
+
+    Attributes
+    ----------
+    faults : Faults
+        As they are once all have set in, without wear.
+    crack_at, loose_at : float
+        Time in the episode [s] at which the roller cracks and the screws let go, >= 0; 0: they have before it begins.
+    wear : float
+        Play that a joule transmitted by the input joint adds [rad at the motor shaft per J], >= 0.
+    """
+
+    faults: Faults = Faults()
+    crack_at: float = 0.0
+    loose_at: float = 0.0
+    wear: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_number("Course", "crack_at", self.crack_at, low=0.0, unit="s")
+        check_number("Course", "loose_at", self.loose_at, low=0.0, unit="s")
+        check_number("Course", "wear", self.wear, low=0.0, unit="rad/J")
+
+    @property
+    def changes(self) -> bool:
+        """Whether the faults are not the same throughout."""
+        cracks = self.crack_at > 0.0 and self.faults.roller_crack > 0.0
+        return cracks or self.wear > 0.0 or (self.loose_at > 0.0 and self.faults.screw_looseness > 0.0)
+
+    def at(self, time: float, work: float) -> Faults:
+        """The faults at a time [s], when so much work [J] has been transmitted."""
+        full = self.faults
+        return dataclasses.replace(
+            full,
+            roller_crack=full.roller_crack if time >= self.crack_at else 0.0,
+            screw_looseness=full.screw_looseness
+            if time >= self.loose_at
+            else min(full.screw_looseness, TIGHT_LOOSENESS),
+            backlash=min(full.backlash + self.wear * work, MOST_BACKLASH),
+        )
+
+    @property
+    def worst(self) -> Faults:
+        """Every fault that the course can reach, for what must be ready from the start."""
+        return self.at(math.inf, math.inf if self.wear > 0.0 else 0.0)
+
+
+@dataclass(frozen=True)
+class FaultLaw:
+    """The law by which each episode draws its `Course`; drawn in the order of the attributes.
+
+    Attributes
+    ----------
+    roller_crack, cracked_station, screw_looseness, backlash
+        As in `Faults`.
+    crack_at, loose_at, wear
+        As in `Course`.
+    """
+
+    roller_crack: Fixed | Uniform | Choice = Fixed(0.0)
+    cracked_station: Fixed | Uniform | Choice = Fixed(None)
+    screw_looseness: Fixed | Uniform | Choice = Fixed(0.0)
+    backlash: Fixed | Uniform | Choice = Fixed(0.0)
+    crack_at: Fixed | Uniform | Choice = Fixed(0.0)
+    loose_at: Fixed | Uniform | Choice = Fixed(0.0)
+    wear: Fixed | Uniform | Choice = Fixed(0.0)
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            law = getattr(self, field.name)
+            if not isinstance(law, Fixed | Uniform | Choice):
+                raise refuse("FaultLaw", field.name, "a Fixed, Uniform or Choice", law)
+            if field.name == "cracked_station" and isinstance(law, Uniform):
+                raise refuse("FaultLaw", field.name, "a station or a choice of stations", law)
+            for value in law.extremes:
+                self._with(field.name, value)
+
+    def draw(self, rng: np.random.Generator) -> Course:
+        """The course of one episode."""
+        return _course({field.name: getattr(self, field.name).draw(rng) for field in dataclasses.fields(self)})
+
+    def _with(self, name: str, value: Any) -> None:
+        """Raise what `Faults` or `Course` has against a value, in the law's name."""
+        try:
+            _course({name: value})
+        except ParameterError as error:
+            raise ParameterError(f"FaultLaw.{str(error).partition('.')[2]}") from None
+
+
+def _course(values: Mapping[str, Any]) -> Course:
+    own = {field.name for field in dataclasses.fields(Course)}
+    faults = Faults(**{name: value for name, value in values.items() if name not in own})
+    return Course(faults, **{name: value for name, value in values.items() if name in own})
+
+
+_TO_RADIANS = math.pi / 180.0
+
+
+def fault_law(given: object) -> FaultLaw:
+    """The law from what a user gives.
+
+    A `FaultLaw`; a `Course` or `Faults`, which are then the same in every episode; None, no faults; or a mapping (YAML)
+    of attributes of `FaultLaw` to a value, ``{uniform: [low, high]}`` or ``{choice: [value, ...]}``. A key that ends in
+    ``_deg`` (``backlash_deg``, ``wear_deg``) is in degrees.
+
+    Raises
+    ------
+    ParameterError
+        An unknown fault or law, or a value out of a fault's range.
+    """
+    if isinstance(given, FaultLaw):
+        return given
+    if given is None:
+        return FaultLaw()
+    if isinstance(given, Faults):
+        given = Course(given)
+    if isinstance(given, Course):
+        fields = {**_values(given.faults), **{key: getattr(given, key) for key in ("crack_at", "loose_at", "wear")}}
+        return FaultLaw(**{name: Fixed(value) for name, value in fields.items()})
+    if not isinstance(given, Mapping):
+        raise ParameterError(f"faults must be a mapping of faults to their values or laws, got {given!r}.")
+    laws = {}
+    for key, value in given.items():
+        name = str(key)
+        factor = _TO_RADIANS if name in ("backlash_deg", "wear_deg") else 1.0
+        laws[name.removesuffix("_deg") if factor != 1.0 else name] = _law(name, value, factor)
+    if len(laws) < len(given):
+        raise ParameterError("faults gives a fault twice, once in degrees; keep one of the two.")
+    return from_mapping(FaultLaw, laws, owner="faults")
+
+
+def _values(faults: Faults) -> dict[str, Any]:
+    return {field.name: getattr(faults, field.name) for field in dataclasses.fields(faults)}
+
+
+def _law(name: str, given: object, factor: float) -> Fixed | Uniform | Choice:
+    rule = "a value, {uniform: [low, high]} or {choice: [value, ...]}"
+    if not isinstance(given, Mapping):
+        return Fixed(_scaled(name, given, factor))
+    if len(given) != 1 or next(iter(given)) not in ("uniform", "choice"):
+        raise refuse("faults", name, rule, dict(given))
+    ((law, values),) = given.items()
+    if not isinstance(values, list | tuple) or not values:
+        raise refuse("faults", name, rule, dict(given))
+    scaled = tuple(_scaled(name, value, factor) for value in values)
+    if law == "choice":
+        return Choice(scaled)
+    for value in scaled:
+        check_number("faults", name, value)
+    if len(scaled) != 2 or scaled[0] > scaled[1]:
+        raise refuse("faults", name, "{uniform: [low, high]} with low <= high", dict(given))
+    return Uniform(float(scaled[0]), float(scaled[1]))
+
+
+def _scaled(name: str, value: Any, factor: float) -> Any:
+    if name == "cracked_station":
+        if value is not None:
+            check_integer("faults", name, value, low=0)
+        return value
+    check_number("faults", name, value)
+    return factor * value

@@ -1,0 +1,22 @@
+"""Enters the environments into Gymnasium's registry, on `import indexer_env`.
+
+Gymnasium 1.0 took away the entry points by which a plugin could register itself without an import; in their place
+``gymnasium.make("indexer_env:indexer_env/Indexer-v0")`` imports the package in the same call.
+"""
+
+from __future__ import annotations
+
+from gymnasium.envs.registration import register
+
+MAX_EPISODE_STEPS = 1640
+"""Control periods of an episode: two table turns of the reference machine (8.2 s each) in periods of 10 ms."""
+
+
+def register_environments() -> None:
+    """Register `indexer_env/Indexer-v0`."""
+    register(
+        id="indexer_env/Indexer-v0",
+        entry_point="indexer_env.env:IndexerEnv",
+        vector_entry_point="indexer_env.vector_env:IndexerVectorEnv",
+        max_episode_steps=MAX_EPISODE_STEPS,
+    )

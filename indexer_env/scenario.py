@@ -1,0 +1,104 @@
+"""What an environment is made with, and what of it an episode draws: the same for one machine and for many."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_number, did_you_mean
+from indexer_env.control import ControlTask, Limits, limits_of
+from indexer_env.errors import ParameterError, refuse
+from indexer_env.fault_law import FaultLaw, fault_law
+from indexer_env.kernels.control import OBSERVED
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
+from indexer_env.sensors import Sensor
+from indexer_env.start import Start
+
+OPTIONS = ("faults", "machine", "operating_point", "start_angle")
+"""What `reset(options=...)` takes."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The machine, what it is asked to do, the law of its faults, the sensor, the task and the observation's limits."""
+
+    machine: Machine
+    operating_point: OperatingPoint
+    faults: FaultLaw
+    sensor: Sensor
+    task: ControlTask
+    limits: Limits
+
+    @staticmethod
+    def of(
+        machine: object, operating_point: object, faults: object, sensor: object, task: Mapping[str, Any]
+    ) -> Scenario:
+        """From the arguments of an environment; raises ParameterError."""
+        numbers = from_mapping(ControlTask, task, owner="IndexerEnv")
+        chain = _loaded("sensor", sensor, Sensor, load_sensor)
+        ordered = _loaded("machine", machine, Machine, load_machine)
+        point = _loaded("operating_point", operating_point, OperatingPoint, load_operating_point)
+        limits = limits_of(ordered, point, chain, numbers)
+        return Scenario(ordered, point, _faults(faults), chain, numbers, limits)
+
+    def spaces(self) -> tuple[Box, Box]:
+        """Action and observation space of one machine."""
+        high = self.task.action_high
+        return Box(np.zeros_like(high), high), Box(-1.0, 1.0, (OBSERVED,))
+
+    def draw(self, rng: np.random.Generator) -> Start:
+        """Start of an episode: the start angle is drawn first, uniform over the first dwell, then the faults.
+
+        A cam without dwell starts anywhere in its first turn.
+        """
+        angle = self.task.start_angle
+        if angle is None:
+            begin = 2.0 * math.pi * self.machine.motion_share if self.machine.motion_share < 1.0 else 0.0
+            angle = begin + (2.0 * math.pi - begin) * float(rng.random())
+        point = dataclasses.replace(self.operating_point, start_angle=angle)
+        return Start(self.machine, point, self.faults.draw(rng))
+
+
+def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenario:
+    """The scenario of an episode that was reset with options; the limits stay."""
+    if not options:
+        return scenario
+    if not isinstance(options, Mapping):
+        raise refuse("IndexerEnv.reset", "options", "a mapping", options)
+    changes: dict[str, Any] = {}
+    for key, value in options.items():
+        if key == "faults":
+            changes["faults"] = _faults(value)
+        elif key == "machine":
+            changes["machine"] = _loaded("machine", value, Machine, load_machine)
+        elif key == "operating_point":
+            changes["operating_point"] = _loaded("operating_point", value, OperatingPoint, load_operating_point)
+        elif key == "start_angle":
+            check_number("IndexerEnv.reset", "start_angle", value, unit="rad")
+            changes["task"] = dataclasses.replace(scenario.task, start_angle=float(value))
+        else:
+            hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)
+            raise ParameterError(f"IndexerEnv.reset has no option {key!r}; {hint}.")
+    return dataclasses.replace(scenario, **changes)
+
+
+def _loaded(name: str, given: Any, cls: type, load: Any) -> Any:
+    if isinstance(given, cls):
+        return given
+    if isinstance(given, str | Path):
+        return load(given)
+    raise refuse("IndexerEnv", name, f"a {cls.__name__} or the name of a preset", given)
+
+
+def _faults(given: object) -> FaultLaw:
+    return fault_law(load_yaml("faults_law", given) if isinstance(given, str | Path) else given)

@@ -1,0 +1,247 @@
+"""`indexer_env/Indexer-v0` for many machines: one kernel call steps them all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.control import Limits, checked_actions
+from indexer_env.errors import ParameterError, refuse
+from indexer_env.fleet import Fleet
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.registration import MAX_EPISODE_STEPS
+from indexer_env.scenario import Scenario, options_for
+from indexer_env.sensors import Sensor
+
+
+class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """`num_envs` machines, each with its own generator, faults and, if given, parameters.
+
+    Item i gives the bits that `IndexerEnv` gives with the same seed; `reset(seed=s)` seeds item i with s + i. Infos are
+    those of the single environment, batched with masks as Gymnasium's vector environments do.
+
+    Parameters
+    ----------
+    num_envs : int
+    machine, operating_point : as in `IndexerEnv`, or a sequence of num_envs of them
+        The limits of the observation are those of the first.
+    autoreset_mode : AutoresetMode or str
+        NextStep (default), SameStep or Disabled; in metadata["autoreset_mode"].
+    max_episode_steps : int
+        Control periods after which an episode is truncated.
+    faults, sensor, reveal, render_mode, **task
+        As in `IndexerEnv`.
+
+    Raises
+    ------
+    ParameterError
+        One sentence on the parameter in question.
+    """
+
+    metadata = {"render_modes": [], "render_fps": 50, "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        machine: str | Machine | Sequence[str | Machine] = "reference",
+        operating_point: str | OperatingPoint | Sequence[str | OperatingPoint] = "reference",
+        faults: object = None,
+        sensor: str | Sensor = "environment",
+        reveal: bool = False,
+        render_mode: str | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int = MAX_EPISODE_STEPS,
+        **task: Any,
+    ) -> None:
+        check_integer("IndexerVectorEnv", "num_envs", num_envs, low=1)
+        check_integer("IndexerVectorEnv", "max_episode_steps", max_episode_steps, low=1)
+        if render_mode is not None:
+            raise ParameterError(f"IndexerVectorEnv.render_mode must be None, got {render_mode!r}; it has no picture.")
+        if not isinstance(reveal, bool):
+            raise ParameterError(f"IndexerVectorEnv.reveal must be True or False, got {reveal!r}.")
+        self.num_envs = num_envs
+        self.autoreset_mode = _mode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self._scenarios = _scenarios(num_envs, machine, operating_point, faults, sensor, task)
+        first = self._scenarios[0]
+        self.single_action_space, self.single_observation_space = first.spaces()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._high = self.single_action_space.high.tolist()
+        self._fleet = Fleet(num_envs, first.task, first.limits, first.sensor, truth=reveal)
+        self._reveal, self._most_steps = reveal, max_episode_steps
+        self._rngs: list[np.random.Generator] = []
+        self._seeds: list[int] = []
+        self._elapsed = np.zeros(num_envs, dtype=np.int64)
+        self._ended, self._started = np.zeros(num_envs, dtype=bool), np.zeros(num_envs, dtype=bool)
+
+    @property
+    def limits(self) -> Limits:
+        """What the observation is scaled by."""
+        return self._scenarios[0].limits
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The items' generators."""
+        self._seed([None] * self.num_envs, np.zeros(self.num_envs, dtype=bool))
+        return tuple(self._rngs)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The items' seeds."""
+        self._seed([None] * self.num_envs, np.zeros(self.num_envs, dtype=bool))
+        return tuple(self._seeds)
+
+    def _seed(self, seeds: Sequence[int | None], mask: np.ndarray) -> None:
+        """Give the items of the mask that have a seed a new generator, and every item one that has none yet."""
+        if not self._rngs:
+            pairs = [seeding.np_random(seed if chosen else None) for seed, chosen in zip(seeds, mask, strict=True)]
+        else:
+            pairs = [
+                seeding.np_random(seed) if chosen and seed is not None else (rng, known)
+                for seed, chosen, rng, known in zip(seeds, mask, self._rngs, self._seeds, strict=True)
+            ]
+        self._rngs, self._seeds = [rng for rng, _ in pairs], [known for _, known in pairs]
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start all episodes, or those of options["reset_mask"] (n,) bool; `seed` is one for item 0, item i getting
+        seed + i, or a sequence of one for each. Further options as in `IndexerEnv.reset`, for the episodes started.
+
+        Raises
+        ------
+        ParameterError
+            As `IndexerEnv.reset`; a mask or a sequence of seeds of another length.
+        """
+        given = dict(options or {})
+        mask = _checked_mask(given.pop("reset_mask", None), self.num_envs)
+        if seed is None or isinstance(seed, int):
+            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise refuse("IndexerVectorEnv.reset", "seed", f"one or {self.num_envs} whole numbers", seed)
+        self._seed(seeds, mask)
+        index = np.flatnonzero(mask)
+        readings = np.zeros((self.num_envs, self._fleet.task.samples))
+        readings[index] = self._start(index, given)
+        return self._fleet.observations, self._infos(readings, mask)
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Run one control period of every machine, those apart that the autoreset mode starts anew in this call.
+
+        Raises
+        ------
+        ParameterError
+            An action out of its box, of the wrong shape or kind, or not finite; nothing is clipped.
+        ResetNeeded
+            Before the first reset; with autoreset disabled also while an episode that has ended was not reset.
+        """
+        ended = self._ended
+        if not self._started.all():
+            raise ResetNeeded("IndexerVectorEnv.step must follow a reset of all its machines; call reset.")
+        any_ended = bool(ended.any())
+        if any_ended and self.autoreset_mode is AutoresetMode.DISABLED:
+            which = np.flatnonzero(ended).tolist()
+            raise ResetNeeded(
+                f'Episodes {which} have ended; reset them with options={{"reset_mask": …}} before a step.'
+            )
+        checked = checked_actions("IndexerVectorEnv", actions, (self.num_envs, len(self._high)), self._high)
+        period = self._fleet.step(checked, np.flatnonzero(~ended) if any_ended else None, self._rngs)
+        observations, rewards, terminations = period.observations, period.rewards, period.terminated
+        self._elapsed += 1
+        truncations = self._elapsed >= self._most_steps
+        readings = period.readings
+        if any_ended:  # only in NEXT_STEP: these are started in place of a step
+            index = np.flatnonzero(ended)
+            readings[index] = self._start(index)
+            observations[index] = self._fleet.observations[index]
+            rewards[index], terminations[index], truncations[index] = 0.0, False, False
+        self._ended = terminations | truncations
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
+            return self._same_step(observations, rewards, terminations, truncations, readings)
+        return observations, rewards, terminations, truncations, self._infos(readings, np.ones_like(ended))
+
+    def _same_step(
+        self,
+        observations: np.ndarray,
+        rewards: np.ndarray,
+        terminations: np.ndarray,
+        truncations: np.ndarray,
+        readings: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Start the episodes that this step ended; what they ended with goes to final_obs and final_info."""
+        ended = self._ended.copy()
+        index = np.flatnonzero(ended)
+        final = np.full(self.num_envs, None, dtype=object)
+        for i in index:
+            final[i] = observations[i].copy()
+        last = self._infos(np.where(ended[:, np.newaxis], readings, 0.0), ended)
+        infos: dict[str, Any] = {
+            "final_obs": final, "_final_obs": ended, "final_info": last, "_final_info": ended.copy(),
+        }  # fmt: skip
+        readings[index] = self._start(index)
+        observations[index] = self._fleet.observations[index]
+        infos.update(self._infos(readings, np.ones_like(ended)))
+        return observations, rewards, terminations, truncations, infos
+
+    def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> np.ndarray:
+        """Start items anew; readings (k, m)."""
+        starts = [options_for(self._scenarios[i], options).draw(self._rngs[i]) for i in index]
+        readings = self._fleet.start(index.tolist(), starts, self._rngs)
+        self._elapsed[index], self._ended[index], self._started[index] = 0, False, True
+        return readings
+
+    def _infos(self, readings: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
+        infos: dict[str, Any] = {"acceleration": readings, "_acceleration": mask.copy()}
+        if self._reveal:
+            truth: dict[str, Any] = {}
+            for name, values in self._fleet.truths().items():
+                values[~mask] = 0.0
+                truth |= {name: values, f"_{name}": mask.copy()}
+            infos |= {"truth": truth, "_truth": mask.copy()}
+        return infos
+
+
+def _mode(given: object) -> AutoresetMode:
+    if isinstance(given, AutoresetMode):
+        return given
+    names = {mode.value: mode for mode in AutoresetMode}
+    check_choice("IndexerVectorEnv", "autoreset_mode", given, names)
+    return names[str(given)]
+
+
+def _checked_mask(mask: object, n: int) -> np.ndarray:
+    if mask is None:
+        return np.ones(n, dtype=bool)
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (n,) or not mask.any():
+        rule = f"a bool array of shape ({n},) with at least one True"
+        raise refuse("IndexerVectorEnv.reset", "reset_mask", rule, mask)
+    return mask
+
+
+def _scenarios(
+    n: int, machine: object, operating_point: object, faults: object, sensor: object, task: Mapping[str, Any]
+) -> list[Scenario]:
+    """One scenario per item; one object where nothing differs."""
+    many = (list, tuple)
+    if not isinstance(machine, many) and not isinstance(operating_point, many):
+        return [Scenario.of(machine, operating_point, faults, sensor, task)] * n
+    machines = machine if isinstance(machine, many) else [machine] * n
+    points = operating_point if isinstance(operating_point, many) else [operating_point] * n
+    for name, given in (("machine", machines), ("operating_point", points)):
+        if len(given) != n:
+            raise refuse("IndexerVectorEnv", name, f"one, or a sequence of num_envs = {n}", f"{len(given)} of them")
+    first = Scenario.of(machines[0], points[0], faults, sensor, task)
+    return [options_for(first, {"machine": m, "operating_point": p}) for m, p in zip(machines, points, strict=True)]

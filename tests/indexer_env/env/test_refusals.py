@@ -1,0 +1,166 @@
+"""Bad input: one sentence each, and nothing is clipped in silence."""
+
+import dataclasses
+import math
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+
+from indexer_env import ParameterError, load_machine, load_sensor
+from indexer_env.env import IndexerEnv
+from indexer_env.vector_env import IndexerVectorEnv
+
+
+@pytest.fixture
+def env() -> IndexerEnv:
+    env = IndexerEnv()
+    env.reset(seed=0)
+    return env
+
+
+@pytest.mark.parametrize(
+    ("action", "said"),
+    [
+        (
+            np.array([1.1]),
+            "IndexerEnv.action must be finite and within [0, 1] (speed share), got 1.1; clip it yourself",
+        ),
+        (np.array([-0.1]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got -0.1"),
+        (np.array([math.nan]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got nan"),
+        (np.array([math.inf]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got inf"),
+        (np.ones(2), "IndexerEnv.action must be of shape (1,), got array([1., 1.])"),
+        (np.ones((1, 1)), "IndexerEnv.action must be of shape (1,)"),
+        (0.5, "IndexerEnv.action must be of shape (1,), got 0.5"),
+        (np.array([True]), "IndexerEnv.action must be an array of floats, got array([ True]); its dtype is bool"),
+        (np.array(["1"]), "IndexerEnv.action must be an array of floats"),
+        (None, "IndexerEnv.action must be an array of floats, got None"),
+        (np.array([1.0 + 0.0j]), "IndexerEnv.action must be an array of floats"),
+    ],
+)
+def test_an_action_that_is_none(env, action, said):
+    twin = IndexerEnv()
+    twin.reset(seed=0)
+    with pytest.raises(ParameterError) as caught:
+        env.step(action)
+    assert str(caught.value).startswith(said)
+    # the refused step has moved nothing
+    np.testing.assert_array_equal(env.step(np.ones(1))[0], twin.step(np.ones(1))[0])
+
+
+def test_an_item_s_action_is_named():
+    env = IndexerVectorEnv(3, brake_torque=10.0)
+    env.reset(seed=0)
+    actions = np.zeros((3, 2))
+    actions[1, 1] = math.nan
+    with pytest.raises(
+        ParameterError, match=r"IndexerVectorEnv \(item 1\).action must be finite and within \[0, 1\] \(brake"
+    ):
+        env.step(actions)
+    with pytest.raises(ParameterError, match=r"IndexerVectorEnv.action must be of shape \(3, 2\)"):
+        env.step(np.zeros((2, 2)))
+
+
+def test_steps_out_of_order(env):
+    for fresh in (IndexerEnv(), gymnasium.make("indexer_env/Indexer-v0")):
+        with pytest.raises(ResetNeeded):
+            fresh.step(np.ones(1))
+    with pytest.raises(ResetNeeded, match=r"IndexerVectorEnv\.step must follow a reset of all its machines"):
+        IndexerVectorEnv(2).step(np.ones((2, 1)))
+    some = IndexerVectorEnv(2)
+    some.reset(seed=0, options={"reset_mask": np.array([True, False])})
+    with pytest.raises(ResetNeeded):
+        some.step(np.ones((2, 1)))
+    disabled = IndexerVectorEnv(2, autoreset_mode="Disabled", max_episode_steps=1)
+    disabled.reset(seed=0)
+    disabled.step(np.ones((2, 1)))
+    with pytest.raises(ResetNeeded, match=r"Episodes \[0, 1\] have ended"):
+        disabled.step(np.ones((2, 1)))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"fault": {}}, "IndexerEnv.reset has no option 'fault'; did you mean 'faults'."),
+        ({"faults": {"roler_crack": 0.1}}, "faults has no parameter 'roler_crack'; did you mean 'roller_crack'."),
+        ({"faults": "tabel2"}, "There is no faults_law preset or YAML file 'tabel2'; did you mean 'table2'."),
+        ({"machine": 3}, "IndexerEnv.machine must be a Machine or the name of a preset, got 3."),
+        ({"start_angle": "0"}, "IndexerEnv.reset.start_angle must be a finite number rad, got '0'."),
+    ],
+)
+def test_an_option_that_cannot_be(env, options, said):
+    with pytest.raises(ParameterError) as caught:
+        env.reset(options=options)
+    assert str(caught.value) == said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"periode": 0.1}, "IndexerEnv has no parameter 'periode'; did you mean 'period'."),
+        ({"period": 0.0105}, "IndexerEnv.period must be a whole number of samples of 0.001 s, got 0.0105; 0.01 s is"),
+        ({"period": 0.0}, "IndexerEnv.period must be a finite number > 0 s, got 0.0."),
+        ({"ramp": 0.0}, "IndexerEnv.ramp must be a finite number > 0 1/s, got 0.0."),
+        ({"highest_share": 2.0}, "IndexerEnv.highest_share must be a finite number >= 0.1 and <= 1.5, got 2.0."),
+        ({"brake_torque": -1.0}, "IndexerEnv.brake_torque must be a finite number >= 0 and <= 500 N m, got -1.0."),
+        ({"vibration_weight": True}, "IndexerEnv.vibration_weight must be a finite number"),
+        ({"machine": "referense"}, "There is no machine preset or YAML file 'referense'; did you mean 'reference'."),
+        ({"sensor": "ideal"}, "IndexerEnv.sensor must have a range (full_scale)"),
+        ({"reveal": 1}, "IndexerEnv.reveal must be True or False, got 1."),
+    ],
+)
+def test_an_argument_that_cannot_be(arguments, said):
+    with pytest.raises(ParameterError) as caught:
+        IndexerEnv(**arguments)
+    assert str(caught.value).startswith(said)
+
+
+def test_a_step_too_coarse_for_the_machine():
+    with pytest.raises(
+        ParameterError, match=r"IndexerEnv.step must be <= .* s to resolve the fastest mode of reference"
+    ):
+        IndexerEnv(step=1e-2, sample_rate=100.0).reset(seed=0)
+
+
+def test_noise_by_ratio_needs_a_whole_record():
+    sensor = dataclasses.replace(load_sensor("environment"), noise_snr_db=20.0)
+    with pytest.raises(ParameterError, match=r"Sensor\.noise_snr_db must be null where a record is read as it grows"):
+        IndexerEnv(sensor=sensor)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"num_envs": 0}, "IndexerVectorEnv.num_envs must be a whole number >= 1, got 0."),
+        ({"max_episode_steps": 0}, "IndexerVectorEnv.max_episode_steps must be a whole number >= 1, got 0."),
+        ({"autoreset_mode": "never"}, "IndexerVectorEnv.autoreset_mode must be one of NextStep, SameStep, Disabled"),
+        (
+            {"num_envs": 2, "machine": [load_machine()]},
+            "IndexerVectorEnv.machine must be one, or a sequence of num_envs",
+        ),
+    ],
+)
+def test_an_argument_of_many_that_cannot_be(arguments, said):
+    with pytest.raises(ParameterError) as caught:
+        IndexerVectorEnv(**arguments)
+    assert str(caught.value).startswith(said)
+
+
+@pytest.mark.parametrize(
+    "mask", [[True, False], np.array([1, 0]), np.zeros(2, dtype=bool), np.ones(3, dtype=bool)], ids=str
+)
+def test_a_mask_that_cannot_be(mask):
+    with pytest.raises(ParameterError, match=r"IndexerVectorEnv\.reset\.reset_mask must be a bool array of shape"):
+        IndexerVectorEnv(2).reset(options={"reset_mask": mask})
+
+
+def test_a_refused_reset_leaves_the_vector_as_it_was():
+    env, twin = IndexerVectorEnv(2), IndexerVectorEnv(2)
+    for each in (env, twin):
+        each.reset(seed=3)
+    with pytest.raises(ParameterError):
+        env.reset(options={"faults": {"roller_crack": 2.0}})
+    np.testing.assert_array_equal(env.step(np.ones((2, 1)))[0], twin.step(np.ones((2, 1)))[0])
+    with pytest.raises(ParameterError, match=r"IndexerVectorEnv.reset.seed must be one or 2 whole numbers"):
+        env.reset(seed=[1, 2, 3])
