@@ -150,7 +150,7 @@ def prepare_kernel(pack: Pack) -> None:
 
 def _say_compiling() -> None:
     print(
-        "indexer_env: compiling the simulator, once per installation (about 10 s) …",
+        "indexer_env: compiling the simulator, once per installation (about 20 s) …",
         file=sys.stderr,
         flush=True,
     )
