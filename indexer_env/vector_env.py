@@ -124,12 +124,14 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         ParameterError
             As `IndexerEnv.reset`; a mask or a sequence of seeds of another length.
         """
+        if options and not isinstance(options, Mapping):
+            raise refuse("IndexerVectorEnv.reset", "options", "a mapping", options)
         given = dict(options or {})
         mask = _checked_mask(given.pop("reset_mask", None), self.num_envs)
         if seed is None or isinstance(seed, int):
             seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
         else:
-            seeds = list(seed)
+            seeds = list(seed) if isinstance(seed, list | tuple | range) else []
         if len(seeds) != self.num_envs:
             raise refuse("IndexerVectorEnv.reset", "seed", f"one or {self.num_envs} whole numbers", seed)
         self._seed(seeds, mask)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -15,6 +17,7 @@ from indexer_env.checks import check_number
 from indexer_env.env import IndexerEnv
 from indexer_env.errors import refuse
 from indexer_env.machine import Joint, Machine
+from indexer_env.presets import load_machine
 
 LEVELS = (-120.0, 80.0)
 """Bounds of a spectrum's level [dB over 1 (unit of the reading)²/Hz]; what lies beyond is clipped."""
@@ -159,8 +162,12 @@ class DomainRandomisation(_Drawing, RecordConstructorArgs):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Draw the episode's machine."""
+        if options and not isinstance(options, Mapping):
+            raise refuse("DomainRandomisation.reset", "options", "a mapping", options)
         given = dict(options or {})
         machine = given.get("machine", self._machine)
+        if isinstance(machine, str | Path):
+            machine = load_machine(machine)
         if isinstance(machine, Machine):
             given["machine"] = varied(machine, self._half_width, self._draws(seed))
         return self.env.reset(seed=seed, options=given)

@@ -11,6 +11,7 @@ from gymnasium.error import ResetNeeded
 from indexer_env import ParameterError, load_machine, load_sensor
 from indexer_env.env import IndexerEnv
 from indexer_env.vector_env import IndexerVectorEnv
+from indexer_env.wrappers import DomainRandomisation
 
 
 @pytest.fixture
@@ -164,3 +165,16 @@ def test_a_refused_reset_leaves_the_vector_as_it_was():
     np.testing.assert_array_equal(env.step(np.ones((2, 1)))[0], twin.step(np.ones((2, 1)))[0])
     with pytest.raises(ParameterError, match=r"IndexerVectorEnv.reset.seed must be one or 2 whole numbers"):
         env.reset(seed=[1, 2, 3])
+
+
+@pytest.mark.parametrize("seed", [1.5, np.int64(3), "ab", {1, 2}], ids=repr)
+def test_a_seed_that_cannot_be(seed):
+    with pytest.raises(ParameterError, match=r"IndexerVectorEnv\.reset\.seed must be one or 2 whole numbers, got "):
+        IndexerVectorEnv(2).reset(seed=seed)
+
+
+@pytest.mark.parametrize("options", [3, "faults", ["faults"]], ids=repr)
+def test_options_that_are_no_mapping(options):
+    for env in (IndexerEnv(), IndexerVectorEnv(2), DomainRandomisation(IndexerEnv())):
+        with pytest.raises(ParameterError, match=r"\.reset\.options must be a mapping, got "):
+            env.reset(options=options)

@@ -109,6 +109,14 @@ def test_each_episode_has_a_machine_of_its_own():
     np.testing.assert_array_equal(records[0], records[2])
 
 
+def test_a_machine_given_by_name_is_varied_too():
+    env, accelerations = DomainRandomisation(gymnasium.make(ID)), []
+    for machine in ("smooth", load_machine("smooth")):
+        env.reset(seed=0, options={"machine": machine, "start_angle": 0.0})
+        accelerations.append(env.step(ONE)[4]["acceleration"])
+    np.testing.assert_array_equal(*accelerations)
+
+
 def test_noise_has_its_density_and_respects_the_range():
     env, quiet = SensorNoise(gymnasium.make(ID), 0.2), gymnasium.make(ID)
     noisy = np.concatenate([step[-1]["acceleration"] for step in episode(env, 2, 400)[1:]])
