@@ -24,6 +24,9 @@ from indexer_env.presets import load_machine, load_operating_point, load_sensor,
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start
 
+_ARGUMENTS = ("machine", "operating_point", "faults", "sensor", "reveal", "render_mode")
+"""What an environment takes besides the fields of `ControlTask`; the vector environment takes more."""
+
 OPTIONS = ("faults", "machine", "operating_point", "start_angle")
 """What `reset(options=...)` takes."""
 
@@ -44,6 +47,11 @@ class Scenario:
         machine: object, operating_point: object, faults: object, sensor: object, task: Mapping[str, Any]
     ) -> Scenario:
         """From the arguments of an environment; raises ParameterError."""
+        names = (*_ARGUMENTS, *(field.name for field in dataclasses.fields(ControlTask)))
+        for key in task:
+            if key.removesuffix("_deg") not in names:
+                hint = did_you_mean(key, names) or "its parameters are " + ", ".join(names)
+                raise ParameterError(f"IndexerEnv has no parameter {key!r}; {hint}.")
         numbers = from_mapping(ControlTask, task, owner="IndexerEnv")
         chain = _loaded("sensor", sensor, Sensor, load_sensor)
         ordered = _loaded("machine", machine, Machine, load_machine)

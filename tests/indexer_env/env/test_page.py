@@ -7,6 +7,7 @@ from pathlib import Path
 import gymnasium
 import pytest
 
+from indexer_env import ParameterError
 from indexer_env.control import TERMINATION_PENALTY, ControlTask
 from indexer_env.env import IndexerEnv
 from indexer_env.registration import MAX_EPISODE_STEPS
@@ -47,3 +48,10 @@ def test_its_numbers_are_those_of_the_code():
     assert f"r = −{TERMINATION_PENALTY:g}" in PAGE and f"after {MAX_EPISODE_STEPS} periods" in PAGE
     env = gymnasium.make("indexer_env/Indexer-v0")
     assert str(env.action_space) in PAGE and str(env.observation_space) in PAGE
+
+
+def test_the_least_looseness_that_the_step_resolves():
+    assert "less loose than 0.006" in PAGE
+    IndexerEnv(faults={"screw_looseness": 0.006}).reset()
+    with pytest.raises(ParameterError, match=r"IndexerEnv\.step must be <= "):
+        IndexerEnv(faults={"screw_looseness": 0.0057}).reset()

@@ -100,6 +100,9 @@ def test_an_option_that_cannot_be(env, options, said):
     ("arguments", "said"),
     [
         ({"periode": 0.1}, "IndexerEnv has no parameter 'periode'; did you mean 'period'."),
+        ({"machin": "smooth"}, "IndexerEnv has no parameter 'machin'; did you mean 'machine'."),
+        ({"fault": {}}, "IndexerEnv has no parameter 'fault'; did you mean 'faults'."),
+        ({"xyz": 1}, "IndexerEnv has no parameter 'xyz'; its parameters are machine, operating_point, faults, sensor,"),
         ({"period": 0.0105}, "IndexerEnv.period must be a whole number of samples of 0.001 s, got 0.0105; 0.01 s is"),
         ({"period": 0.0}, "IndexerEnv.period must be a finite number > 0 s, got 0.0."),
         ({"ramp": 0.0}, "IndexerEnv.ramp must be a finite number > 0 1/s, got 0.0."),
