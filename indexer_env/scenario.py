@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.start import Start
 
 _ARGUMENTS = ("machine", "operating_point", "faults", "sensor", "reveal", "render_mode")
-"""What an environment takes besides the fields of `ControlTask`; the vector environment takes more."""
+"""What an environment takes besides the fields of `ControlTask`."""
 
 OPTIONS = ("faults", "machine", "operating_point", "start_angle")
 """What `reset(options=...)` takes."""
@@ -44,10 +44,15 @@ class Scenario:
 
     @staticmethod
     def of(
-        machine: object, operating_point: object, faults: object, sensor: object, task: Mapping[str, Any]
+        machine: object,
+        operating_point: object,
+        faults: object,
+        sensor: object,
+        task: Mapping[str, Any],
+        others: Sequence[str] = (),
     ) -> Scenario:
-        """From the arguments of an environment; raises ParameterError."""
-        names = (*_ARGUMENTS, *(field.name for field in dataclasses.fields(ControlTask)))
+        """From the arguments of an environment, which has `others` besides; raises ParameterError."""
+        names = (*_ARGUMENTS, *others, *(field.name for field in dataclasses.fields(ControlTask)))
         for key in task:
             if key.removesuffix("_deg") not in names:
                 hint = did_you_mean(key, names) or "its parameters are " + ", ".join(names)

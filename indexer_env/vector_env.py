@@ -22,6 +22,9 @@ from indexer_env.registration import MAX_EPISODE_STEPS
 from indexer_env.scenario import Scenario, options_for
 from indexer_env.sensors import Sensor
 
+_ARGUMENTS = ("num_envs", "autoreset_mode", "max_episode_steps")
+"""What it takes that the single environment does not."""
+
 
 class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """`num_envs` machines, each with its own generator, faults and, if given, parameters.
@@ -239,11 +242,11 @@ def _scenarios(
     """One scenario per item; one object where nothing differs."""
     many = (list, tuple)
     if not isinstance(machine, many) and not isinstance(operating_point, many):
-        return [Scenario.of(machine, operating_point, faults, sensor, task)] * n
+        return [Scenario.of(machine, operating_point, faults, sensor, task, _ARGUMENTS)] * n
     machines = machine if isinstance(machine, many) else [machine] * n
     points = operating_point if isinstance(operating_point, many) else [operating_point] * n
     for name, given in (("machine", machines), ("operating_point", points)):
         if len(given) != n:
             raise refuse("IndexerVectorEnv", name, f"one, or a sequence of num_envs = {n}", f"{len(given)} of them")
-    first = Scenario.of(machines[0], points[0], faults, sensor, task)
+    first = Scenario.of(machines[0], points[0], faults, sensor, task, _ARGUMENTS)
     return [options_for(first, {"machine": m, "operating_point": p}) for m, p in zip(machines, points, strict=True)]

@@ -138,6 +138,7 @@ def test_noise_by_ratio_needs_a_whole_record():
     [
         ({"num_envs": 0}, "IndexerVectorEnv.num_envs must be a whole number >= 1, got 0."),
         ({"max_episode_steps": 0}, "IndexerVectorEnv.max_episode_steps must be a whole number >= 1, got 0."),
+        ({"autoreset": "Disabled"}, "IndexerEnv has no parameter 'autoreset'; did you mean 'autoreset_mode'."),
         ({"autoreset_mode": "never"}, "IndexerVectorEnv.autoreset_mode must be one of NextStep, SameStep, Disabled"),
         (
             {"num_envs": 2, "machine": [load_machine()]},
