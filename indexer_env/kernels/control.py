@@ -13,8 +13,6 @@ from numba import njit
 from indexer_env.kernels.compiling import scalar
 from indexer_env.kernels.layout import *
 
-TWO_PI = 2.0 * math.pi
-
 OBSERVED = 7
 """Numbers in an observation."""
 

@@ -20,8 +20,6 @@ from indexer_env.kernels.joints import (
 )
 from indexer_env.kernels.layout import *
 
-TWO_PI = 2.0 * math.pi
-
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""
 
@@ -30,8 +28,6 @@ _SEARCHES = 60
 
 _NEAR = 1e-10
 """A guard this near to zero, as a share of its change over the step, is on the edge: below the interpolant's error."""
-
-_INFINITY = math.inf
 
 
 @scalar
@@ -70,8 +66,8 @@ def load_piece(w, i, piece, turn, pieces):
     w[ORIGIN + i] = start + pieces[row, PIECE_LOW]
     w[REACH_LOW + i] = w[ORIGIN + i]
     w[REACH_HIGH + i] = start + pieces[row, PIECE_HIGH]
-    w[BREAK_LOW + i] = w[REACH_LOW + i] if pieces[row, PIECE_BREAK_LOW] != 0.0 else -_INFINITY
-    w[BREAK_HIGH + i] = w[REACH_HIGH + i] if pieces[row, PIECE_BREAK_HIGH] != 0.0 else _INFINITY
+    w[BREAK_LOW + i] = w[REACH_LOW + i] if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
+    w[BREAK_HIGH + i] = w[REACH_HIGH + i] if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
 
     stations, advance, spacing = w[STATIONS + i], w[ADVANCE + i], w[SPACING_ERROR + i]
     station = turn - stations * math.floor(turn / stations)

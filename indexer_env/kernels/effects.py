@@ -8,8 +8,6 @@ import math
 
 from indexer_env.kernels.compiling import scalar
 
-TWO_PI = 2.0 * math.pi
-
 
 @scalar
 def smooth_sign(rate, smoothing):

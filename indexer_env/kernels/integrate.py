@@ -22,8 +22,6 @@ from indexer_env.kernels.layout import *
 from indexer_env.kernels.rates import state_rates
 from indexer_env.kernels.rk4 import rk4
 
-_INFINITY = math.inf
-
 _NARROW = 6
 """Up to so many items are taken lane by lane, which is faster than a whole block for few; the numbers are the same."""
 
@@ -100,10 +98,10 @@ def any_fault(w, limit):
     for i in range(LANES):
         sound = (
             (largest_deflection(w, i) <= limit)
-            & (abs(w[TABLE_ACC + i]) < _INFINITY)
-            & (abs(w[CAM_ACC + i]) < _INFINITY)
-            & (abs(w[HOUSING_ACC + i]) < _INFINITY)
-            & (abs(w[MOTOR_RATE + i]) < _INFINITY)
+            & (abs(w[TABLE_ACC + i]) < math.inf)
+            & (abs(w[CAM_ACC + i]) < math.inf)
+            & (abs(w[HOUSING_ACC + i]) < math.inf)
+            & (abs(w[MOTOR_RATE + i]) < math.inf)
         )
         good += 1 if sound else 0
     return good < LANES

@@ -9,12 +9,17 @@ argument, which would double the compile time.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 LANES = np.int64(32)
 """Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
 
 FIRST_LANE = np.int64(0)
+
+TWO_PI = 2.0 * math.pi
+"""One turn [rad]."""
 
 # --- state: angles [rad] and rates [rad/s] of cam, table, housing, motor; then what the integrator must remember
 STATE_NAMES = (

@@ -19,8 +19,6 @@ from indexer_env.kernels.effects import bump, friction_torque, harmonic, mesh_fa
 from indexer_env.kernels.joints import line_torque
 from indexer_env.kernels.layout import *
 
-TWO_PI = 2.0 * math.pi
-
 
 @lanes
 def rates(w, low, high, model, features, keep):
