@@ -6,6 +6,7 @@ In reading order, along the data flow:
     campaign       item i -> label and what differs from the base machine; `build` makes the machine
     campaigns/     the families, one file each: table2 (the paper's six classes)
     order          all that decides the bytes of a data set, checked first
+    quality        flat tops and dead stretches of a record, as columns
     produce        items -> simulate_batch -> sensor -> rows and records
     versions       which versions of what made a record
     rows           a machine, sensor and run as columns, and back

@@ -47,6 +47,8 @@ class Label:
         One of SUBSETS; items that share a machine draw share the subset.
     machine_draw : int
         Which machine of the data set; items with the same number are repeats on the same machine.
+    remaining_turns : int or None
+        Turns of the table until the machine fails, >= 0; None where it is not run to failure.
     """
 
     number: int
@@ -54,6 +56,7 @@ class Label:
     code: str
     subset: str
     machine_draw: int
+    remaining_turns: int | None = None
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from datagen.campaign import Case, Item, build
 from datagen.order import QUANTITY, Order
+from datagen.quality import quality_columns
 from datagen.rows import case_columns, label_columns, run_columns, sensor_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
@@ -50,6 +51,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
     noises = [stream(order.seed, noise, cases[place].item.index) for place in kept]
     records = order.sensor.read_batch(accelerations, batch.sample_rate, noises)
     common = {
+        "kind": "simulated",
         "sample_rate": order.sensor.record_rate(batch.sample_rate),
         "quantity": QUANTITY,
         "unit": order.sensor.unit,
@@ -62,12 +64,13 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
     rows = [
         {
             **common,
+            **quality,
             **case_columns(cases[place]),
             "warmup_turns": int(batch.warmup_turns[place]),
             "warmup_settled": bool(batch.settled[place]),
             "warmup_difference": _finite_or_none(float(batch.warmup_difference[place])),
         }
-        for place in kept
+        for place, quality in zip(kept, quality_columns(records), strict=True)
     ]
     return rows, records, rejected
 

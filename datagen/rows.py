@@ -45,6 +45,7 @@ def label_columns(label: Label) -> dict[str, Any]:
         "code": label.code,
         "subset": label.subset,
         "machine_draw": label.machine_draw,
+        "remaining_turns": label.remaining_turns,
     }
 
 
@@ -92,11 +93,12 @@ def run_columns(run: Run, samples: int) -> dict[str, Any]:
 @functools.cache
 def version_columns() -> dict[str, Any]:
     """Versions of what makes a record, by column name."""
-    package, numpy, numba = versions_of(("indexer-diagnosis", "numpy", "numba")).values()
+    package, numpy, scipy, numba = versions_of(("indexer-diagnosis", "numpy", "scipy", "numba")).values()
     return {
         "schema_version": SCHEMA_VERSION,
         "package_version": package,
         "numpy_version": numpy,
+        "scipy_version": scipy,
         "numba_version": numba,
     }
 

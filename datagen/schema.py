@@ -1,35 +1,49 @@
 """The columns of a data set: every one with its type, its unit and one sentence, as data.
 
-One row is one record, whatever batch or shard it was made in. Units and sentences travel in the Parquet field
-metadata (keys b"unit" and b"description"), the version of this layout in the schema metadata. `python -m
-datagen.schema` prints the tree that stands in DATA.md.
+One row is one record, simulated or measured, whatever batch or shard it was made in. Units and sentences travel in
+the Parquet field metadata (keys b"unit", b"description" and b"rows"), the version of this layout in the schema
+metadata. `python -m datagen.schema` prints the tree that stands in DATA.md.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import Literal
 
 import pyarrow as pa
 
 FORMAT = "indexer-diagnosis records"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Raised whenever a column changes its name, type, unit or meaning, or disappears."""
+
+Kind = Literal["simulated", "measured"]
+"""What a row is; its column `kind`."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column: Arrow type, unit ("-" for a pure number, "" for text and flags) and one sentence."""
+    """One column: Arrow type, unit ("-" for a pure number, "" for text and flags) and one sentence.
+
+    `of` says which rows it belongs to; `nullable` whether it may be null in those. A column of simulated rows holds in
+    a measured row what is known of the machine and null otherwise, a column of measured rows is null in simulated ones.
+    """
 
     name: str
     type: pa.DataType
     unit: str
     description: str
     nullable: bool = False
+    of: Kind | Literal["both"] = "both"
+
+    def may_be_null(self, kind: Kind) -> bool:
+        """Whether a row of this kind may hold null here."""
+        return self.nullable or self.of not in ("both", kind)
 
     def field(self) -> pa.Field:
-        """The Arrow field with unit and description as metadata."""
-        metadata = {b"unit": self.unit.encode(), b"description": self.description.encode()}
-        return pa.field(self.name, self.type, nullable=self.nullable, metadata=metadata)
+        """The Arrow field with unit, description and the rows it belongs to as metadata."""
+        metadata = {"unit": self.unit, "description": self.description, "rows": self.of}
+        return pa.field(self.name, self.type, nullable=self.nullable or self.of != "both", metadata=metadata)
 
 
 _NUMBER, _COUNT, _TEXT, _FLAG = pa.float64(), pa.int64(), pa.string(), pa.bool_()
@@ -42,6 +56,11 @@ def _joint(name: str, words: str) -> list[Column]:
         Column(f"{name}_backlash", _NUMBER, "rad", f"TOTAL play of {words}, half of it on each side"),
         Column(f"{name}_stiffness_ratio", _NUMBER, "-", "Its stiffness for negative over positive deflection"),
     ]
+
+
+def _only(kind: Kind, columns: list[Column]) -> list[Column]:
+    """The columns, of rows of this kind only."""
+    return [dataclasses.replace(column, of=kind) for column in columns]
 
 
 GROUPS: dict[str, list[Column]] = {
@@ -58,13 +77,27 @@ GROUPS: dict[str, list[Column]] = {
         Column("code", _TEXT, "", "Target of the network, one character 0 or 1 per output"),
         Column("subset", _TEXT, "", "calibration, control or validation"),
         Column("machine_draw", _COUNT, "-", "Which machine; repeats on one machine share it and the subset"),
+        Column("remaining_turns", _COUNT, "turns", "Turns until the machine fails; null: not run to failure", True),
+    ],
+    "quality": [
+        Column("clipped_share", _NUMBER, "-", "Share of the samples in flat tops and bottoms at the record's extremes"),
+        Column("constant_share", _NUMBER, "-", "Share of the samples in the longest run of equal ones, 1: dead sensor"),
     ],
     "origin": [
+        Column("kind", _TEXT, "", "simulated or measured"),
         Column("campaign", _TEXT, "", "Family of the data set"),
         Column("seed", _COUNT, "-", "Seed of the data set"),
         Column("item", _COUNT, "-", "Number of the item, from 0; fixes every draw with the seed"),
     ],
-    "machine as simulated, faults included": [
+    "source of a measured row": _only("measured", [
+        Column("source", _TEXT, "", "File it was read from, without its folder"),
+        Column("source_sha256", _TEXT, "", "SHA-256 of that file"),
+        Column("source_channel", _TEXT, "", "Channel in the file"),
+        Column("source_rate", _NUMBER, "Hz", "Samples per second in the file"),
+        Column("source_start", _NUMBER, "s", "Where the record begins in the file"),
+        Column("groups", _TEXT, "", "What it was measured with and when, as JSON, e.g. sensor, machine, day"),
+    ]),
+    "machine as simulated, faults included": _only("simulated", [
         Column("machine_name", _TEXT, "", "Name of the machine it was drawn around"),
         Column("model", _TEXT, "", "A (1 degree of freedom, no input joint), B (2) or B_on_base (3)"),
         Column("reduction_ratio", _NUMBER, "-", "Motor turns per cam turn, i"),
@@ -82,19 +115,19 @@ GROUPS: dict[str, list[Column]] = {
         *_joint("output_joint", "joint 2 (indexer and output shaft)"),
         *_joint("base_joint", "joint 3 (base screws)"),
         Column("effects", _TEXT, "", "Effects beyond the base equations, JSON list of {name, ...}"),
-    ],
-    "faults, each also among the effects": [
+    ]),
+    "faults, each also among the effects": _only("simulated", [
         Column("fault_roller_crack", _NUMBER, "-", "Loss of stiffness of joint 2 in one sense, 0 intact"),
         Column("fault_cracked_station", _COUNT, "-", "The one station that has it; null: all of them", True),
         Column("fault_screw_looseness", _NUMBER, "-", "Loose base screws, 0 tight to 1"),
         Column("fault_backlash", _NUMBER, "rad", "Play added to joint 1, at the MOTOR shaft"),
-    ],
-    "operating point": [
+    ]),
+    "operating point": _only("simulated", [
         Column("motor_speed", _NUMBER, "rad/s", "Commanded speed of the motor shaft"),
         Column("load_torque", _NUMBER, "N m", "T_L, torque against the table's motion"),
         Column("start_angle", _NUMBER, "rad", "Cam angle at time 0; the motion begins at 0"),
-    ],
-    "run and warm-up": [
+    ]),
+    "run and warm-up": _only("simulated", [
         Column("simulation_rate", _NUMBER, "Hz", "Samples per second given to the sensor"),
         Column("simulation_samples", _COUNT, "-", "Samples given to the sensor"),
         Column("step", _NUMBER, "s", "Largest step of the integrator; the one used divides the sampling interval"),
@@ -103,8 +136,8 @@ GROUPS: dict[str, list[Column]] = {
         Column("warmup_turns", _COUNT, "turns", "Turns of the table run before the record"),
         Column("warmup_settled", _FLAG, "", "True when the record repeats the turn before it"),
         Column("warmup_difference", _NUMBER, "-", "Record minus the turn before it, rms over rms", True),
-    ],
-    "sensor": [
+    ]),
+    "sensor": _only("simulated", [
         Column("sensor_radius", _NUMBER, "m", "Radius of the accelerometer; null: reads the angle's", True),
         Column("sensor_gain", _NUMBER, "-", "Reading over truth"),
         Column("sensor_bracket_hz", _NUMBER, "Hz", "Natural frequency of the bracket; null: rigid", True),
@@ -122,12 +155,13 @@ GROUPS: dict[str, list[Column]] = {
         Column("sensor_noise_density", _NUMBER, "column unit/sqrt(Hz)", "One-sided noise density; 0: none"),
         Column("sensor_full_scale", _NUMBER, "column unit", "Range, plus and minus; null: no clipping", True),
         Column("sensor_bits", _COUNT, "-", "Bits of the quantiser over the range; null: none", True),
-    ],
+    ]),
     "versions": [
         Column("schema_version", _COUNT, "-", "Version of this layout"),
         Column("package_version", _TEXT, "", "Version of indexer-diagnosis that made the row"),
         Column("numpy_version", _TEXT, "", "Version of NumPy"),
-        Column("numba_version", _TEXT, "", "Version of Numba"),
+        Column("scipy_version", _TEXT, "", "Version of SciPy"),
+        Column("numba_version", _TEXT, "", "Version of Numba", of="simulated"),
     ],
 }  # fmt: skip
 """Columns by group, in file order."""
@@ -167,8 +201,9 @@ def tree() -> str:
         for column in columns:
             kind = "list<float32>" if column.name == RECORD else str(column.type).replace("double", "float64")
             kind += "?" if column.nullable else ""
+            rows = {"both": "", "simulated": "s", "measured": "m"}[column.of]
             unit = f"[{column.unit}]" if column.unit else ""
-            lines.append(f"{column.name:<29}{kind:<15}{unit:<27}{column.description}".rstrip())
+            lines.append(f"{column.name:<29}{kind:<15}{rows:<3}{unit:<27}{column.description}".rstrip())
     return "\n".join(lines[1:])
 
 

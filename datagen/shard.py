@@ -70,8 +70,8 @@ class Records:
 
 
 def to_table(rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> pa.Table:
-    """Rows (all columns but the record) and their records, shape (n, samples), as an Arrow table with the
-    full schema."""
+    """Rows and their records, shape (n, samples), as an Arrow table with the full schema; a column that rows of
+    their kind need not have is null where it is left out."""
     samples = np.ascontiguousarray(records, dtype=np.float32)
     layout = schema()
     offsets = np.arange(0, samples.size + 1, samples.shape[1], dtype=np.int32)
@@ -80,8 +80,12 @@ def to_table(rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> pa.Table
         if field.name == RECORD:
             arrays.append(pa.ListArray.from_arrays(pa.array(offsets), pa.array(samples.ravel()), type=field.type))
         else:
-            arrays.append(pa.array([row[field.name] for row in rows], type=field.type))
+            arrays.append(pa.array([_value(row, field.name) for row in rows], type=field.type))
     return pa.Table.from_arrays(arrays, schema=layout)
+
+
+def _value(row: Mapping[str, Any], name: str) -> Any:
+    return row.get(name) if COLUMNS[name].may_be_null(row["kind"]) else row[name]
 
 
 def write_parquet(table: pa.Table, path: Path) -> None:

@@ -63,7 +63,12 @@ def write_dataset() -> Callable[..., Path]:
     """
 
     def write(dataset: Dataset, folder: Path, **last: object) -> Path:
-        fixed = {"sample_rate": dataset.sample_rate, "quantity": dataset.quantity, "unit": dataset.unit}
+        fixed = {
+            "kind": "simulated",
+            "sample_rate": dataset.sample_rate,
+            "quantity": dataset.quantity,
+            "unit": dataset.unit,
+        }
         # What a machine would fill in does not matter to a classifier.
         empty = {pa.float64(): 0.0, pa.int64(): 0, pa.string(): "", pa.bool_(): True}
         rows = []

@@ -1,0 +1,47 @@
+"""What is visibly wrong with a record, as columns: flat tops of a sensor at its limits, stretches in which it is dead.
+
+Both are shares, not verdicts: a quantiser of few bits holds a value for some samples too. Who reads the data set
+decides how much is too much.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+SHORTEST_FLAT = 3
+"""Samples in a row at the same extreme value that count as clipped; a sampled peak has two at most by chance."""
+
+
+def quality_columns(records: np.ndarray) -> list[dict[str, Any]]:
+    """The quality columns of each record.
+
+    Parameters
+    ----------
+    records : array_like, shape (n, samples)
+        As they are stored: the float32 of a data set.
+
+    Returns
+    -------
+    list of dict
+        For each record `clipped_share`, the share [-] of its samples that lie in runs of at least SHORTEST_FLAT equal
+        samples at its largest or smallest value, and `constant_share`, the share in its longest run of equal samples,
+        0 where no two neighbours are equal.
+    """
+    stored = np.asarray(records, dtype=np.float32)
+    held = stored[:, 1:] == stored[:, :-1]
+    columns = [{"clipped_share": 0.0, "constant_share": 0.0} for _ in stored]
+    for place in np.flatnonzero(held.any(axis=1)):
+        columns[place] = _shares(stored[place], held[place])
+    return columns
+
+
+def _shares(record: np.ndarray, held: np.ndarray) -> dict[str, float]:
+    """The shares of one record; held[i] says that sample i + 1 equals sample i."""
+    begins = np.flatnonzero(np.concatenate(([True], ~held)))
+    lengths = np.diff(np.append(begins, len(record)))
+    values = record[begins]
+    extreme = (values == record.max()) | (values == record.min())
+    clipped = int(lengths[extreme & (lengths >= SHORTEST_FLAT)].sum())
+    return {"clipped_share": clipped / len(record), "constant_share": int(lengths.max()) / len(record)}
