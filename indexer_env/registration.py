@@ -13,10 +13,11 @@ MAX_EPISODE_STEPS = 1640
 
 
 def register_environments() -> None:
-    """Register `indexer_env/Indexer-v0`."""
+    """Register `indexer_env/Indexer-v0` and `indexer_env/IndexerDiagnosis-v0`."""
     register(
         id="indexer_env/Indexer-v0",
         entry_point="indexer_env.env:IndexerEnv",
         vector_entry_point="indexer_env.vector_env:IndexerVectorEnv",
         max_episode_steps=MAX_EPISODE_STEPS,
     )
+    register(id="indexer_env/IndexerDiagnosis-v0", entry_point="indexer_env.diagnosis_env:IndexerDiagnosisEnv")

@@ -58,9 +58,9 @@ class Scenario:
                 hint = did_you_mean(key, names) or "its parameters are " + ", ".join(names)
                 raise ParameterError(f"IndexerEnv has no parameter {key!r}; {hint}.")
         numbers = from_mapping(ControlTask, task, owner="IndexerEnv")
-        chain = _loaded("sensor", sensor, Sensor, load_sensor)
-        ordered = _loaded("machine", machine, Machine, load_machine)
-        point = _loaded("operating_point", operating_point, OperatingPoint, load_operating_point)
+        chain = loaded("IndexerEnv", "sensor", sensor, Sensor, load_sensor)
+        ordered = loaded("IndexerEnv", "machine", machine, Machine, load_machine)
+        point = loaded("IndexerEnv", "operating_point", operating_point, OperatingPoint, load_operating_point)
         limits = limits_of(ordered, point, chain, numbers)
         return Scenario(ordered, point, _faults(faults), chain, numbers, limits)
 
@@ -93,9 +93,9 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
         if key == "faults":
             changes["faults"] = _faults(value)
         elif key == "machine":
-            changes["machine"] = _loaded("machine", value, Machine, load_machine)
+            changes["machine"] = loaded("IndexerEnv", "machine", value, Machine, load_machine)
         elif key == "operating_point":
-            changes["operating_point"] = _loaded("operating_point", value, OperatingPoint, load_operating_point)
+            changes["operating_point"] = loaded("IndexerEnv", "operating_point", value, OperatingPoint, load_operating_point)
         elif key == "start_angle":
             check_number("IndexerEnv.reset", "start_angle", value, unit="rad")
             changes["task"] = dataclasses.replace(scenario.task, start_angle=float(value))
@@ -105,12 +105,13 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
     return dataclasses.replace(scenario, **changes)
 
 
-def _loaded(name: str, given: Any, cls: type, load: Any) -> Any:
+def loaded(owner: str, name: str, given: Any, cls: type, load: Any) -> Any:
+    """The object given, or loaded where a preset's name or a file is."""
     if isinstance(given, cls):
         return given
     if isinstance(given, str | Path):
         return load(given)
-    raise refuse("IndexerEnv", name, f"a {cls.__name__} or the name of a preset", given)
+    raise refuse(owner, name, f"a {cls.__name__} or the name of a preset", given)
 
 
 def _faults(given: object) -> FaultLaw:

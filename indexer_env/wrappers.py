@@ -18,6 +18,7 @@ from indexer_env.env import IndexerEnv
 from indexer_env.errors import refuse
 from indexer_env.machine import Joint, Machine
 from indexer_env.presets import load_machine
+from indexer_env.spectrum import density, level
 
 LEVELS = (-120.0, 80.0)
 """Bounds of a spectrum's level [dB over 1 (unit of the reading)²/Hz]; what lies beyond is clipped."""
@@ -117,12 +118,8 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
         return self._level(window), float(reward), terminated, truncated, info
 
     def _level(self, window: np.ndarray) -> np.ndarray:
-        import scipy.signal
-
         record = self._limit * window.astype(np.float64)
-        _, density = scipy.signal.welch(record, self._rate, nperseg=int(self._rate), detrend="constant")
-        floor = 10.0 ** (LEVELS[0] / 10.0)
-        return np.clip(10.0 * np.log10(np.maximum(density[: self._lines], floor)), *LEVELS).astype(np.float32)
+        return level(density(record, self._rate, self._lines), LEVELS).astype(np.float32)
 
 
 class _Drawing(gymnasium.Wrapper):

@@ -1,0 +1,113 @@
+"""A measurement is a simulated turn read by the sensor; money and names are booked as the page says."""
+
+import math
+
+import numpy as np
+import pytest
+
+from indexer_env import OperatingPoint, Run, load_machine, load_sensor, simulate
+from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, Setting, band_levels, draw_case, measure
+from indexer_env.diagnosis_env import IndexerDiagnosisEnv
+from indexer_env.signal import Signal
+
+TASK = IndexerDiagnosisEnv().task
+
+
+def cases_and_rngs(count: int) -> tuple[list, list[np.random.Generator]]:
+    rngs = [np.random.default_rng(seed) for seed in range(count)]
+    return [draw_case(TASK, load_machine("reference"), rng) for rng in rngs], rngs
+
+
+def test_a_batch_gives_the_bits_of_its_items():
+    settings = [Setting(1.3, 0.0), Setting(1.0, 200.0), Setting(1.3, 200.0), Setting(1.3, 0.0)]
+    sensor, point = load_sensor("bench"), OperatingPoint()
+    cases, rngs = cases_and_rngs(4)
+    together = measure(cases, settings, point, sensor, rngs)
+    cases, rngs = cases_and_rngs(4)
+    for i in range(4):
+        assert measure([cases[i]], [settings[i]], point, sensor, [rngs[i]]) == [together[i]]
+
+
+def test_a_record_is_a_turn_of_simulate():
+    (case,), (rng,) = cases_and_rngs(1)
+    (record,) = measure([case], [Setting(1.3, 200.0)], OperatingPoint(), load_sensor("bench"), [rng])
+    twin = np.random.default_rng(0)
+    draw_case(TASK, load_machine("reference"), twin)
+    nominal = OperatingPoint()
+    point = OperatingPoint(1.3 * nominal.motor_speed, nominal.load_torque + 200.0, 16.0 * math.pi * twin.random())
+    truth = simulate(case.machine, point, Run(samples=len(record.values), warmup_turns=1)).table_acceleration
+    assert len(truth) == round(8200 / 1.3)
+    np.testing.assert_array_equal(record.values, load_sensor("bench").read(truth, 1000.0, twin).values)
+
+
+def test_a_turn_of_a_sine_shows_in_its_band_alone():
+    time = np.arange(4000) / 1000.0
+    record = Signal(np.sin(2.0 * math.pi * 30.5 * time), 1000.0)
+    levels = band_levels(record)
+    assert levels.shape == (BANDS,) and levels.argmax() == (30 - 1) // BAND_HZ
+    decibels = 0.5 * (levels.max() * (LEVELS[1] - LEVELS[0]) + LEVELS[0] + LEVELS[1])
+    assert decibels == pytest.approx(10.0 * math.log10(0.5 / BAND_HZ), abs=0.1)  # power ½ in a band of 4 Hz
+    assert levels[15:].max() == -1.0
+
+
+def test_costs_are_their_formula():
+    env = IndexerDiagnosisEnv(time_price=0.01, brake_price=0.1, speeds=[0.5, 1.0], brakes=[0.0, 100.0])
+    two_turns, work = 2 * 8.2, 2 * 2.0 * math.pi * 100.0 / 1000.0
+    expected = [0.02 * two_turns, 0.02 * two_turns + 0.1 * work, 0.01 * two_turns, 0.01 * two_turns + 0.1 * work]
+    np.testing.assert_allclose(env.costs, expected, rtol=1e-12)
+    env = IndexerDiagnosisEnv(speeds=[1.0], brakes=[0.0, 200.0])
+    env.reset(seed=0)
+    assert env.step(1)[1] == -env.costs[1]
+
+
+def test_names_pay_and_end_the_episode():
+    env = IndexerDiagnosisEnv(right=2.0, wrong=3.0)
+    for place, name in enumerate(env.names):
+        for named in (place, (place + 1) % len(env.names)):
+            env.reset(seed=1, options={"hypothesis": name})
+            _, reward, terminated, truncated, _ = env.step(len(env.settings) + named)
+            assert (reward, terminated, truncated) == (2.0 if named == place else -3.0, True, False)
+
+
+def test_a_measurement_beyond_the_budget_ends_the_episode_as_no_name():
+    env = IndexerDiagnosisEnv(speeds=[1.0, 1.3], brakes=[0.0], budget=0.1)
+    _, info = env.reset(seed=0)
+    assert info["action_mask"].tolist() == [1] * 10
+    observation, _, terminated, _, info = env.step(0)
+    assert not terminated and info["action_mask"].tolist() == [0, 0] + [1] * 8
+    assert observation[-1] == pytest.approx((0.1 - env.costs[0]) / 0.1)
+    after, reward, terminated, _, info = env.step(1)
+    assert (reward, terminated) == (-1.0, True) and "record" not in info
+    np.testing.assert_array_equal(after, observation)
+
+
+def test_the_observation_says_what_was_measured():
+    env = IndexerDiagnosisEnv()
+    start, _ = env.reset(seed=3)
+    np.testing.assert_array_equal(start, [-1.0] * BANDS + [0.0] * 8 + [1.0])
+    observation, _, _, _, info = env.step(7)
+    np.testing.assert_array_equal(observation[:BANDS], band_levels(info["record"]).astype(np.float32))
+    assert observation[BANDS:-1].tolist() == [0.0] * 7 + [1.0]
+
+
+def test_every_name_is_as_likely_and_has_its_faults():
+    env = IndexerDiagnosisEnv(reveal=True)
+    env.reset(seed=0)
+    truths = [env.reset()[1]["truth"] for _ in range(800)]
+    counts = np.bincount([truth["hypothesis"] for truth in truths], minlength=8)
+    assert 70 <= counts.min() and counts.max() <= 130  # 100 expected, binomial σ 9.4
+    for truth in truths:
+        name = env.names[truth["hypothesis"]]
+        degrees = math.degrees(truth["backlash"])
+        assert (truth["roller_crack"] > 0.0) == ("crack" in name) == (truth["cracked_station"] >= 0)
+        assert (truth["screw_looseness"] > 0.0) == ("screws" in name)
+        assert (2.0 <= degrees <= 15.0) if "play" in name else (0.0 <= degrees <= 1.0)
+
+
+def test_machines_differ_from_episode_to_episode_by_their_spread():
+    machine, rng = load_machine("reference"), np.random.default_rng(0)
+    shares = [
+        draw_case(TASK, machine, rng, 0).machine.output_joint.stiffness / machine.output_joint.stiffness
+        for _ in range(300)
+    ]
+    assert 0.9 <= min(shares) < 0.91 and 1.09 < max(shares) < 1.1
