@@ -52,7 +52,9 @@ class Conditional:
 
     def log_densities(self, values: np.ndarray, means: np.ndarray) -> np.ndarray:
         """Log densities (n, k, g) of values (n, k, d) under these means, but for a constant."""
-        apart = np.einsum("gij,nkgj->nkgi", self.whiten, values[:, :, None, :] - means[:, None, :, :])
+        g, d, _ = self.whiten.shape
+        white = (values @ self.whiten.reshape(g * d, d).T).reshape(*values.shape[:2], g, d)
+        apart = white - np.einsum("gij,ngj->ngi", self.whiten, means)[:, None]
         scale = np.log(np.diagonal(self.whiten, axis1=1, axis2=2)).sum(axis=1)
         return scale - 0.5 * (apart**2).sum(axis=-1)
 

@@ -10,8 +10,11 @@ import scipy.special
 
 from benchmarks.diagnosis.belief import Belief
 
-DRAWS = 8
+DRAWS = 4
 """Measurements imagined per component of the belief to estimate what one is worth."""
+
+NEGLIGIBLE = 1e-3
+"""Probability of a component below which nothing is imagined of it: its share of the expected information is small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,14 +120,17 @@ class GreedyInformation(Policy):
     def _information(self, taken: tuple[int, ...], setting: int, z: np.ndarray, log_weights: np.ndarray) -> np.ndarray:
         """Expected information of a turn at a setting [bit], (n,)."""
         model = self._belief.conditional(taken, setting)
+        if not taken:  # as long as nothing is known all episodes are the same
+            z, log_weights = z[:1], log_weights[:1]
         means = model.means(z[:, taken].reshape(len(z), -1))
         weights = np.exp(log_weights)
         after = np.zeros(len(z))
         for component, normals in enumerate(self._normals):
-            values = means[:, component, None] + normals @ model.factor[component].T
-            log = log_weights[:, None, :] + model.log_densities(values, means)
+            rows = np.flatnonzero(weights[:, component] > NEGLIGIBLE)
+            values = means[rows, component, None] + normals @ model.factor[component].T
+            log = log_weights[rows, None, :] + model.log_densities(values, means[rows])
             posterior = np.exp(log - scipy.special.logsumexp(log, axis=-1, keepdims=True))
-            after += weights[:, component] * _entropy(self._belief.names(posterior)).mean(axis=1)
+            after[rows] += weights[rows, component] * _entropy(self._belief.names(posterior)).mean(axis=1)
         return _entropy(self._belief.names(weights)) - after
 
 
