@@ -19,7 +19,9 @@ fault_law                  how faults come into an episode: drawn, setting in, g
 control, scenario, start   the control task; what an environment is made with; what an episode starts with
 fleet                      n machines, one kernel call per control period
 env, vector_env, film      the Gymnasium environment of one (film: its pictures) and of many, entered by registration
-wrappers                   one-turn windows, spectra, varied machines and noise around it
+wrappers, spectrum         one-turn windows, spectra, varied machines and noise around it
+diagnosis_task, diagnosis  what may be measured and named at what price; what a measured turn shows
+diagnosis_env              the Gymnasium environment of active diagnosis
 render                     pictures of a running machine; imported by itself, as it needs the extra [render]
 
 Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.

@@ -1,4 +1,7 @@
-"""`indexer_env/IndexerDiagnosis-v0`: name a machine's fault from turns that cost (docs/environments/indexer_diagnosis.md)."""
+"""`indexer_env/IndexerDiagnosis-v0`: a fault to be named from turns that cost.
+
+All about it: docs/environments/indexer_diagnosis.md.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,9 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Discrete
 
-from indexer_env.checks import check_choice, did_you_mean
-from indexer_env.diagnosis import (
-    BANDS,
-    Case,
-    DiagnosisTask,
-    band_levels,
-    check_action,
-    draw_case,
-    measure,
-    task_from_mapping,
-)
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.diagnosis import BANDS, Case, band_levels, check_bench, check_hypotheses, draw_case, measure
+from indexer_env.diagnosis_task import DiagnosisTask, task_from_mapping
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -29,9 +24,6 @@ from indexer_env.presets import load_machine, load_operating_point, load_sensor,
 from indexer_env.scenario import loaded
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-
-OPTIONS = ("hypothesis", "machine")
-"""What `reset(options=...)` takes."""
 
 
 class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
@@ -83,6 +75,8 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         )
         self.sensor: Sensor = loaded(owner, "sensor", sensor, Sensor, load_sensor)
         self.task = _task(task, changes)
+        check_bench(self.task, self.machine, self.operating_point, self.sensor)
+        check_hypotheses(self.task, self.machine)
         if not isinstance(reveal, bool):
             raise refuse(owner, "reveal", "True or False", reveal)
         if render_mode is not None:
@@ -106,7 +100,7 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Draw a machine and what it suffers from; nothing has been measured yet.
 
-        options, for this episode only: "hypothesis" (a name), "machine" (around which its own is drawn).
+        options, for this episode only: "hypothesis", the name of what it suffers from.
 
         Raises
         ------
@@ -115,8 +109,7 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         """
         super().reset(seed=seed)
         self._case = None
-        name, machine = self._options(options)
-        self._case = draw_case(self.task, machine, self.np_random, name)
+        self._case = draw_case(self.task, self.machine, self.np_random, self._hypothesis(options))
         self._left = self.task.budget
         self._observation = self._observed(np.full(BANDS, -1.0), None)
         return self._observation.copy(), self._info(None)
@@ -135,7 +128,7 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         """
         if self._case is None:
             raise ResetNeeded("IndexerDiagnosisEnv.step must follow a reset, at first and after each end; call reset.")
-        place = check_action(action, int(self.action_space.n))
+        place = _checked(action, len(self.settings) + len(self.names))
         if place < len(self.settings) and self.costs[place] <= self._left:
             (record,) = measure(
                 [self._case], [self.settings[place]], self.operating_point, self.sensor, [self.np_random]
@@ -148,21 +141,17 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         self._case = None
         return self._observation.copy(), self.task.right if right else -self.task.wrong, True, False, info
 
-    def _options(self, options: Mapping[str, Any] | None) -> tuple[int | None, Machine]:
-        """Place of the hypothesis that is asked for, and the machine around which is drawn."""
+    def _hypothesis(self, options: Mapping[str, Any] | None) -> int | None:
+        """Place of the hypothesis that is asked for, None where it is to be drawn."""
         if options and not isinstance(options, Mapping):
             raise refuse("IndexerDiagnosisEnv.reset", "options", "a mapping", options)
-        name, machine = None, self.machine
-        for key, value in (options or {}).items():
-            if key == "hypothesis":
-                check_choice("IndexerDiagnosisEnv.reset", "hypothesis", value, self.names)
-                name = self.names.index(value)
-            elif key == "machine":
-                machine = loaded("IndexerDiagnosisEnv.reset", "machine", value, Machine, load_machine)
-            else:
-                hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)
-                raise ParameterError(f"IndexerDiagnosisEnv.reset has no option {key!r}; {hint}.")
-        return name, machine
+        for key in options or {}:
+            if key != "hypothesis":
+                raise ParameterError(f"IndexerDiagnosisEnv.reset has no option {key!r}; its only one is 'hypothesis'.")
+        if not options:
+            return None
+        check_choice("IndexerDiagnosisEnv.reset", "hypothesis", options["hypothesis"], self.names)
+        return self.names.index(options["hypothesis"])
 
     def _observed(self, levels: np.ndarray, place: int | None) -> np.ndarray:
         taken = np.zeros(len(self.settings))
@@ -197,3 +186,11 @@ def _task(given: object, changes: Mapping[str, Any]) -> DiagnosisTask:
         rule = "a DiagnosisTask, a mapping of its fields or the name of a preset"
         raise refuse("IndexerDiagnosisEnv", "task", rule, given)
     return task_from_mapping({**given, **changes})
+
+
+def _checked(action: object, count: int) -> int:
+    """The action as an int, or one sentence on what is wrong with it."""
+    if type(action) is np.ndarray and action.shape == ():
+        action = action.item()
+    check_integer("IndexerDiagnosisEnv", "action", action, low=0, high=count - 1)
+    return int(action)  # type: ignore[call-overload]

@@ -95,7 +95,9 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
         elif key == "machine":
             changes["machine"] = loaded("IndexerEnv", "machine", value, Machine, load_machine)
         elif key == "operating_point":
-            changes["operating_point"] = loaded("IndexerEnv", "operating_point", value, OperatingPoint, load_operating_point)
+            changes["operating_point"] = loaded(
+                "IndexerEnv", "operating_point", value, OperatingPoint, load_operating_point
+            )
         elif key == "start_angle":
             check_number("IndexerEnv.reset", "start_angle", value, unit="rad")
             changes["task"] = dataclasses.replace(scenario.task, start_angle=float(value))

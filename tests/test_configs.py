@@ -21,6 +21,7 @@ from classifier.trainers import make_trainer
 from datagen.campaigns import make_campaign
 from datagen.order import order_from
 from indexer_env.build import from_mapping
+from indexer_env.diagnosis_task import task_from_mapping
 from indexer_env.errors import ParameterError
 from indexer_env.fault_law import fault_law
 from indexer_env.machine import machine_from_mapping
@@ -35,6 +36,7 @@ GROUPS: dict[str, Callable[[Mapping[str, Any]], object]] = {
     "operating_point": lambda mapping: from_mapping(OperatingPoint, mapping),
     "sensor": lambda mapping: from_mapping(Sensor, mapping),
     "faults_law": fault_law,
+    "diagnosis": task_from_mapping,
     "campaign": make_campaign,
     "features": make_features,
     "net": lambda mapping: from_mapping(Mlp, {"inputs": 101, "outputs": 5, **mapping}, owner="net"),
@@ -106,7 +108,7 @@ def numbers_in(text: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "path", [p for p in FILES if p.parent.name in ("machine", "operating_point", "sensor")], ids=identity
+    "path", [p for p in FILES if p.parent.name in ("machine", "operating_point", "sensor", "diagnosis")], ids=identity
 )
 def test_every_number_of_a_preset_has_its_unit_and_reason_beside_it(path):
     lines = numbers_in(path.read_text(encoding="utf-8"))

@@ -87,9 +87,7 @@ class Belief:
 
     def projected(self, levels: np.ndarray) -> np.ndarray:
         """Projections (n, settings, d) of spectra (n, settings, bands)."""
-        return np.stack(
-            [(levels[:, s] - mean) @ directions for s, (mean, directions) in enumerate(self._maps)], axis=1
-        )
+        return np.stack([(levels[:, s] - mean) @ directions for s, (mean, directions) in enumerate(self._maps)], axis=1)
 
     def log_weights(self, taken: tuple[int, ...], z: np.ndarray) -> np.ndarray:
         """Log posterior (n, g) of the components given the projections (n, settings, d) at the settings taken."""

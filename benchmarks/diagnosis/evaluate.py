@@ -13,8 +13,8 @@ from benchmarks.diagnosis.belief import Belief
 from benchmarks.diagnosis.measured import Measured, measured
 from benchmarks.diagnosis.play import Outcome, play_in, play_measured
 from benchmarks.diagnosis.policies import FixedTurns, GreedyInformation, Policy, RandomPolicy
-from indexer_env.diagnosis import Setting
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
+from indexer_env.diagnosis_task import Setting
 
 TEACHING_SEED = 1000
 """Of the cases that the belief learns from; the seeds of the evaluation stand apart."""

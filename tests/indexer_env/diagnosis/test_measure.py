@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from indexer_env import OperatingPoint, Run, load_machine, load_sensor, simulate
-from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, Setting, band_levels, draw_case, measure
+from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, band_levels, draw_case, measure
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
+from indexer_env.diagnosis_task import Setting
 from indexer_env.signal import Signal
 
 TASK = IndexerDiagnosisEnv().task
@@ -95,7 +96,7 @@ def test_every_name_is_as_likely_and_has_its_faults():
     env.reset(seed=0)
     truths = [env.reset()[1]["truth"] for _ in range(800)]
     counts = np.bincount([truth["hypothesis"] for truth in truths], minlength=8)
-    assert 70 <= counts.min() and counts.max() <= 130  # 100 expected, binomial σ 9.4
+    assert counts.min() >= 70 and counts.max() <= 130  # 100 expected, binomial σ 9.4
     for truth in truths:
         name = env.names[truth["hypothesis"]]
         degrees = math.degrees(truth["backlash"])
