@@ -139,7 +139,8 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         info = self._info(None)
         right = place - len(self.settings) == self._case.name
         self._case = None
-        return self._observation.copy(), self.task.right if right else -self.task.wrong, True, False, info
+        reward = float(self.task.right if right else -self.task.wrong)
+        return self._observation.copy(), reward, True, False, info
 
     def _hypothesis(self, options: Mapping[str, Any] | None) -> int | None:
         """Place of the hypothesis that is asked for, None where it is to be drawn."""

@@ -124,7 +124,7 @@ def task_from_mapping(mapping: Mapping[str, Any]) -> DiagnosisTask:
 
 def _hypotheses(given: object) -> tuple[tuple[str, FaultLaw], ...]:
     rule = "a mapping of at least two names to the laws of their faults"
-    if isinstance(given, tuple):
+    if isinstance(given, tuple) and all(isinstance(pair, tuple) and len(pair) == 2 for pair in given):
         given = dict(given)
     if not isinstance(given, Mapping) or len(given) < 2:
         raise refuse("DiagnosisTask", "hypotheses", rule, given)

@@ -82,11 +82,11 @@ def test_an_option_that_cannot_be(options, said):
         ),
         (
             {"hypotheses": {**TWO, "stiff": {"screw_looseness": {"uniform": [0.001, 0.1]}}}},
-            "DiagnosisTask.hypotheses.stiff must be such that a step of 0.25 ms resolves the machine's fastest mode",
+            "diagnosis.hypotheses.stiff must be such that a step of 0.25 ms resolves the machine's fastest mode",
         ),
         (
             {"hypotheses": {**TWO, "ninth": {"roller_crack": 0.3, "cracked_station": 8}}},
-            "DiagnosisTask.hypotheses.ninth: ",
+            "diagnosis.hypotheses.ninth: ",
         ),
         ({"task": "bensh"}, "There is no diagnosis preset or YAML file 'bensh'; did you mean 'bench'."),
         ({"task": 3}, "IndexerDiagnosisEnv.task must be a DiagnosisTask, a mapping of its fields or the name of"),
