@@ -66,6 +66,8 @@ def draw(results: dict[str, Any], path: Path = PICTURE) -> None:
     axes.set_ylabel("right names [%]")
     axes.set_title("IndexerDiagnosis-v0: upper left is better")
     axes.set_xscale("log")
+    for show in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+        show("{x:g}")
     axes.grid(True, which="both", alpha=0.4)
     axes.legend(loc="lower right")
     figure.savefig(path, dpi=130, metadata={"Software": None})
