@@ -141,6 +141,6 @@ def _components(flat: np.ndarray, names: np.ndarray, count: int, seed: int) -> l
     members = []
     for name in range(count):
         rows = np.flatnonzero(names == name)
-        _, label = scipy.cluster.vq.kmeans2(flat[rows], COMPONENTS, minit="++", rng=np.random.default_rng(seed))
+        _, label = scipy.cluster.vq.kmeans2(flat[rows], COMPONENTS, minit="++", seed=np.random.default_rng(seed))
         members += [rows[label == part] for part in range(COMPONENTS)]
     return members
