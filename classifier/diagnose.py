@@ -11,10 +11,9 @@ import numpy as np
 from classifier.model import Model, load_model
 from classifier.output_folder import check_output_folder, output_folder
 from datagen.command import check_flag, hydra_command, job_folder, path_given
-from datagen.measured import RATE_TOLERANCE, read_signal
+from datagen.measured import RATE_TOLERANCE, Reading, read_signal
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_number
-from indexer_env.errors import SignalError, refuse
+from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 
 DIAGNOSIS_JSON = "diagnosis.json"
@@ -121,24 +120,6 @@ def lines(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-@dataclass(frozen=True)
-class _Reading:
-    """What a measured file leaves open, as `datagen.measured.read_signal` takes it."""
-
-    sample_rate: float | None = None
-    unit: str | None = None
-    time_column: str | None = None
-    signal_column: str | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("unit", "time_column", "signal_column"):
-            value = getattr(self, name)
-            if not isinstance(value, str | type(None)):
-                raise refuse("read", name, "a text or null", value, f"quote it: read.{name}='\"...\"'")
-        if self.sample_rate is not None:
-            check_number("read", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
-
-
 def run(config: dict[str, Any]) -> None:
     """The command, given its configuration as in conf/diagnose.yaml."""
     check_flag("diagnose", "overwrite", config["overwrite"])
@@ -147,7 +128,7 @@ def run(config: dict[str, Any]) -> None:
         check_output_folder(out, FILES, config["overwrite"])
     model = load_model(path_given("diagnose", "model", config["model"]))
     signal = read_signal(
-        path_given("diagnose", "signal", config["signal"]), **asdict(from_mapping(_Reading, config["read"], "read"))
+        path_given("diagnose", "signal", config["signal"]), **asdict(from_mapping(Reading, config["read"], "read"))
     )
     diagnosis = diagnose(model, signal)
     print("\n".join(lines(diagnosis)))

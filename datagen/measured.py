@@ -1,27 +1,27 @@
-"""Measured files (CSV, Parquet) -> `Signal`, each doubt answered by one sentence: what, where, rule, value,
-remedy.
+"""Measured files -> `Signal`, each doubt answered by one sentence: what, where, rule, value, remedy.
 
-A record is one acceleration channel on an even time grid. Time may be given by a column or, without one, by
-`sample_rate`. Units are read from the header ("acceleration [m/s^2]") or given; they are never guessed from
-the size of the numbers.
+A record is one acceleration channel on an even time grid. The rate comes from the file, from a column of time or from
+`sample_rate`. Units are read from the file ("acceleration [m/s^2]") or given; they are never guessed from the size of
+the numbers. Which formats are read says `datagen.formats`.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from datagen.tables import Column, MeasuredTable, read_table
-from indexer_env.errors import SignalError
+from datagen.formats import read_table
+from datagen.formats.table import Column, MeasuredTable
+from datagen.time_grid import TIME_UNITS, even_rate
+from indexer_env.checks import check_number
+from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²], exact by definition (3rd CGPM, 1901)."""
-
-TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
-"""Time unit as written -> seconds."""
 
 ACCELERATION_UNITS = {
     "rad/s^2": ("rad/s^2", 1.0),
@@ -38,15 +38,57 @@ RATE_TOLERANCE = 1e-3
 """Relative difference between a file's rate and the expected one that still counts as equal (clock of a data
 logger)."""
 
-SHORTEST_STEP = 1e-7
-LONGEST_STEP = 10.0
-"""Sampling steps outside this range [s] are no vibration record but a wrong unit of time."""
-
-MOST_STRAY_STEPS = 2.0
-"""Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
-
+_KNOWN_UNITS = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
 _TIME_NAMES = ("time", "zeit", "temps", "tempo", "timestamp", "seconds", "t")
 _ACCELERATION_NAMES = ("acc", "beschl", "phi_dd", "table_acceleration")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a measured file leaves open; None where the file says it.
+
+    Attributes
+    ----------
+    sample_rate : float or None
+        Rate of a file that states none and has no time column [Hz].
+    unit : str or None
+        Unit of a channel that states none, e.g. "m/s^2", "g" or "rad/s^2"; with `scale` that of the result.
+    scale : float or None
+        What one of the written numbers is worth in `unit`: the full scale of a WAV file, 10 g/V of an amplifier.
+    time_column, signal_column : str or None
+        Column or channel names, where the file leaves a choice.
+    """
+
+    sample_rate: float | None = None
+    unit: str | None = None
+    scale: float | None = None
+    time_column: str | None = None
+    signal_column: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("unit", "time_column", "signal_column"):
+            value = getattr(self, name)
+            if not isinstance(value, str | type(None)):
+                raise refuse("read", name, "a text or null", value, f"quote it: read.{name}='\"...\"'")
+        if self.sample_rate is not None:
+            check_number("read", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
+        if self.scale is None:
+            return
+        check_number("read", "scale", self.scale)
+        if self.scale == 0.0:
+            raise refuse("read", "scale", "a number other than 0", self.scale)
+        if self.unit is None:
+            raise refuse("read", "unit", f"one of {_KNOWN_UNITS} where a scale is given", None)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One measured record with what belongs to it: the name of its channel and, where one was asked for, the samples of
+    the once-per-turn pulse, shape (n,), in the file's own unit, taken at the same times."""
+
+    signal: Signal
+    channel: str
+    pulse: np.ndarray | None
 
 
 def read_signal(
@@ -56,6 +98,7 @@ def read_signal(
     expected_duration: float | None = None,
     sample_rate: float | None = None,
     unit: str | None = None,
+    scale: float | None = None,
     time_column: str | None = None,
     signal_column: str | None = None,
 ) -> Signal:
@@ -67,58 +110,55 @@ def read_signal(
         Sampling rate the record must have [Hz], within `RATE_TOLERANCE`.
     expected_duration : float, optional
         Least duration [s], e.g. one table turn.
-    sample_rate : float, optional
-        Rate [Hz] of a file that has no time column.
-    unit : str, optional
-        Unit of a column whose header names none, e.g. "m/s^2", "g" or "rad/s^2".
-    time_column, signal_column : str, optional
-        Column names, where the header leaves a choice.
+    sample_rate, unit, scale, time_column, signal_column : optional
+        As in `Reading`.
 
     Raises
     ------
     SignalError
         Whatever keeps the file from being such a record: see the tests for the list.
+    ParameterError
+        What `Reading` refuses.
     """
-    table = read_table(path)
-    time, signal = _choose(table, time_column, signal_column, sample_rate)
-    if time is not None and sample_rate is not None:
-        raise SignalError(
-            f"{table.path} must have no time column where a sampling rate is given, got {time.name!r} and "
-            f"{sample_rate:g} Hz; leave sample_rate out."
-        )
-    values = signal.numbers()
-    if time is None:
-        rate = float(sample_rate or 0.0)
-    else:
-        rate = _rate(table, time, signal, time.numbers() * _time_scale(table, time), values)
+    signal = read_recording(path, Reading(sample_rate, unit, scale, time_column, signal_column)).signal
+    rate = signal.sample_rate
     if expected_rate is not None and abs(rate - expected_rate) > RATE_TOLERANCE * expected_rate:
         raise SignalError(
-            f"{table.path} is sampled at {rate:.6g} Hz where {expected_rate:.6g} Hz must be; "
+            f"{signal.source} is sampled at {rate:.6g} Hz where {expected_rate:.6g} Hz must be; "
             "record at that rate or resample the file."
         )
-    if expected_duration is not None and len(values) < round(expected_duration * rate):
+    samples = signal.values.size
+    if expected_duration is not None and samples < round(expected_duration * rate):
         raise SignalError(
-            f"{table.path} lasts {len(values) / rate:.4g} s ({len(values)} samples) where at least "
+            f"{signal.source} lasts {samples / rate:.4g} s ({samples} samples) where at least "
             f"{expected_duration:.4g} s must be; record at least one turn of the table."
         )
-    unit_out, factor = _unit(table, signal, unit)
+    return signal
+
+
+def read_recording(path: str | Path, reading: Reading, pulse_column: str | None = None) -> Recording:
+    """Read one acceleration record and the pulse that goes with it; raises SignalError."""
+    table = read_table(path)
+    time, column = _choose(table, reading, pulse_column)
+    values = column.numbers()
+    rate = _rate(table, time, column, values, reading.sample_rate)
+    pulse = None if pulse_column is None else _pulse(table, pulse_column, column)
+    unit, factor = _unit(table, column, reading)
     # A product that overflows is refused by the gate, with its place.
     with np.errstate(over="ignore"):
         scaled = values * factor
-    return Signal(scaled, rate, unit=unit_out, source=str(table.path))
+    return Recording(Signal(scaled, rate, unit=unit, source=str(table.path)), column.name, pulse)
 
 
-def _choose(
-    table: MeasuredTable, time_name: str | None, signal_name: str | None, sample_rate: float | None
-) -> tuple[Column | None, Column]:
-    columns = list(table.columns)
-    time = _named(table, time_name) if time_name else _time_of(table, sample_rate)
-    others = [column for column in columns if column is not time]
-    if signal_name:
-        return time, _named(table, signal_name)
+def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) -> tuple[Column | None, Column]:
+    time = _named(table, reading.time_column) if reading.time_column else _time_of(table)
+    if reading.signal_column:
+        return time, _named(table, reading.signal_column)
+    others = [column for column in table.columns if column is not time and column.name != pulse_column]
     likely = [column for column in others if _is_acceleration(column)] or others
     if not likely:
-        raise SignalError(f"{table.path} has no acceleration column beside {columns[0].name!r}; export both columns.")
+        first = table.columns[0].name
+        raise SignalError(f"{table.path} has no acceleration column beside {first!r}; export both columns.")
     if len(likely) > 1:
         names = ", ".join(repr(column.name) for column in likely)
         raise SignalError(
@@ -127,24 +167,14 @@ def _choose(
     return time, likely[0]
 
 
-def _time_of(table: MeasuredTable, sample_rate: float | None) -> Column | None:
-    columns = table.columns
-    found = [column for column in columns if _is_time(column)]
-    if not table.has_header and len(columns) > 1:
-        found = [columns[0]]
-    if found:
-        return found[0]
-    if sample_rate is None:
-        names = ", ".join(repr(column.name) for column in columns)
-        raise SignalError(
-            f"{table.path} has no time column among {names}; name it (time_column=NAME) or give the sampling rate "
-            "(sample_rate=HZ)."
-        )
-    return None
+def _time_of(table: MeasuredTable) -> Column | None:
+    if not table.has_header and len(table.columns) > 1:
+        return table.columns[0]
+    return next((column for column in table.columns if _is_time(column)), None)
 
 
 def _is_time(column: Column) -> bool:
-    name = column.name.lower()
+    name = column.name.rpartition("/")[2].lower()
     return name == "t" or name.startswith(_TIME_NAMES[:-1]) or (column.unit or "").lower() in TIME_UNITS
 
 
@@ -154,100 +184,71 @@ def _is_acceleration(column: Column) -> bool:
 
 
 def _named(table: MeasuredTable, name: str) -> Column:
-    for column in table.columns:
-        if column.name == name:
-            return column
-    names = ", ".join(repr(column.name) for column in table.columns)
-    raise SignalError(f"{table.path} has no numeric column {name!r}; it has {names}.")
+    """The column of that name; behind a group its own name is enough where one column has it."""
+    exact = [column for column in table.columns if column.name == name]
+    found = exact or [column for column in table.columns if column.name.rpartition("/")[2] == name]
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(repr(column.name) for column in found or table.columns)
+    rule = f"must have one numeric column {name!r}, got {len(found)}" if found else f"has no numeric column {name!r}"
+    raise SignalError(f"{table.path} {rule}; it has {names}.")
 
 
-def _time_scale(table: MeasuredTable, time: Column) -> float:
-    if time.unit is None:
-        return 1.0
-    if time.unit.lower() not in TIME_UNITS:
+def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:
+    """The rate of a column [Hz]: by its column of time, as the file states it, or as given."""
+    stated = column.rate if column.rate is not None else time
+    if stated is not None and given is not None:
+        what = f"{stated:g} Hz in the file" if isinstance(stated, float) else f"the time column {stated.name!r}"
         raise SignalError(
-            f"{table.path}, column {time.name!r}: the unit of time must be one of s, ms, us, "
-            f"got {time.unit!r}; correct the header."
+            f"{table.path} must have its sampling rate from one place, got {what} and {given:g} Hz; "
+            "leave sample_rate out."
         )
-    return TIME_UNITS[time.unit.lower()]
+    if isinstance(stated, Column):
+        return even_rate(table, stated, column, values)
+    if stated is not None or given is not None:
+        return stated or float(given or 0.0)
+    names = ", ".join(repr(other.name) for other in table.columns)
+    raise SignalError(
+        f"{table.path} has no time column among {names}; name it (time_column=NAME) or give the sampling rate "
+        "(sample_rate=HZ)."
+    )
 
 
-def _rate(table: MeasuredTable, time: Column, signal: Column, seconds: np.ndarray, values: np.ndarray) -> float:
-    """Sampling rate of an even time grid [Hz], rounded to a whole number where the printed digits of time
-    allow."""
-    if len(seconds) < 2:
-        raise SignalError(f"{table.path} holds one sample; record at least one turn of the table.")
-
-    def where(sample: int) -> str:
-        return f"{table.path}, {table.row(sample)}, column {time.name!r}"
-
-    # Steps that overflow turn infinite and are named as gaps below.
-    with np.errstate(over="ignore", invalid="ignore"):
-        steps = np.diff(seconds)
-    if (steps <= 0.0).any():
-        if (values[1:] > values[:-1]).all():
-            raise SignalError(
-                f"{table.path}: the columns look swapped, {time.name!r} does not ascend and {signal.name!r} "
-                "does; exchange the two columns or their headers."
-            )
-        sample = int(np.argmax(steps <= 0.0)) + 1
+def _pulse(table: MeasuredTable, name: str, column: Column) -> np.ndarray:
+    pulse = _named(table, name)
+    if pulse.size != column.size or pulse.rate != column.rate:
         raise SignalError(
-            f"{where(sample)}: time must ascend, got {seconds[sample]:.9g} s after "
-            f"{seconds[sample - 1]:.9g} s; sort the rows or raise the digits of the time column."
+            f"{table.path}: the pulse {pulse.name!r} must be sampled together with {column.name!r}, got {pulse.size} "
+            f"and {column.size} samples; record both at one rate."
         )
-    step = float(np.median(steps))
-    resolution = 0.0 if time.decimals is None else 10.0**-time.decimals * _time_scale(table, time)
-    if not SHORTEST_STEP <= step <= LONGEST_STEP:
-        raise SignalError(
-            f"{table.path}, column {time.name!r}: the time step must lie between {SHORTEST_STEP:g} and "
-            f"{LONGEST_STEP:g} s, got {step:.6g} s; correct the unit of time in the header."
-        )
-    slack = max(0.5 * step, resolution)
-    uneven = np.abs(steps - step) > slack
-    if uneven.any():
-        sample = int(np.argmax(uneven)) + 1
-        width = float(steps[sample - 1])
-        lost = round(min(width / step, 1e9)) - 1
-        problem = (
-            f"a gap, {lost} {'sample is' if lost == 1 else 'samples are'} missing" if lost > 0 else "an uneven step"
-        )
-        raise SignalError(
-            f"{where(sample)}: {problem} ({width:.6g} s after {seconds[sample - 1]:.9g} s "
-            f"where {step:.6g} s must be); cut the record there or fill the gap before use."
-        )
-    span = float(seconds[-1] - seconds[0])
-    rate = (len(seconds) - 1) / span
-    strays = np.abs(seconds - seconds[0] - np.arange(len(seconds)) / rate)
-    if strays.max() > MOST_STRAY_STEPS / rate + resolution:
-        sample = int(np.argmax(strays))
-        raise SignalError(
-            f"{where(sample)}: the rate must be one throughout, got a time {strays[sample]:.3g} s off that of an even "
-            f"{rate:.6g} Hz; resample the record to an even grid."
-        )
-    whole = float(round(rate))
-    doubt = rate * max(resolution / span, 1e-9)
-    return whole if whole > 0.0 and abs(whole - rate) <= doubt else rate
+    return pulse.numbers()
 
 
-def _unit(table: MeasuredTable, signal: Column, given: str | None) -> tuple[str, float]:
-    if signal.unit and given and _normal(signal.unit) != _normal(given):
+def _unit(table: MeasuredTable, column: Column, reading: Reading) -> tuple[str, float]:
+    place, given, scale = f"{table.path}, column {column.name!r}", reading.unit, reading.scale
+    if column.full_scale and scale is None:
         raise SignalError(
-            f"{table.path}, column {signal.name!r}: the unit must be given once, got {signal.unit!r} in the header and "
+            f"{place}: samples are shares of a full scale that the file does not know; give it and its unit "
+            "(scale=NUMBER unit=UNIT)."
+        )
+    if scale is None and column.unit and given and _normal(column.unit) != _normal(given):
+        raise SignalError(
+            f"{place}: the unit must be given once, got {column.unit!r} in the header and "
             f"{given!r}; leave unit out or correct the header."
         )
-    written = signal.unit or given
-    known = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
+    written = given if scale is not None else column.unit or given
     if written is None:
         raise SignalError(
-            f"{table.path}, column {signal.name!r}: no unit; write it into the header as "
-            f"{signal.name} [UNIT] or give it (unit=UNIT), one of {known}."
+            f"{place}: no unit; write it into the header as "
+            f"{column.name} [UNIT] or give it (unit=UNIT), one of {_KNOWN_UNITS}."
         )
     if _normal(written) not in ACCELERATION_UNITS:
         raise SignalError(
-            f"{table.path}, column {signal.name!r}: the unit must be one of {known}, got {written!r}; "
-            "correct the header."
+            f"{place}: the unit must be one of {_KNOWN_UNITS}, got {written!r}; "
+            "correct the header or give unit and scale."
         )
-    return ACCELERATION_UNITS[_normal(written)]
+    unit, factor = ACCELERATION_UNITS[_normal(written)]
+    return unit, factor * (1.0 if scale is None else scale)
 
 
 def _normal(unit: str) -> str:

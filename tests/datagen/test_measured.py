@@ -148,11 +148,11 @@ def test_no_numeric_column(tmp_path):
 
 
 def test_a_file_that_cannot_be_read(tmp_path, wave, monkeypatch):
-    def deny(_: object) -> bytes:
+    def deny(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     path = write(tmp_path / "a.csv", wave)
-    monkeypatch.setattr(type(path), "read_bytes", deny)
+    monkeypatch.setattr(type(path), "open", deny)
     assert "cannot be read (Permission denied)" in refusal(path)
 
 

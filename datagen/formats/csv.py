@@ -1,8 +1,7 @@
-"""Files of measured data as tables of named columns: CSV (as data loggers write it) and Parquet.
+"""CSV files as data loggers write them: delimiter, decimal mark, header and a unit in it are found out.
 
-Nothing is interpreted here but the layout: delimiter, decimal mark, header, unit in the header. Cells become
-numbers only when a column is used, so that a comment column in text does no harm; the first cell that is no
-number is named by line and column.
+Nothing is interpreted here but the layout. Cells become numbers only when a column is used, so that a comment column
+in text does no harm; the first cell that is no number is named by line and column.
 """
 
 from __future__ import annotations
@@ -12,75 +11,26 @@ import io
 import re
 import statistics
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
-import pyarrow.parquet as pq
 
+from datagen.formats.kind import Format
+from datagen.formats.table import Column, MeasuredTable, finite, split_title
 from indexer_env.errors import SignalError
 
 _NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*$"
 _NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
 _MISSING = {"", "nan", "-nan", "na", "n/a", "null", "inf", "-inf", "+inf"}
-_HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _SNIFFED_LINES = 400
 
 
-@dataclass(frozen=True)
-class Column:
-    """One column of a measured file: `name`, `unit` as written (None without one) and `numbers()`, float64 of
-    shape (n,)."""
-
-    name: str
-    unit: str | None
-    numbers: Callable[[], np.ndarray]
-    decimals: int | None = None
-    """Digits after the decimal mark as written (the most of any cell), None where the file holds binary
-    numbers."""
-
-
-@dataclass(frozen=True)
-class MeasuredTable:
-    """A measured file: `columns` in file order and `row_name`, what a user calls the row of sample 0 ("line
-    2")."""
-
-    path: Path
-    columns: tuple[Column, ...]
-    has_header: bool
-    row_word: str
-    first_row: int
-
-    def row(self, sample: int) -> str:
-        """Where a sample stands in the file, e.g. "line 12"."""
-        return f"{self.row_word} {self.first_row + sample}"
-
-
-def read_table(path: str | Path) -> MeasuredTable:
-    """Open a CSV or Parquet file.
-
-    Raises
-    ------
-    SignalError
-        Missing, empty or binary file, rows of unequal length, no numeric row.
-    """
-    path = Path(path)
-    if not path.exists():
-        raise SignalError(f"{path} does not exist; give the path of a CSV or Parquet file.")
-    if path.is_dir():
-        raise SignalError(f"{path} is a folder; give the path of one CSV or Parquet file in it.")
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise SignalError(f"{path} cannot be read ({error.strerror}); check the file and its permissions.") from None
-    if not content.strip():
-        raise SignalError(f"{path} is empty; it must hold a time column and an acceleration column.")
-    if content.startswith(b"PAR1"):
-        return _parquet(path)
-    return _csv(path, _decode(path, content))
+def read(path: Path) -> MeasuredTable:
+    """The columns of a text file; raises SignalError for a binary one, rows of unequal length, no numeric row."""
+    return _csv(path, _decode(path, path.read_bytes()))
 
 
 def _decode(path: Path, content: bytes) -> str:
@@ -117,7 +67,7 @@ def _csv(path: Path, text: str) -> MeasuredTable:
         texts = table.column(index).combine_chunks()
         if comma:
             texts = pc.replace_substring(texts, ",", ".")  # type: ignore[attr-defined]
-        columns.append(Column(name, unit, _parser(path, name, texts, start + 1), _decimals(texts)))
+        columns.append(Column(name, unit, len(texts), _parser(path, name, texts, start + 1), _decimals(texts)))
     return MeasuredTable(path, tuple(columns), bool(header), "line", start + 1)
 
 
@@ -175,15 +125,6 @@ def _header(before: list[str], delimiter: str, width: int) -> list[str]:
     return rows[-1]
 
 
-def split_title(title: str) -> tuple[str, str | None]:
-    """Name and unit of a column title: "acceleration [m/s^2]" or "acc (g)" -> ("acceleration", "m/s^2"),
-    ("acc", "g")."""
-    found = _HEADER.match(title.strip())
-    if not found:
-        return title.strip(), None
-    return found["name"].strip(), found["unit"].strip() or None
-
-
 def _cells(path: Path, body: str, delimiter: str, width: int, start: int, columns_named: str) -> pa.Table:
     bad: list[tuple[int, int]] = []
 
@@ -227,7 +168,7 @@ def _parser(path: Path, name: str, texts: pa.StringArray, first_line: int) -> Ca
             )
         plain = pc.replace_substring_regex(texts, r"^\s*\+?|\s*$", "")  # type: ignore[attr-defined]
         values = pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False)
-        return _finite(values, path, name, "line", first_line)
+        return finite(values, path, name, "line", first_line)
 
     return numbers
 
@@ -239,42 +180,4 @@ def _decimals(texts: pa.StringArray) -> int | None:
     return max((len(text.strip().partition(".")[2]) for text in head), default=0)
 
 
-def _finite(values: np.ndarray, path: Path, name: str, row_word: str, first_row: int) -> np.ndarray:
-    finite = np.isfinite(values)
-    if not finite.all():
-        sample = int(np.argmin(finite))
-        raise SignalError(
-            f"{path}, {row_word} {first_row + sample}, column {name!r}: {values[sample]} where a finite "
-            "number must be; repair the cell or cut the record before it."
-        )
-    return values
-
-
-def _parquet(path: Path) -> MeasuredTable:
-    try:
-        with pq.ParquetFile(path) as file:
-            table = file.read()
-        titles = table.column_names
-    except (pa.ArrowInvalid, OSError, UnicodeDecodeError) as error:
-        raise SignalError(f"{path} is a damaged Parquet file ({str(error).splitlines()[0]}).") from None
-    columns = []
-    for title, field, chunks in zip(titles, table.schema, table.columns, strict=True):
-        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
-            continue
-        name, unit = split_title(title)
-        if field.metadata and b"unit" in field.metadata:
-            unit = field.metadata[b"unit"].decode(errors="replace")
-        columns.append(Column(name, unit, _numbers_of(path, name, chunks)))
-    if not columns:
-        raise SignalError(f"{path} has no numeric column; it must hold time and acceleration as numbers.")
-    if table.num_rows == 0:
-        raise SignalError(f"{path} is empty; it must hold a time column and an acceleration column.")
-    return MeasuredTable(path, tuple(columns), True, "row", 0)
-
-
-def _numbers_of(path: Path, name: str, chunks: pa.ChunkedArray) -> Callable[[], np.ndarray]:
-    def numbers() -> np.ndarray:
-        values = chunks.cast(pa.float64()).to_numpy()
-        return _finite(np.array(values), path, name, "row", 0)
-
-    return numbers
+FORMAT = Format("CSV", (".csv", ".txt", ".asc", ".tsv", ".dat"), lambda head: False, read, apart=False)

@@ -1,0 +1,99 @@
+"""HDF5 files and, with them, MAT 7.3: every numeric data set of one or two dimensions, as "group/name".
+
+Unit and rate are attributes (UNIT_NAMES, RATE_NAMES) of the data set or of a group above it; the rate may also be a
+scalar data set of such a name. Links to other files are not followed.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datagen.formats.gate import damaged, library, reading
+from datagen.formats.kind import Format
+from datagen.formats.table import RATE_NAMES, UNIT_NAMES, Column, MeasuredTable, check_content, columns_of
+
+_NAME = "HDF5"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_MATLAB_INTERNAL = ("#refs#", "#subsystem#")
+_MOST_OBJECTS = 10_000
+
+
+def read(path: Path) -> MeasuredTable:
+    """Every numeric data set that is no scalar."""
+    h5py = library("h5py", path, _NAME)
+    with reading(path, _NAME), h5py.File(path, "r") as file:
+        found: list[Any] = []
+        seen = 0
+
+        def visit(name: str, item: Any) -> None:
+            nonlocal seen
+            seen += 1
+            if seen > _MOST_OBJECTS:
+                raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
+            if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
+                found.append(item)
+
+        file.visititems(visit)
+        rate = next((_scalar(item) for item in found if _is_rate(item)), None)
+        columns: list[Column] = []
+        total = 0
+        for item in found:
+            if _is_samples(item):
+                total += item.size * item.dtype.itemsize
+                check_content(path, total)
+                _check_written(path, item)
+                stated = {"unit": _attribute(item, UNIT_NAMES), "rate": _rate_of(item) or rate}
+                columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
+    return MeasuredTable(path, tuple(columns))
+
+
+def _is_samples(item: Any) -> bool:
+    text = _attribute(item, ("matlab_class",)) == "char"
+    return not text and item.dtype.kind in "iuf" and len(item.shape or ()) in (1, 2) and item.size > 1
+
+
+def _check_written(path: Path, item: Any) -> None:
+    """Refuse samples that stand in other files or nowhere: the library would give zeros for those."""
+    if item.external or item.is_virtual:
+        raise damaged(path, _NAME, f"the samples of {item.name} stand in other files")
+    if item.chunks is None:
+        whole = item.id.get_storage_size() == item.size * item.dtype.itemsize
+    else:
+        chunks = math.prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
+        whole = item.id.get_num_chunks() == chunks
+    if not whole:
+        raise damaged(path, _NAME, f"not all samples of {item.name} were written")
+
+
+def _is_rate(item: Any) -> bool:
+    return item.name.rpartition("/")[2].lower() in RATE_NAMES and item.size == 1 and item.dtype.kind in "iuf"
+
+
+def _rate_of(item: Any) -> float | None:
+    written = _attribute(item, RATE_NAMES) or _attribute(item.parent, RATE_NAMES)
+    return float(written or _attribute(item.file, RATE_NAMES) or 0.0) or None
+
+
+def _attribute(item: Any, names: tuple[str, ...]) -> Any:
+    for name in item.attrs:
+        if name.lower() in names:
+            value = item.attrs[name]
+            value = value.reshape(-1)[0] if isinstance(value, np.ndarray) and value.size == 1 else value
+            return value.decode() if isinstance(value, bytes) else value
+    return None
+
+
+def _scalar(item: Any) -> float:
+    return float(np.asarray(item[()]).reshape(-1)[0])
+
+
+def _begins(head: bytes) -> bool:
+    # A user block of 512, 1024, … bytes may stand before the signature: MAT 7.3 has one.
+    return any(head.startswith(_SIGNATURE, 0 if power < 9 else 2**power) for power in range(8, 16))
+
+
+FORMAT = Format(_NAME, (".h5", ".hdf5", ".hdf", ".mat"), _begins, read)

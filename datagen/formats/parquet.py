@@ -1,0 +1,42 @@
+"""Parquet files: every numeric column; the unit from the field's metadata (key "unit") or the column's name."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from datagen.formats.gate import reading
+from datagen.formats.kind import Format
+from datagen.formats.table import Column, MeasuredTable, check_content, finite, split_title
+
+_NAME = "Parquet"
+
+
+def read(path: Path) -> MeasuredTable:
+    """The numeric columns; a null is no number."""
+    with reading(path, _NAME), pq.ParquetFile(path, page_checksum_verification=True) as file:
+        declared = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
+        check_content(path, max(declared, 8 * file.metadata.num_rows))
+        table = file.read()
+        table.validate(full=True)
+    columns = []
+    for title, field, chunks in zip(table.column_names, table.schema, table.columns, strict=True):
+        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
+            continue
+        name, unit = split_title(title)
+        if field.metadata and b"unit" in field.metadata:
+            unit = field.metadata[b"unit"].decode(errors="replace")
+        columns.append(Column(name, unit, table.num_rows, partial(_numbers, chunks, path, name)))
+    return MeasuredTable(path, tuple(columns), row_word="row")
+
+
+def _numbers(chunks: pa.ChunkedArray, path: Path, name: str) -> np.ndarray:
+    # A long integer may lose its last digits in float64: Arrow would refuse the whole column for it.
+    return finite(np.array(chunks.cast(pa.float64(), safe=False).to_numpy()), path, name, "row", 0)
+
+
+FORMAT = Format(_NAME, (".parquet", ".pq"), lambda head: head.startswith(b"PAR1"), read)

@@ -1,0 +1,74 @@
+"""Universal files (UFF, UNV): every real time history of the data sets 58 and 58b, named by its first ID line.
+
+Even spacing gives the rate, uneven spacing a column of time beside the record. The units are the axis labels of the
+file. Source of the layout: SDRC, Universal Dataset Number 58.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datagen.formats.gate import damaged, library, reading
+from datagen.formats.kind import Format
+from datagen.formats.table import Column, MeasuredTable, column_of, distinct
+
+_NAME = "UFF"
+_MARK = b"    -1"
+_TIME_HISTORY = 1
+_REAL = (2, 4)
+_UNEVEN = 0
+_NO_LABEL = ("", "NONE")
+
+
+def read(path: Path) -> MeasuredTable:
+    """Every real time history, in file order."""
+    if not path.read_bytes().rstrip().endswith(_MARK):
+        raise damaged(path, _NAME, "its last data set is not closed")
+    pyuff = library("pyuff", path, _NAME)
+    with reading(path, _NAME):
+        file = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in file.get_set_types()]
+        sets = [file.read_sets(number) for number, kind in enumerate(kinds) if kind == 58]
+    histories = [entry for entry in sets if entry["func_type"] == _TIME_HISTORY and entry["ord_data_type"] in _REAL]
+    if not histories:
+        raise damaged(path, _NAME, "no real time history, data set 58 of function type 1")
+    columns: list[Column] = []
+    for entry, title in zip(histories, distinct(_title(entry) for entry in histories), strict=True):
+        columns += _columns(path, entry, title)
+    return MeasuredTable(path, tuple(columns))
+
+
+def _columns(path: Path, entry: dict[str, Any], title: str) -> list[Column]:
+    values = np.asarray(entry["data"])
+    if len(values) != entry["num_pts"]:
+        raise damaged(path, _NAME, f"{title} must have {entry['num_pts']} samples, got {len(values)}")
+    unit = _label(entry.get("ordinate_axis_units_lab"))
+    if entry["abscissa_spacing"] == _UNEVEN:
+        unit_of_time = _label(entry.get("abscissa_axis_units_lab")) or "s"
+        time = column_of(path, f"time of {title}", np.asarray(entry["x"]), unit=unit_of_time)
+        return [time, column_of(path, title, values, unit=unit)]
+    step = float(entry["abscissa_inc"])
+    if not step > 0.0:
+        raise damaged(path, _NAME, f"the step of {title} must be > 0 s, got {step:g}")
+    return [column_of(path, title, values, unit=unit, rate=1.0 / step)]
+
+
+def _title(entry: dict[str, Any]) -> str:
+    return _label(entry["id1"]) or "history"
+
+
+def _label(text: object) -> str | None:
+    label = str(text or "").strip()
+    return None if label.upper() in _NO_LABEL else label
+
+
+def _begins(head: bytes) -> bool:
+    # Four blanks before the mark tell it from a list of numbers that begins with -1.
+    first = head.splitlines()[0]
+    return first.rstrip() == _MARK
+
+
+FORMAT = Format(_NAME, (".uff", ".unv", ".uf", ".bunv"), _begins, read)

@@ -1,0 +1,101 @@
+"""The time column of a measured file -> one sampling rate, or the first place where the grid is not even."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from datagen.formats.table import Column, MeasuredTable
+from indexer_env.errors import SignalError
+
+TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
+"""Time unit as written -> seconds."""
+
+SHORTEST_STEP = 1e-7
+LONGEST_STEP = 10.0
+"""Sampling steps outside this range [s] are no vibration record but a wrong unit of time."""
+
+MOST_STRAY_STEPS = 2.0
+"""Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
+
+
+def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.ndarray) -> float:
+    """Sampling rate of an even time grid [Hz], rounded to a whole number where the printed digits of time
+    allow; `values` are those of the signal, which tell swapped columns apart.
+
+    Raises
+    ------
+    SignalError
+        Another length than the signal's, one sample, a unit of time that is none, time that stands or goes back, a gap
+        or an uneven step, a rate that changes.
+    """
+    # What overflows turns infinite and is named below.
+    with np.errstate(over="ignore"):
+        seconds = time.numbers() * _time_scale(table, time)
+    if len(seconds) != len(values):
+        raise SignalError(
+            f"{table.path}: the time column {time.name!r} must be as long as {signal.name!r}, got {len(seconds)} and "
+            f"{len(values)} samples; name the time column of that channel (time_column=NAME)."
+        )
+    if len(seconds) < 2:
+        raise SignalError(f"{table.path} holds one sample; record at least one turn of the table.")
+
+    def where(sample: int) -> str:
+        return f"{table.path}, {table.row(sample)}, column {time.name!r}"
+
+    # Steps that overflow turn infinite and are named as gaps below.
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(seconds)
+    if (steps <= 0.0).any():
+        if (values[1:] > values[:-1]).all():
+            raise SignalError(
+                f"{table.path}: the columns look swapped, {time.name!r} does not ascend and {signal.name!r} "
+                "does; exchange the two columns or their headers."
+            )
+        sample = int(np.argmax(steps <= 0.0)) + 1
+        raise SignalError(
+            f"{where(sample)}: time must ascend, got {seconds[sample]:.9g} s after "
+            f"{seconds[sample - 1]:.9g} s; sort the rows or raise the digits of the time column."
+        )
+    step = float(np.median(steps))
+    resolution = 0.0 if time.decimals is None else 10.0**-time.decimals * _time_scale(table, time)
+    if not SHORTEST_STEP <= step <= LONGEST_STEP:
+        raise SignalError(
+            f"{table.path}, column {time.name!r}: the time step must lie between {SHORTEST_STEP:g} and "
+            f"{LONGEST_STEP:g} s, got {step:.6g} s; correct the unit of time in the header."
+        )
+    slack = max(0.5 * step, resolution)
+    uneven = np.abs(steps - step) > slack
+    if uneven.any():
+        sample = int(np.argmax(uneven)) + 1
+        width = float(steps[sample - 1])
+        lost = round(min(width / step, 1e9)) - 1
+        problem = (
+            f"a gap, {lost} {'sample is' if lost == 1 else 'samples are'} missing" if lost > 0 else "an uneven step"
+        )
+        raise SignalError(
+            f"{where(sample)}: {problem} ({width:.6g} s after {seconds[sample - 1]:.9g} s "
+            f"where {step:.6g} s must be); cut the record there or fill the gap before use."
+        )
+    span = float(seconds[-1] - seconds[0])
+    rate = (len(seconds) - 1) / span
+    strays = np.abs(seconds - seconds[0] - np.arange(len(seconds)) / rate)
+    if strays.max() > MOST_STRAY_STEPS / rate + resolution:
+        sample = int(np.argmax(strays))
+        raise SignalError(
+            f"{where(sample)}: the rate must be one throughout, got a time {strays[sample]:.3g} s off that of an even "
+            f"{rate:.6g} Hz; resample the record to an even grid."
+        )
+    whole = float(round(rate))
+    doubt = rate * max(resolution / span, 1e-9)
+    return whole if whole > 0.0 and abs(whole - rate) <= doubt else rate
+
+
+def _time_scale(table: MeasuredTable, time: Column) -> float:
+    if time.unit is None:
+        return 1.0
+    if time.unit.lower() not in TIME_UNITS:
+        raise SignalError(
+            f"{table.path}, column {time.name!r}: the unit of time must be one of s, ms, us, "
+            f"got {time.unit!r}; correct the header."
+        )
+    return TIME_UNITS[time.unit.lower()]
