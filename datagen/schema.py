@@ -90,11 +90,12 @@ GROUPS: dict[str, list[Column]] = {
         Column("item", _COUNT, "-", "Number of the item, from 0; fixes every draw with the seed"),
     ],
     "source of a measured row": _only("measured", [
-        Column("source", _TEXT, "", "File it was read from, without its folder"),
+        Column("source", _TEXT, "", "File it was read from, below the folder of all files"),
         Column("source_sha256", _TEXT, "", "SHA-256 of that file"),
         Column("source_channel", _TEXT, "", "Channel in the file"),
         Column("source_rate", _NUMBER, "Hz", "Samples per second in the file"),
         Column("source_start", _NUMBER, "s", "Where the record begins in the file"),
+        Column("source_duration", _NUMBER, "s", "How long the turn lasted there; the record spreads it evenly"),
         Column("groups", _TEXT, "", "What it was measured with and when, as JSON, e.g. sensor, machine, day"),
     ]),
     "machine as simulated, faults included": _only("simulated", [
@@ -171,9 +172,9 @@ RECORD = "record"
 
 REJECTED_COLUMNS = [
     *(COLUMNS[name] for name in ("seed", "item", "class", "class_name", "code", "subset", "machine_draw")),
-    Column("stage", _TEXT, "", "Where it failed: machine (its values were refused) or simulation"),
+    Column("stage", _TEXT, "", "Where it failed: machine (its values were refused), simulation, file or turn"),
     Column("reason", _TEXT, "", "One sentence: what, rule, value"),
-    Column("draws", _TEXT, "", "What the item differs in from the base, as JSON, SI units"),
+    Column("draws", _TEXT, "", "What it differs in from the base, as JSON, SI units; measured: where it stands"),
 ]
 """Columns of rejected.parquet."""
 

@@ -1,0 +1,15 @@
+"""Measured files -> the same kind of folder that the generator writes: one row is one turn of the table.
+
+In reading order, along the data flow:
+    settings       all that decides the bytes of the data set, checked first
+    sources        which files, each with its class, groups and known conditions
+    split          groups of files -> subsets, never turn by turn
+    resample       a record limited to the band of the wanted rate, to be read at any time
+    turns          pulses or a period -> where each turn begins and how long it lasts
+    cut            one file -> its turns, or the sentence that refuses it or one of them
+    publish        turns -> shards, rejected.parquet and manifest: all contact with `datagen.store`
+    __main__       python -m datagen.ingest
+
+Files are read by `datagen.measured`, so what that refuses is refused here with the same sentence, as a row of
+rejected.parquet. docs/measured_data.md says it to users.
+"""

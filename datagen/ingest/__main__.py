@@ -1,0 +1,46 @@
+"""`python -m datagen.ingest files=FOLDER out=FOLDER period=SECONDS`: measured files -> a data set."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from datagen.command import check_flag, hydra_command, job_folder, path_given
+from datagen.ingest.publish import ingest
+from datagen.ingest.settings import PLACES, settings_from
+from datagen.ingest.sources import sources_of
+from datagen.store import REJECTED
+
+
+@hydra_command("ingest")
+def main(config: dict[str, Any]) -> None:
+    """Ingest the files of a composed configuration and say what the data set holds."""
+    check_flag("ingest", "overwrite", config["overwrite"])
+    folder = job_folder("ingest", config["out"])
+    settings = settings_from(config)
+    labels = None if config["labels"] is None else path_given("ingest", "labels", config["labels"])
+    sources = sources_of(str(path_given("ingest", "files", config["files"])), labels)
+    kept = {key: value for key, value in config.items() if key not in PLACES}
+    manifest = ingest(sources, settings, folder, config=kept, overwrite=config["overwrite"])
+    _say(manifest, str(folder))
+
+
+def _say(manifest: dict[str, Any], folder: str) -> None:
+    console = Console(highlight=False, soft_wrap=True)
+    table = Table(title=f"{manifest['files']} files", title_justify="left")
+    table.add_column("class")
+    table.add_column("turns", justify="right")
+    for name, turns in manifest["classes"].items():
+        table.add_row(name, str(turns))
+    console.print(table)
+    subsets = ", ".join(f"{turns} {name}" for name, turns in manifest["subsets"].items())
+    console.print(f"{manifest['records']} turns ({subsets}) in {folder}")
+    console.print(f"{manifest['partial_turns']} partial turns at the ends of the files left out")
+    if manifest["rejected"]:
+        console.print(f"{manifest['rejected']} files or turns rejected, with reasons in {folder}/{REJECTED}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""One measured file -> its turns as rows with records, or the sentence that refuses the file or one of them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from datagen.campaign import Label
+from datagen.ingest.resample import resampled
+from datagen.ingest.settings import CAMPAIGN, Known, Settings
+from datagen.ingest.sources import Source
+from datagen.ingest.split import groups_text
+from datagen.ingest.turns import Turn, pulse_edges, turns_by_period, turns_by_pulse
+from datagen.measured import Recording, read_recording
+from datagen.quality import quality_columns
+from datagen.rows import label_columns, version_columns
+from indexer_env.build import from_mapping
+from indexer_env.errors import SignalError
+
+_OF_SIMULATION = ("numba_version",)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What one file gave: each turn or refusal in the order of the file, and how many partial turns were left out.
+
+    `rows` holds rows without their record and rows of rejected.parquet, both without their item; `records` the record
+    of each of the former, None for the latter.
+    """
+
+    rows: Sequence[Mapping[str, Any]]
+    records: Sequence[np.ndarray | None]
+    partial_turns: int = 0
+
+
+@dataclass
+class Seen:
+    """Files by the SHA-256 of their bytes, to tell a copy."""
+
+    names: dict[str, str] = field(default_factory=dict)
+
+
+def cut(source: Source, label: Label, settings: Settings, seen: Seen) -> Cut:
+    """Read, cut and resample one file; what is wrong with it is in the answer."""
+    try:
+        digest = _digest(source, seen)
+        recording = read_recording(source.path, settings.read, settings.pulse.column)
+        turns, partial = _turns(recording, settings)
+        good = [turn for turn in turns if not turn.problem]
+        found = iter(_records(recording, good, settings))
+    except SignalError as error:
+        # Paths differ between machines; the same files give the same bytes.
+        reason = str(error).replace(str(source.path), source.name)
+        return Cut([_rejected(source, label, settings, "file", reason)], [None])
+    common = _columns(source, label, settings, recording) | {"source_sha256": digest}
+    rows: list[Mapping[str, Any]] = []
+    records: list[np.ndarray | None] = []
+    for turn in turns:
+        record = None if turn.problem else next(found)
+        reason = turn.problem or _flaw(record)
+        if reason:
+            sentence = f"{source.name}: the turn that begins at {turn.start:.6g} s {reason}."
+            rows.append(_rejected(source, label, settings, "turn", sentence, turn.start))
+            records.append(None)
+        else:
+            own = {"source_start": turn.start, "source_duration": turn.duration}
+            rows.append({**common, **quality_columns(np.asarray(record)[None])[0], **own})
+            records.append(record)
+    return Cut(rows, records, partial)
+
+
+def _digest(source: Source, seen: Seen) -> str:
+    try:
+        with source.path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise SignalError(f"{source.path} cannot be read ({error.strerror}); check its permissions.") from None
+    first = seen.names.setdefault(digest, source.name)
+    if first != source.name:
+        raise SignalError(
+            f"{source.path} must differ from the other files, got the same bytes as {first}; remove the copy."
+        )
+    return digest
+
+
+def _turns(recording: Recording, settings: Settings) -> tuple[list[Turn], int]:
+    signal, period = recording.signal, settings.turn_duration
+    if recording.pulse is None:
+        turns, partial = turns_by_period(signal.duration, period)
+    else:
+        try:
+            edges = pulse_edges(recording.pulse, signal.sample_rate, settings.pulse)
+        except SignalError as error:
+            raise SignalError(f"{signal.source}: {error}") from None
+        turns, partial = turns_by_pulse(edges, period, settings.pulse.tolerance)
+    if not turns:
+        raise SignalError(
+            f"{signal.source} must last {period:g} s, one turn of the table, got {signal.duration:g} s; "
+            "record for longer."
+        )
+    return turns, partial
+
+
+def _records(recording: Recording, turns: Sequence[Turn], settings: Settings) -> np.ndarray:
+    signal, samples = recording.signal, settings.samples
+    if not turns:
+        return np.empty((0, samples), dtype=np.float32)
+    starts, durations = (np.array([getattr(turn, name) for turn in turns]) for name in ("start", "duration"))
+    # By the pulse, samples lie evenly over the turn; by the period, at the rate exactly.
+    by_pulse = recording.pulse is not None
+    steps = durations / samples if by_pulse else np.full(len(turns), 1.0 / settings.sample_rate)
+    try:
+        records = resampled(signal.values, signal.sample_rate, settings.sample_rate, starts, steps, samples)
+    except SignalError as error:
+        raise SignalError(f"{signal.source}: {error}") from None
+    with np.errstate(over="ignore"):
+        return records.astype(np.float32)
+
+
+def _flaw(record: np.ndarray | None) -> str:
+    if not np.isfinite(record).all():  # type: ignore[arg-type]
+        return "must stay within the range of float32, got a larger number"
+    if np.ptp(record) == 0.0:  # type: ignore[arg-type]
+        return "must vary, got one value throughout; check the sensor and its cable"
+    return ""
+
+
+def _columns(source: Source, label: Label, settings: Settings, recording: Recording) -> dict[str, Any]:
+    signal = recording.signal
+    known = from_mapping(Known, {**asdict(settings.known), **source.known}, "known")
+    versions = {name: value for name, value in version_columns().items() if name not in _OF_SIMULATION}
+    return {
+        "kind": "measured",
+        "campaign": CAMPAIGN,
+        "seed": settings.seed,
+        "sample_rate": settings.sample_rate,
+        "quantity": signal.quantity,
+        "unit": signal.unit,
+        **label_columns(label),
+        **asdict(known),
+        "source": source.name,
+        "source_channel": recording.channel,
+        "source_rate": signal.sample_rate,
+        "groups": groups_text(source),
+        **versions,
+    }
+
+
+def _rejected(
+    source: Source, label: Label, settings: Settings, stage: str, reason: str, start: float | None = None
+) -> dict[str, Any]:
+    place = {"source": source.name, "source_start": start, "groups": dict(source.groups)}
+    columns = {name: value for name, value in label_columns(label).items() if name != "remaining_turns"}
+    return {
+        "seed": settings.seed,
+        **columns,
+        "stage": stage,
+        "reason": reason,
+        "draws": json.dumps(place, ensure_ascii=False),
+    }

@@ -1,0 +1,177 @@
+"""What to ingest and how: checked before a file is opened."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from datagen.campaign import SUBSETS
+from datagen.measured import Reading
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_choice, check_integer, check_number
+from indexer_env.errors import refuse
+from indexer_env.signal import MINIMUM_SAMPLES
+
+CAMPAIGN = "measured"
+"""What the column `campaign` of these rows holds."""
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """The once-per-turn pulse.
+
+    Attributes
+    ----------
+    column : str or None
+        Its channel; None: no pulse, the turns follow each other by the period.
+    threshold : float or None
+        Level of the edge in the file's unit; None: half-way between the smallest and the largest value.
+    edge : str
+        rising or falling: which edge begins a turn.
+    tolerance : float
+        By which share a turn may be shorter or longer than the period [-], in (0, 0.5).
+    """
+
+    column: str | None = None
+    threshold: float | None = None
+    edge: str = "rising"
+    tolerance: float = 0.02
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.column, str | type(None)):
+            raise refuse("pulse", "column", "a text or null", self.column, "quote it: pulse.column='\"...\"'")
+        if self.threshold is not None:
+            check_number("pulse", "threshold", self.threshold)
+        check_choice("pulse", "edge", self.edge, ("rising", "falling"))
+        check_number("pulse", "tolerance", self.tolerance, low=0.0, low_open=True, high=0.5, high_open=True)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the conditions; None where it is not. A labels table may say it for each file.
+
+    Attributes
+    ----------
+    motor_speed : float or None
+        Speed of the motor shaft [rad/s], > 0.
+    load_torque : float or None
+        Torque against the table's motion [N m].
+    sensor_radius : float or None
+        Radius of the accelerometer [m], > 0.
+    """
+
+    motor_speed: float | None = None
+    load_torque: float | None = None
+    sensor_radius: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("motor_speed", "rad/s"), ("sensor_radius", "m")):
+            if getattr(self, name) is not None:
+                check_number("known", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        if self.load_torque is not None:
+            check_number("known", "load_torque", self.load_torque, unit="N m")
+
+
+@dataclass(frozen=True)
+class Split:
+    """How files without a subset of their own get one.
+
+    Attributes
+    ----------
+    by : str
+        What stays together: "file", or a group (a column of the labels table), e.g. "machine".
+    calibration, control, validation : float
+        Shares of the files or groups of each class [-], >= 0; what counts is their ratio.
+    """
+
+    by: str = "file"
+    calibration: float = 0.6
+    control: float = 0.2
+    validation: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.by, str) or not self.by:
+            raise refuse("split", "by", "file or the name of a group", self.by)
+        for name in SUBSETS:
+            check_number("split", name, getattr(self, name), low=0.0)
+        if sum(self.shares.values()) == 0.0:
+            raise refuse("split", "shares", "above 0 in one subset at least", self.shares)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share by subset."""
+        return {name: float(getattr(self, name)) for name in SUBSETS}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that decides the bytes of the data set beside the files and labels themselves.
+
+    Attributes
+    ----------
+    sample_rate : float
+        Rate of the records [Hz], > 0.
+    period : float or None
+        Nominal duration of a turn of the table [s], > 0; None: from `motor_turns` and the known motor speed.
+    motor_turns : float or None
+        Turns of the motor in one turn of the table, i·S, > 0: 205 for the reference machine.
+    pulse, read, known, split
+        See there.
+    seed : int
+        Of the split, >= 0.
+    shard_items : int
+        Turns in one file, >= 1.
+    """
+
+    sample_rate: float = 1000.0
+    period: float | None = None
+    motor_turns: float | None = None
+    pulse: Pulse = Pulse()
+    read: Reading = field(default_factory=Reading)
+    known: Known = Known()
+    split: Split = Split()
+    seed: int = 0
+    shard_items: int = 512
+
+    def __post_init__(self) -> None:
+        check_number("ingest", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
+        check_integer("ingest", "seed", self.seed, low=0, high=2**63 - 1)
+        check_integer("ingest", "shard_items", self.shard_items, low=1)
+        for name, unit in (("period", "s"), ("motor_turns", "")):
+            if getattr(self, name) is not None:
+                check_number("ingest", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        if self.period is not None and self.motor_turns is not None:
+            raise refuse("ingest", "motor_turns", "left out where a period is given", self.motor_turns)
+        if self.period is None and (self.motor_turns is None or self.known.motor_speed is None):
+            remedy = "or give motor_turns=NUMBER and known.motor_speed_rpm=NUMBER"
+            raise refuse("ingest", "period", "the duration of one turn of the table in s", None, remedy)
+        if not MINIMUM_SAMPLES <= self.turn_duration * self.sample_rate < 2**31 / self.shard_items:
+            rule = f"long enough for {MINIMUM_SAMPLES} samples and short enough for 2^31 in one file"
+            raise refuse("ingest", "period", rule, f"{self.turn_duration:g} s at {self.sample_rate:g} Hz")
+
+    @property
+    def turn_duration(self) -> float:
+        """Nominal duration of a turn [s]."""
+        if self.period is not None:
+            return float(self.period)
+        assert self.motor_turns is not None and self.known.motor_speed is not None
+        return 2.0 * math.pi * self.motor_turns / self.known.motor_speed
+
+    @property
+    def samples(self) -> int:
+        """Samples of a record."""
+        return round(self.turn_duration * self.sample_rate)
+
+
+_PARTS = {"pulse": Pulse, "read": Reading, "known": Known, "split": Split}
+PLACES = ("files", "labels", "out", "overwrite")
+"""Keys of the command that say where things are; they decide no byte of a shard."""
+
+
+def settings_from(config: Mapping[str, Any]) -> Settings:
+    """The settings of a composed conf/ingest.yaml; raises ParameterError for whatever breaks a rule."""
+    values = {key: value for key, value in config.items() if key not in PLACES}
+    parts = {key: from_mapping(kind, values.pop(key), key) for key, kind in _PARTS.items()}
+    return from_mapping(Settings, {**values, **parts}, "ingest")

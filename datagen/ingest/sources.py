@@ -1,0 +1,160 @@
+"""Which files, and what each is an example of: from a labels table, or from the folders that they lie in."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+from datagen.campaign import SUBSETS
+from datagen.formats import SUFFIXES
+from datagen.ingest.settings import Known
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_choice
+from indexer_env.errors import ParameterError, SignalError, refuse
+
+FILE, CLASS, SUBSET = "file", "class", "subset"
+_CONDITIONS = {name for known in fields(Known) for name in (known.name, f"{known.name}_rpm")}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A measured file before it is opened.
+
+    Attributes
+    ----------
+    path : Path
+    name : str
+        Path below the folder that all files lie in, with "/".
+    class_name : str
+        The class in words.
+    subset : str or None
+        As the labels table says; None: left to the split.
+    groups : mapping
+        Text by name, e.g. {"machine": "B"}.
+    known : mapping
+        Conditions that the labels table says, as `settings.Known` takes them.
+    """
+
+    path: Path
+    name: str
+    class_name: str
+    subset: str | None = None
+    groups: Mapping[str, str] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
+
+
+def sources_of(files: str, labels: Path | None) -> list[Source]:
+    """The files that a folder or a pattern names, sorted by name, each with its class.
+
+    Raises
+    ------
+    ParameterError
+        No file; a label for a file that is not there, or a file without a label.
+    SignalError
+        The labels table cannot be read as one.
+    """
+    root, paths = _found(files)
+    named = {path.relative_to(root).as_posix(): path for path in paths if labels is None or not path.samefile(labels)}
+    if labels is None:
+        return [Source(path, name, path.absolute().parent.name or "/") for name, path in named.items()]
+    rows = _rows(labels, named)
+    missing = sorted(set(named) - set(rows))
+    if missing:
+        others = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        remedy = "add a row for it or narrow files=PATTERN"
+        raise refuse("ingest", "labels", "a table with a row for each file", f"none for {missing[0]}{others}", remedy)
+    return [_labelled(path, name, rows[name], labels) for name, path in named.items()]
+
+
+def _found(files: str) -> tuple[Path, list[Path]]:
+    folder = Path(files)
+    if folder.is_dir():
+        every = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
+        hidden = {path for path in folder.rglob(".*")}
+        paths = [path for path in every if path.is_file() and not hidden.intersection((path, *path.parents))]
+        remedy = f"known endings are {', '.join(SUFFIXES)}"
+    else:
+        paths = [path for path in map(Path, glob.glob(files, recursive=True)) if path.is_file()]
+        remedy = "quote a pattern with signs such as * and [: files='\"bench/**/*.tdms\"'"
+    if not paths:
+        raise refuse("ingest", "files", "a folder or pattern with measured files", files, remedy)
+    root = folder if folder.is_dir() else Path(os.path.commonpath([path.parent for path in paths]))
+    return root, sorted(paths, key=lambda path: path.relative_to(root).as_posix())
+
+
+def _rows(labels: Path, named: Mapping[str, Path]) -> dict[str, dict[str, str]]:
+    """Rows of the labels table by the name of their file."""
+    rows: dict[str, dict[str, str]] = {}
+    for line, row in _cells(labels):
+        name = _match(row[FILE], named, f"{labels}, line {line}")
+        if name in rows:
+            raise SignalError(f"{labels}, line {line}: a file must have one row, got a second for {name}; keep one.")
+        if not row[CLASS]:
+            raise SignalError(f"{labels}, line {line}: the class of {name} must be given, got none; fill the cell.")
+        rows[name] = row
+    return rows
+
+
+def _cells(labels: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    try:
+        text = labels.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no UTF-8 text"
+        raise SignalError(f"the labels table {labels} cannot be read ({why}); give a CSV file.") from None
+    lines = text.splitlines()
+    delimiter = max(",;\t", key=lines[0].count) if lines else ","
+    try:
+        table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter, strict=True)]
+    except csv.Error as error:
+        raise SignalError(f"the labels table {labels} cannot be read ({error}); save it as CSV again.") from None
+    header = table[0] if table else []
+    for needed in (FILE, CLASS):
+        if header.count(needed) != 1:
+            raise SignalError(
+                f"the labels table {labels} must have one column {needed!r}, got {', '.join(header) or 'none'}."
+            )
+    if len(set(header)) != len(header) or "" in header:
+        raise SignalError(f"the labels table {labels} must have a name of its own over each column, got {header}.")
+    for line, row in enumerate(table[1:], start=2):
+        if not any(row):
+            continue
+        if len(row) != len(header):
+            raise SignalError(f"{labels}, line {line}: {len(row)} cells where the header has {len(header)}; repair it.")
+        yield line, dict(zip(header, row, strict=True))
+
+
+def _match(written: str, named: Mapping[str, Path], place: str) -> str:
+    """The file that a cell means: its name below the folder, or the end of exactly one such name."""
+    wanted = written.replace("\\", "/").removeprefix("./")
+    found = [wanted] if wanted in named else [name for name in named if wanted and name.endswith(f"/{wanted}")]
+    if len(found) != 1:
+        many = f"{len(found)} files of that name" if found else "none of that name"
+        remedy = "write its path below the folder" if found else "correct the cell or files=PATTERN"
+        raise SignalError(
+            f"{place}: {FILE} must name one of the {len(named)} files, got {written!r}, {many}; {remedy}."
+        )
+    return found[0]
+
+
+def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> Source:
+    subset = row.get(SUBSET) or None
+    if subset is not None:
+        check_choice(f"{labels}, {name}", SUBSET, subset, SUBSETS)
+    known = {key: _number(cell, key, name, labels) for key, cell in row.items() if key in _CONDITIONS and cell}
+    try:
+        from_mapping(Known, known, "known")
+    except ParameterError as error:
+        raise SignalError(f"{labels}, {name}: {error}") from None
+    groups = {key: cell for key, cell in row.items() if key not in (FILE, CLASS, SUBSET, *_CONDITIONS)}
+    return Source(path, name, row[CLASS], subset, groups, known)
+
+
+def _number(cell: str, key: str, name: str, labels: Path) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise SignalError(f"{labels}, {name}: {key} must be a number, got {cell!r}; correct the cell.") from None

@@ -1,0 +1,102 @@
+"""Where the turns of the table lie in a record: between the edges of a once-per-turn pulse, or period after period.
+
+Between two pulses the table is taken to turn evenly, as in order tracking with one pulse a turn: the wanted number of
+samples is spread evenly over each turn, so that the same sample of every record stands for the same angle of the table.
+A turn is stretched by its own duration over the nominal one, at most by the tolerance. Source: Fyfe and Munck, "Analysis
+of computed order tracking", Mechanical Systems and Signal Processing 11 (1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from datagen.ingest.settings import Pulse
+from indexer_env.errors import SignalError
+
+HYSTERESIS = 0.2
+"""Share of the way from the threshold to the nearer extreme of the pulse that an edge must pass on both sides: noise on
+it is no second pulse."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn of the table: where it begins in the record and how long it lasts [s], and the rule it breaks, "" for
+    none."""
+
+    start: float
+    duration: float
+    problem: str = ""
+
+
+def turns_by_period(duration: float, period: float) -> tuple[list[Turn], int]:
+    """Turns one after the other from the first sample of a record of `duration` [s], and the number of partial turns
+    left out at its end: 0 or 1."""
+    # A record of one turn may lack a millionth of a sample by the rounding of its rate.
+    whole = int(duration / period * (1.0 + 1e-9))
+    return [Turn(index * period, period) for index in range(whole)], int(duration > whole * period * (1.0 + 1e-9))
+
+
+def turns_by_pulse(edges: np.ndarray, period: float, tolerance: float) -> tuple[list[Turn], int]:
+    """Turns between the pulses at `edges` [s], and the number of partial turns left out: before the first pulse and
+    behind the last."""
+    turns = [
+        Turn(float(start), float(length), _problem(float(length), period, tolerance))
+        for start, length in zip(edges[:-1], np.diff(edges), strict=True)
+    ]
+    return turns, 2
+
+
+def _problem(length: float, period: float, tolerance: float) -> str:
+    if abs(length - period) <= tolerance * period:
+        return ""
+    missed = round(length / period) - 1
+    if missed > 0 and abs(length - (missed + 1) * period) <= tolerance * length:
+        why = f"{missed} {'pulse was' if missed == 1 else 'pulses were'} missed"
+    else:
+        why = "a pulse too many" if length < 0.5 * period else "another speed"
+    return f"must last {period:g} s within {100 * tolerance:g} %, got {length:.6g} s ({why})"
+
+
+def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse) -> np.ndarray:
+    """Times at which the pulse crosses its threshold [s after its first sample], between samples by a straight line.
+
+    Parameters
+    ----------
+    pulse : numpy.ndarray, shape (n,)
+        In the file's unit.
+
+    Raises
+    ------
+    SignalError
+        The pulse is constant, does not reach the threshold, or has fewer than two edges.
+    """
+    low, high = float(pulse.min()), float(pulse.max())
+    if low == high:
+        raise SignalError(
+            f"the pulse must change, got {pulse.size} samples of {low:g}; check the sensor and its cable."
+        )
+    level = 0.5 * low + 0.5 * high if settings.threshold is None else float(settings.threshold)
+    if not low < level < high:
+        raise SignalError(f"pulse.threshold must lie within the pulse, {low:g} to {high:g}, got {level:g}.")
+    # In shares of the largest value, so that no difference of absurd values overflows.
+    scale = max(abs(low), abs(high)) * (1.0 if settings.edge == "rising" else -1.0)
+    margin = HYSTERESIS * min(level / abs(scale) - low / abs(scale), high / abs(scale) - level / abs(scale))
+    edges = _crossings(pulse / scale - level / scale, margin)
+    if len(edges) < 2:
+        raise SignalError(
+            f"the pulse must have two {settings.edge} edges at least, got {len(edges)}; record more turns."
+        )
+    return edges / rate
+
+
+def _crossings(height: np.ndarray, margin: float) -> np.ndarray:
+    """Where `height` rises through 0 [samples] on its way from below -margin to above +margin."""
+    index = np.arange(len(height))
+    outside = np.flatnonzero(np.abs(height) > margin)
+    above = height[outside] > 0.0
+    tops = outside[1:][above[1:] & ~above[:-1]]
+    last_below = np.maximum.accumulate(np.where(height <= 0.0, index, -1))
+    before = last_below[tops]
+    return before + height[before] / (height[before] - height[before + 1])
