@@ -17,7 +17,8 @@ from indexer_env.checks import check_choice
 from indexer_env.errors import ParameterError, SignalError, refuse
 
 FILE, CLASS, SUBSET = "file", "class", "subset"
-_CONDITIONS = {name for known in fields(Known) for name in (known.name, f"{known.name}_rpm")}
+_CONDITIONS = {known.name for known in fields(Known)} | {"motor_speed_rpm"}
+"""Columns of a labels table that are conditions; any further one is a group."""
 
 
 @dataclass(frozen=True)
@@ -134,9 +135,7 @@ def _match(written: str, named: Mapping[str, Path], place: str) -> str:
     if len(found) != 1:
         many = f"{len(found)} files of that name" if found else "none of that name"
         remedy = "write its path below the folder" if found else "correct the cell or files=PATTERN"
-        raise SignalError(
-            f"{place}: {FILE} must name one of the {len(named)} files, got {written!r}, {many}; {remedy}."
-        )
+        raise SignalError(f"{place}: {FILE} must name one of {len(named)} files, got {written!r}, {many}; {remedy}.")
     return found[0]
 
 

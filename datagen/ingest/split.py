@@ -16,11 +16,11 @@ from indexer_env.errors import ParameterError, refuse
 def labels_of(sources: Sequence[Source], split: Split, seed: int) -> list[Label]:
     """The label of each file.
 
-    Classes are numbered from 1 by their sorted names; the code has one character per class, 1 at its own. A machine draw
-    is what the split keeps together: a file, or all files with one value of the group `split.by`; draws are numbered
-    from 0 in sorted order. Subsets: as the labels table says, else by share. Law: the draws of each set of classes, in
-    the order of `numpy.random.Generator(PCG64(seed)).permutation`, are dealt by the method of largest remainders, and
-    each subset with a share gets one draw at least where there are enough.
+    Classes are numbered from 1 by their sorted names; the code has one character per class, 1 at its own. A machine
+    draw is what the split keeps together: a file, or all files with one value of the group `split.by`; draws are
+    numbered from 0 in sorted order. Subsets: as the labels table says, else by share. Law: the draws of each set of
+    classes, in the order of `numpy.random.Generator(PCG64(seed)).permutation`, are dealt so that each subset comes as
+    near to its share as it can and has one draw at least where there are enough.
 
     Raises
     ------
@@ -59,8 +59,8 @@ def _given(sources: Sequence[Source], units: Sequence[str], by: str) -> dict[str
     for source, unit in zip(sources, units, strict=True):
         if (source.subset is None) != (sources[0].subset is None):
             raise ParameterError(
-                f"the labels table must give a subset to all files or to none, got {source.subset} for {source.name} and "
-                f"{sources[0].subset} for {sources[0].name}."
+                f"the labels table must give a subset to all files or to none, got {source.subset} for {source.name} "
+                f"and {sources[0].subset} for {sources[0].name}."
             )
         if source.subset is not None and subsets.setdefault(unit, source.subset) != source.subset:
             raise ParameterError(
@@ -82,7 +82,8 @@ def _dealt(sources: Sequence[Source], units: Sequence[str], split: Split, seed: 
     for stratum in sorted(strata):
         members = strata[stratum]
         places = [name for name, number in _counts(len(members), split.shares).items() for _ in range(number)]
-        subsets.update((members[int(index)], place) for index, place in zip(rng.permutation(len(members)), places))
+        shuffled = [members[index] for index in rng.permutation(len(members))]
+        subsets.update(zip(shuffled, places, strict=True))
     return subsets
 
 
