@@ -198,7 +198,7 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
     """The rate of a column [Hz]: by its column of time, as the file states it, or as given."""
     stated = column.rate if column.rate is not None else time
     if stated is not None and given is not None:
-        what = f"{stated:g} Hz in the file" if isinstance(stated, float) else f"the time column {stated.name!r}"
+        what = f"the time column {stated.name!r}" if isinstance(stated, Column) else f"{stated:g} Hz in the file"
         raise SignalError(
             f"{table.path} must have its sampling rate from one place, got {what} and {given:g} Hz; "
             "leave sample_rate out."

@@ -34,6 +34,9 @@ def read(path: Path) -> MeasuredTable:
             seen += 1
             if seen > _MOST_OBJECTS:
                 raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
+            # A name that is no text is damage, though the library makes do with it.
+            for text in (name, *item.attrs):
+                text.encode()
             if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
                 found.append(item)
 
@@ -45,7 +48,7 @@ def read(path: Path) -> MeasuredTable:
             if _is_samples(item):
                 total += item.size * item.dtype.itemsize
                 check_content(path, total)
-                _check_written(path, item)
+                _check_written(path, item, h5py)
                 stated = {"unit": _attribute(item, UNIT_NAMES), "rate": _rate_of(item) or rate}
                 columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
     return MeasuredTable(path, tuple(columns))
@@ -56,7 +59,7 @@ def _is_samples(item: Any) -> bool:
     return not text and item.dtype.kind in "iuf" and len(item.shape or ()) in (1, 2) and item.size > 1
 
 
-def _check_written(path: Path, item: Any) -> None:
+def _check_written(path: Path, item: Any, h5py: Any) -> None:
     """Refuse samples that stand in other files or nowhere: the library would give zeros for those."""
     if item.external or item.is_virtual:
         raise damaged(path, _NAME, f"the samples of {item.name} stand in other files")
@@ -65,6 +68,8 @@ def _check_written(path: Path, item: Any) -> None:
     else:
         chunks = math.prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
         whole = item.id.get_num_chunks() == chunks
+    if item.id.get_type() != h5py.h5t.py_create(item.dtype):
+        raise damaged(path, _NAME, f"the samples of {item.name} must be plain numbers of the IEEE")
     if not whole:
         raise damaged(path, _NAME, f"not all samples of {item.name} were written")
 

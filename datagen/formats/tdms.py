@@ -5,7 +5,9 @@ Source of the layout: NI, "TDMS File Format Internal Structure".
 
 from __future__ import annotations
 
+import io
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +26,15 @@ _BIG_ENDIAN = 1 << 6
 
 def read(path: Path) -> MeasuredTable:
     """Every numeric channel."""
-    _check_segments(path, path.read_bytes())
+    stream = _Watched(path.read_bytes())
+    segments = _segments(path, stream.getvalue())
     nptdms = library("nptdms", path, _NAME)
     columns: list[Column] = []
-    with reading(path, _NAME), nptdms.TdmsFile.open(path) as file:
+    with reading(path, _NAME), nptdms.TdmsFile.open(stream) as file:
+        _check_metadata(path, segments, stream.ends)
+        # Not public, and the one place that knows: the library would fill one channel with samples of the next.
+        if any(segment.final_chunk_lengths_override is not None for segment in file._reader._segments or ()):
+            raise damaged(path, _NAME, "the channels of a segment do not take the bytes that it has")
         channels = [channel for group in file.groups() for channel in group.channels()]
         check_content(path, 8 * sum(len(channel) for channel in channels), columns=len(channels))
         for channel in channels:
@@ -39,9 +46,24 @@ def read(path: Path) -> MeasuredTable:
     return MeasuredTable(path, tuple(columns))
 
 
-def _check_segments(path: Path, content: bytes) -> None:
-    """Refuse a file that does not end where its last segment says: the library would read what is there."""
-    position = 0
+class _Watched(io.BytesIO):
+    """A file that remembers where each piece that was read ends."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(content)
+        self.ends: list[int] = []
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        if data:
+            self.ends.append(self.tell())
+        return data
+
+
+def _segments(path: Path, content: bytes) -> list[tuple[int, int, int]]:
+    """Where each segment begins, its samples begin and it ends [bytes]. Refuses a file that does not end where its last
+    segment says: the library would read what is there."""
+    segments, position = [], 0
     while position < len(content):
         lead = content[position : position + _LEAD_IN]
         if len(lead) < _LEAD_IN or not lead.startswith(_TAG):
@@ -52,9 +74,22 @@ def _check_segments(path: Path, content: bytes) -> None:
             raise damaged(path, _NAME, "the program that wrote it did not close it")
         if raw > following:
             raise damaged(path, _NAME, f"the segment at byte {position} contradicts itself")
-        position += _LEAD_IN + following
+        begin, position = position, position + _LEAD_IN + following
+        segments.append((begin, begin + _LEAD_IN + raw, position))
     if position != len(content):
         raise damaged(path, _NAME, f"it must have {position} bytes, got {len(content)}")
+    return segments
+
+
+def _check_metadata(path: Path, segments: Sequence[tuple[int, int, int]], ends: Sequence[int]) -> None:
+    """Refuse a segment whose names and properties do not end where its samples begin: the library does not ask."""
+    for begin, samples, end in segments:
+        reached = max((place for place in ends if begin < place <= end), default=begin)
+        # A segment without metadata of its own is not read beyond its first bytes.
+        if (reached > begin + _LEAD_IN and reached != samples) or samples < begin + _LEAD_IN:
+            raise damaged(
+                path, _NAME, f"the metadata of the segment at byte {begin} must end at {samples}, got {reached}"
+            )
 
 
 def _unit(channel: Any) -> str | None:

@@ -6,6 +6,7 @@ file. Source of the layout: SDRC, Universal Dataset Number 58.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,11 @@ from datagen.formats.table import Column, MeasuredTable, column_of, distinct
 
 _NAME = "UFF"
 _MARK = b"    -1"
+_MARK_LINE = re.compile(rb"^    -1[ ]*\r?$\n?", re.MULTILINE)
+_LINE_END = re.compile(rb"\r?\n?")
+_HEADER_LINES = 12
+"""Of a set 58, the one with its number included."""
+
 _TIME_HISTORY = 1
 _REAL = (2, 4)
 _UNEVEN = 0
@@ -25,12 +31,13 @@ _NO_LABEL = ("", "NONE")
 
 def read(path: Path) -> MeasuredTable:
     """Every real time history, in file order."""
-    if not path.read_bytes().rstrip().endswith(_MARK):
-        raise damaged(path, _NAME, "its last data set is not closed")
+    _check_sets(path, path.read_bytes())
     pyuff = library("pyuff", path, _NAME)
     with reading(path, _NAME):
         file = pyuff.UFF(str(path))
         kinds = [int(kind) for kind in file.get_set_types()]
+        if 0 in kinds:
+            raise damaged(path, _NAME, "a data set has no number")
         sets = [file.read_sets(number) for number, kind in enumerate(kinds) if kind == 58]
     histories = [entry for entry in sets if entry["func_type"] == _TIME_HISTORY and entry["ord_data_type"] in _REAL]
     if not histories:
@@ -39,6 +46,34 @@ def read(path: Path) -> MeasuredTable:
     for entry, title in zip(histories, distinct(_title(entry) for entry in histories), strict=True):
         columns += _columns(path, entry, title)
     return MeasuredTable(path, tuple(columns))
+
+
+def _check_sets(path: Path, content: bytes) -> None:
+    """Refuse data sets that are not closed where they must be: the library would take what it finds between marks, and
+    the binary samples of a set from a wrong byte on."""
+    position = 0
+    while content[position:].strip():
+        opening = _MARK_LINE.match(content, position)
+        if opening is None:
+            raise damaged(path, _NAME, f"a data set must begin at byte {position}")
+        position = opening.end()
+        if content[position : position + 7].lower() == b"    58b":
+            position = _binary_end(path, content, position)
+        closing = _MARK_LINE.search(content, position)
+        if closing is None or (content[opening.end() :][:7].lower() == b"    58b" and closing.start() > position):
+            raise damaged(path, _NAME, f"the data set at byte {opening.start()} is not closed")
+        position = closing.end()
+
+
+def _binary_end(path: Path, content: bytes, begin: int) -> int:
+    """Where the samples of the binary set end whose second line begins there."""
+    size = content[begin + 31 : begin + 43].strip()
+    if not size.isdigit():
+        raise damaged(path, _NAME, f"the data set at byte {begin} must state its bytes, got {size!r}")
+    for _ in range(_HEADER_LINES):
+        begin = content.find(b"\n", begin) + 1 or len(content)
+    end = begin + int(size)
+    return end + len(_LINE_END.match(content, end)[0])  # type: ignore[index]
 
 
 def _columns(path: Path, entry: dict[str, Any], title: str) -> list[Column]:

@@ -173,5 +173,10 @@ PLACES = ("files", "labels", "out", "overwrite")
 def settings_from(config: Mapping[str, Any]) -> Settings:
     """The settings of a composed conf/ingest.yaml; raises ParameterError for whatever breaks a rule."""
     values = {key: value for key, value in config.items() if key not in PLACES}
-    parts = {key: from_mapping(kind, values.pop(key), key) for key, kind in _PARTS.items()}
+    parts = {key: from_mapping(kind, _said(values.pop(key)), key) for key, kind in _PARTS.items()}
     return from_mapping(Settings, {**values, **parts}, "ingest")
+
+
+def _said(part: Any) -> Any:
+    """A part without what is null, so that null may stand beside keys of another unit: motor_speed_rpm."""
+    return {key: value for key, value in part.items() if value is not None} if isinstance(part, Mapping) else part

@@ -1,9 +1,9 @@
 """Where the turns of the table lie in a record: between the edges of a once-per-turn pulse, or period after period.
 
-Between two pulses the table is taken to turn evenly, as in order tracking with one pulse a turn: the wanted number of
-samples is spread evenly over each turn, so that the same sample of every record stands for the same angle of the table.
-A turn is stretched by its own duration over the nominal one, at most by the tolerance. Source: Fyfe and Munck, "Analysis
-of computed order tracking", Mechanical Systems and Signal Processing 11 (1997).
+Between two pulses the table is taken to keep its pace, as in order tracking with one pulse a turn: the wanted number of
+samples is spread evenly over each turn, so that the same sample of every record stands for the same place in the turn.
+A turn is stretched by its own duration over the nominal one, at most by the tolerance. Source: Fyfe and Munck,
+"Analysis of computed order tracking", Mechanical Systems and Signal Processing 11 (1997).
 """
 
 from __future__ import annotations
