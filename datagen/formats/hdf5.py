@@ -36,12 +36,12 @@ def read(path: Path) -> MeasuredTable:
                 raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
             # A name that is no text is damage, though the library makes do with it.
             for text in (name, *item.attrs):
-                text.encode()
+                str(text).encode()
             if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
                 found.append(item)
 
         file.visititems(visit)
-        rate = next((_scalar(item) for item in found if _is_rate(item)), None)
+        rate = next((_scalar(path, item, h5py) for item in found if _is_rate(item)), None)
         columns: list[Column] = []
         total = 0
         for item in found:
@@ -92,7 +92,8 @@ def _attribute(item: Any, names: tuple[str, ...]) -> Any:
     return None
 
 
-def _scalar(item: Any) -> float:
+def _scalar(path: Path, item: Any, h5py: Any) -> float:
+    _check_written(path, item, h5py)
     return float(np.asarray(item[()]).reshape(-1)[0])
 
 

@@ -35,16 +35,28 @@ def read(path: Path) -> MeasuredTable:
 
 def _check_chunks(path: Path, content: bytes) -> None:
     """Refuse a file whose chunks are not all there: the library would read what is there."""
+    (stated,) = struct.unpack_from("<I", content, 4)
+    if stated + 8 not in (len(content), len(content) - 1):
+        raise damaged(path, _NAME, f"it must have {stated + 8} bytes, got {len(content)}")
     position, names = 12, []
     while position < len(content):
         if position + 8 > len(content):
             raise damaged(path, _NAME, "it ends within a chunk")
         name, size = struct.unpack_from("<4sI", content, position)
         names.append(name)
+        if name == b"fmt " and size >= 16:
+            _check_format(path, content[position + 8 : position + 24])
         position += 8 + size + size % 2
     # The last chunk may lack the byte that makes it even.
     if position - len(content) not in (0, size % 2) or names.count(b"data") != 1:
         raise damaged(path, _NAME, f"its chunks must take {position} bytes, got {len(content)}, and one hold samples")
+
+
+def _check_format(path: Path, chunk: bytes) -> None:
+    """Refuse a format that contradicts itself: libraries differ in which half they believe."""
+    _, tracks, rate, bytes_a_second, step, bits = struct.unpack("<HHIIHH", chunk)
+    if step * 8 != tracks * bits or bytes_a_second != rate * step:
+        raise damaged(path, _NAME, "its rate, tracks, bits and bytes a second contradict each other")
 
 
 FORMAT = Format(_NAME, (".wav",), lambda head: head.startswith(b"RIFF") and head[8:12] == b"WAVE", read)
