@@ -34,9 +34,8 @@ def read(path: Path) -> MeasuredTable:
             seen += 1
             if seen > _MOST_OBJECTS:
                 raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
-            # A name that is no text is damage, though the library makes do with it.
-            for text in (name, *item.attrs):
-                str(text).encode()
+            if not all(isinstance(text, str) for text in (name, *item.attrs)):
+                raise damaged(path, _NAME, "a name is no text")
             if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
                 found.append(item)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -21,6 +22,7 @@ from datagen.quality import quality_columns
 from datagen.rows import label_columns, version_columns
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError
+from indexer_env.signal import Signal
 
 _OF_SIMULATION = ("numba_version",)
 
@@ -62,14 +64,16 @@ def cut(source: Source, label: Label, settings: Settings, seen: Seen) -> Cut:
     records: list[np.ndarray | None] = []
     for turn in turns:
         record = None if turn.problem else next(found)
-        reason = turn.problem or _flaw(record)
+        own_samples = _own_samples(recording.signal, turn)
+        reason = turn.problem or _flaw(own_samples, record)
         if reason:
             sentence = f"{source.name}: the turn that begins at {turn.start:.6g} s {reason}."
             rows.append(_rejected(source, label, settings, "turn", sentence, turn.start))
             records.append(None)
         else:
             own = {"source_start": turn.start, "source_duration": turn.duration}
-            rows.append({**common, **quality_columns(np.asarray(record)[None])[0], **own})
+            # Of the file's own samples: a filter rounds flat tops.
+            rows.append({**common, **quality_columns(own_samples[None])[0], **own})
             records.append(record)
     return Cut(rows, records, partial)
 
@@ -122,11 +126,17 @@ def _records(recording: Recording, turns: Sequence[Turn], settings: Settings) ->
         return records.astype(np.float32)
 
 
-def _flaw(record: np.ndarray | None) -> str:
+def _own_samples(signal: Signal, turn: Turn) -> np.ndarray:
+    """The samples of the file between the turn's begin and end, one at least."""
+    first = math.ceil(turn.start * signal.sample_rate - 1e-6)
+    return signal.values[first : max(first + 1, math.ceil((turn.start + turn.duration) * signal.sample_rate - 1e-6))]
+
+
+def _flaw(own_samples: np.ndarray, record: np.ndarray | None) -> str:
+    if np.ptp(own_samples) == 0.0:
+        return "must vary, got one value throughout; check the sensor and its cable"
     if not np.isfinite(record).all():  # type: ignore[arg-type]
         return "must stay within the range of float32, got a larger number"
-    if np.ptp(record) == 0.0:  # type: ignore[arg-type]
-        return "must vary, got one value throughout; check the sensor and its cable"
     return ""
 
 

@@ -74,9 +74,7 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse) -> np.ndarray:
     """
     low, high = float(pulse.min()), float(pulse.max())
     if low == high:
-        raise SignalError(
-            f"the pulse must change, got {pulse.size} samples of {low:g}; check the sensor and its cable."
-        )
+        raise SignalError(f"the pulse must change, got {low:g} throughout; check the sensor and its cable.")
     level = 0.5 * low + 0.5 * high if settings.threshold is None else float(settings.threshold)
     if not low < level < high:
         raise SignalError(f"pulse.threshold must lie within the pulse, {low:g} to {high:g}, got {level:g}.")

@@ -1,0 +1,83 @@
+"""Pulses become turns, to a fraction of a sample, and what is no turn is named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from datagen.ingest.settings import Pulse
+from datagen.ingest.turns import pulse_edges, turns_by_period, turns_by_pulse
+from indexer_env.errors import SignalError
+
+RATE = 1000.0
+
+
+def trapezoid(at: list[float], high: float = 5.0, rise: float = 0.004, width: float = 0.02) -> np.ndarray:
+    """Five seconds with pulses whose rising edge is half-way up at the times `at` [s], the falling one `width` later."""
+    times = np.arange(5000) / RATE
+
+    def edges(shift: float) -> np.ndarray:
+        return np.sum([np.clip((times - begin - shift) / rise + 0.5, 0.0, 1.0) for begin in at], axis=0)
+
+    return high * (edges(0.0) - edges(width))
+
+
+def test_edges_are_found_between_the_samples():
+    at = [0.31234, 1.30071, 2.29965]
+    np.testing.assert_allclose(pulse_edges(trapezoid(at), RATE, Pulse()), at, atol=1e-9)
+    falling = pulse_edges(trapezoid(at), RATE, Pulse(edge="falling"))
+    np.testing.assert_allclose(falling, np.array(at) + 0.02, atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1e-300, -3.0, 1.0, 1e300, 1.7e308])
+def test_the_unit_of_the_pulse_does_not_matter(scale):
+    at = [0.5, 1.5, 2.5]
+    edge = "rising" if scale > 0 else "falling"
+    np.testing.assert_allclose(pulse_edges(trapezoid(at, high=1.0) * scale, RATE, Pulse(edge=edge)), at, atol=1e-9)
+
+
+def test_noise_on_an_edge_is_no_second_pulse():
+    rng = np.random.default_rng(2)
+    at = [0.5, 1.5, 2.5, 3.5]
+    pulse = trapezoid(at, rise=0.03, width=0.2) + rng.uniform(-0.4, 0.4, size=5000)
+    edges = pulse_edges(pulse, RATE, Pulse())
+    assert len(edges) == 4
+    np.testing.assert_allclose(edges, at, atol=0.003)
+
+
+def test_a_file_that_begins_within_a_pulse():
+    pulse = trapezoid([0.0, 1.0, 2.0])[10:]
+    np.testing.assert_allclose(pulse_edges(pulse, RATE, Pulse()), [0.99, 1.99], atol=1e-9)
+
+
+def test_a_threshold_of_ones_own():
+    at = [0.5, 1.5]
+    early = pulse_edges(trapezoid(at), RATE, Pulse(threshold=1.0))
+    np.testing.assert_allclose(early, np.array(at) - 0.3 * 0.004, atol=1e-9)
+    with pytest.raises(SignalError, match="threshold must lie within the pulse, 0 to 5, got 9"):
+        pulse_edges(trapezoid(at), RATE, Pulse(threshold=9.0))
+
+
+def test_a_dead_or_single_pulse_is_refused():
+    with pytest.raises(SignalError, match="must change, got 2 throughout"):
+        pulse_edges(np.full(100, 2.0), RATE, Pulse())
+    with pytest.raises(SignalError, match="two rising edges at least, got 1"):
+        pulse_edges(trapezoid([1.0]), RATE, Pulse())
+
+
+def test_turns_between_pulses_and_the_words_for_those_that_are_none():
+    edges = np.array([0.4, 1.41, 2.4, 4.4, 4.7, 5.7, 6.8])
+    turns, partial = turns_by_pulse(edges, 1.0, 0.02)
+    assert partial == 2
+    assert [turn.start for turn in turns] == edges[:-1].tolist()
+    words = ["", "", "1 pulse was missed", "a pulse too many", "", "another speed"]
+    for turn, word in zip(turns, words, strict=True):
+        assert word in turn.problem and bool(word) == bool(turn.problem)
+
+
+def test_turns_by_the_period():
+    turns, partial = turns_by_period(25.0, 8.2)
+    assert [turn.start for turn in turns] == pytest.approx([0.0, 8.2, 16.4]) and partial == 1
+    assert turns_by_period(24.6, 8.2)[1] == 0
+    assert len(turns_by_period(24.6, 8.2)[0]) == 3
+    assert turns_by_period(8.1, 8.2) == ([], 1)
