@@ -15,7 +15,7 @@ import numpy as np
 
 from datagen.formats import read_table
 from datagen.formats.table import Column, MeasuredTable
-from datagen.time_grid import TIME_UNITS, even_rate
+from datagen.time_grid import TIME_UNITS, check_step, even_rate
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
@@ -205,8 +205,12 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
         )
     if isinstance(stated, Column):
         return even_rate(table, stated, column, values)
-    if stated is not None or given is not None:
-        return stated or float(given or 0.0)
+    if stated is not None:
+        step = 1.0 / stated if stated else math.inf
+        check_step(f"{table.path}, column {column.name!r}", step, "correct the rate in the file")
+        return stated
+    if given is not None:
+        return float(given)
     names = ", ".join(repr(other.name) for other in table.columns)
     raise SignalError(
         f"{table.path} has no time column among {names}; name it (time_column=NAME) or give the sampling rate "

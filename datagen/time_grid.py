@@ -18,6 +18,14 @@ MOST_STRAY_STEPS = 2.0
 """Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
 
 
+def check_step(place: str, step: float, remedy: str) -> None:
+    """Refuse a sampling step [s] of no vibration record."""
+    if not SHORTEST_STEP <= step <= LONGEST_STEP:
+        raise SignalError(
+            f"{place}: the time step must lie between {SHORTEST_STEP:g} and {LONGEST_STEP:g} s, got {step:.6g} s; {remedy}."
+        )
+
+
 def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.ndarray) -> float:
     """Sampling rate of an even time grid [Hz], rounded to a whole number where the printed digits of time
     allow; `values` are those of the signal, which tell swapped columns apart.
@@ -58,11 +66,7 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
         )
     step = float(np.median(steps))
     resolution = 0.0 if time.decimals is None else 10.0**-time.decimals * _time_scale(table, time)
-    if not SHORTEST_STEP <= step <= LONGEST_STEP:
-        raise SignalError(
-            f"{table.path}, column {time.name!r}: the time step must lie between {SHORTEST_STEP:g} and "
-            f"{LONGEST_STEP:g} s, got {step:.6g} s; correct the unit of time in the header."
-        )
+    check_step(f"{table.path}, column {time.name!r}", step, "correct the unit of time in the header")
     slack = max(0.5 * step, resolution)
     uneven = np.abs(steps - step) > slack
     if uneven.any():

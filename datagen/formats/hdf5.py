@@ -36,9 +36,12 @@ def read(path: Path) -> MeasuredTable:
                 raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
             if not all(isinstance(text, str) for text in (name, *item.attrs)):
                 raise damaged(path, _NAME, "a name is no text")
+            if any(not _is_plain(item, name, h5py) for name in item.attrs if name.lower() in RATE_NAMES):
+                raise damaged(path, _NAME, f"the rate of {item.name} must be a plain number of the IEEE")
             if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
                 found.append(item)
 
+        visit("", file)
         file.visititems(visit)
         rate = next((_scalar(path, item, h5py) for item in found if _is_rate(item)), None)
         columns: list[Column] = []
@@ -58,18 +61,25 @@ def _is_samples(item: Any) -> bool:
     return not text and item.dtype.kind in "iuf" and len(item.shape or ()) in (1, 2) and item.size > 1
 
 
+def _is_plain(item: Any, attribute: str, h5py: Any) -> bool:
+    stored = item.attrs.get_id(attribute)
+    return stored.dtype.kind in "iuf" and stored.get_type() == h5py.h5t.py_create(stored.dtype)
+
+
 def _check_written(path: Path, item: Any, h5py: Any) -> None:
-    """Refuse samples that stand in other files or nowhere: the library would give zeros for those."""
+    """Refuse samples that stand in other files, nowhere or in fewer bytes than they need: the library would give zeros
+    or whatever bytes are there."""
     if item.external or item.is_virtual:
         raise damaged(path, _NAME, f"the samples of {item.name} stand in other files")
-    if item.chunks is None:
-        whole = item.id.get_storage_size() == item.size * item.dtype.itemsize
-    else:
-        chunks = math.prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
-        whole = item.id.get_num_chunks() == chunks
     if item.id.get_type() != h5py.h5t.py_create(item.dtype):
         raise damaged(path, _NAME, f"the samples of {item.name} must be plain numbers of the IEEE")
-    if not whole:
+    pieces, needed = 1, item.size
+    if item.chunks is not None:
+        pieces = math.prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
+        needed = pieces * math.prod(item.chunks)
+    filtered = item.id.get_create_plist().get_nfilters() > 0
+    written = item.chunks is None or item.id.get_num_chunks() == pieces
+    if not written or (not filtered and item.id.get_storage_size() != needed * item.dtype.itemsize):
         raise damaged(path, _NAME, f"not all samples of {item.name} were written")
 
 

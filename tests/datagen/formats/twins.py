@@ -131,6 +131,12 @@ def _number(attributes: dict, otherwise: float | None) -> float | None:
     return float(np.asarray(found[0]).reshape(-1)[0]) if found else otherwise
 
 
+_TDMS_NUMBERS = {
+    kind: np.dtype(f"<{name}")
+    for kind, name in enumerate(["i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"], start=1)
+}
+
+
 def _tdms(path: Path) -> Channels:
     """One segment of plain float64 channels, one after the other."""
     data = path.read_bytes()
@@ -138,31 +144,34 @@ def _tdms(path: Path) -> Channels:
     assert tag == b"TDSm" and toc & 0b1110 == 0b1110 and not toc & 0b11100000
     assert following + 28 == len(data)
     (count,), position = struct.unpack_from("<I", data, 28), 32
-    wanted: list[tuple[str, int, dict[str, object]]] = []
+    wanted: list[tuple[str, np.dtype, int, dict[str, object]]] = []
     for _ in range(count):
         name, position = _text(data, position)
         (index,), position = struct.unpack_from("<I", data, position), position + 4
-        size = None
+        size, dtype = None, np.dtype("<f8")
         if index != 0xFFFFFFFF:
             # Between them stands a dimension that is 1 in every version of the format and asked by nobody.
             kind, size = struct.unpack_from("<I4xQ", data, position)
-            assert index == 20 and kind == 10
+            dtype = _TDMS_NUMBERS[kind]
             position += 16
         properties, position = _properties(data, position)
         if size is not None:
-            wanted.append((name, size, properties))
+            wanted.append((name, dtype, size, properties))
     assert position == 28 + raw
-    step = sum(size for _, size, _ in wanted) * 8
+    step = sum(size * dtype.itemsize for _, dtype, size, _ in wanted)
     chunks, rest = divmod(len(data) - position, step)
     assert rest == 0
     channels: Channels = {}
-    for name, size, properties in wanted:
-        values = [np.frombuffer(data, "<f8", size, position + chunk * step) for chunk in range(chunks)]
-        position += 8 * size
+    for name, dtype, size, properties in wanted:
+        values = [np.frombuffer(data, dtype, size, position + chunk * step) for chunk in range(chunks)]
+        position += dtype.itemsize * size
         interval = properties.get("wf_increment")
         assert isinstance(interval, float | None)
         parts = re.findall(r"/'((?:[^']|'')*)'", name)
-        channels["/".join(parts).replace("''", "'")] = (np.concatenate(values), 1.0 / interval if interval else None)
+        channels["/".join(parts).replace("''", "'")] = (
+            np.concatenate(values).astype(np.float64),
+            1.0 / interval if interval else None,
+        )
     return channels
 
 
@@ -181,8 +190,8 @@ def _properties(data: bytes, position: int) -> tuple[dict[str, object], int]:
         if kind == 0x20:
             found[name], position = _text(data, position)
         else:
-            assert kind == 10
-            (found[name],), position = struct.unpack_from("<d", data, position), position + 8
+            dtype = _TDMS_NUMBERS[kind]
+            found[name], position = float(np.frombuffer(data, dtype, 1, position)[0]), position + dtype.itemsize
     return found, position
 
 

@@ -13,7 +13,7 @@ RATE = 1000.0
 
 
 def trapezoid(at: list[float], high: float = 5.0, rise: float = 0.004, width: float = 0.02) -> np.ndarray:
-    """Five seconds with pulses whose rising edge is half-way up at the times `at` [s], the falling one `width` later."""
+    """Five seconds with pulses whose rising edge is half-way up at the times `at` [s], the falling `width` later."""
     times = np.arange(5000) / RATE
 
     def edges(shift: float) -> np.ndarray:
