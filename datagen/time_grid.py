@@ -22,7 +22,8 @@ def check_step(place: str, step: float, remedy: str) -> None:
     """Refuse a sampling step [s] of no vibration record."""
     if not SHORTEST_STEP <= step <= LONGEST_STEP:
         raise SignalError(
-            f"{place}: the time step must lie between {SHORTEST_STEP:g} and {LONGEST_STEP:g} s, got {step:.6g} s; {remedy}."
+            f"{place}: the time step must lie between {SHORTEST_STEP:g} and {LONGEST_STEP:g} s, got {step:.6g} s; "
+            f"{remedy}."
         )
 
 

@@ -63,6 +63,8 @@ def format_of(path: Path) -> Format:
         raise SignalError(f"{path} does not exist; give the path of a measured file ({known}).")
     if path.is_dir():
         raise SignalError(f"{path} is a folder; give the path of one measured file in it.")
+    if not path.is_file():
+        raise SignalError(f"{path} is no file but a device or a pipe; give the path of a measured file ({known}).")
     try:
         with path.open("rb") as file:
             head = file.read(HEAD)

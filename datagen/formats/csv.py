@@ -19,17 +19,25 @@ import pyarrow.compute as pc
 import pyarrow.csv
 
 from datagen.formats.kind import Format
-from datagen.formats.table import Column, MeasuredTable, finite, split_title
+from datagen.formats.table import LARGEST_CONTENT, Column, MeasuredTable, finite, split_title
 from indexer_env.errors import SignalError
 
 _NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*$"
 _NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
 _MISSING = {"", "nan", "-nan", "na", "n/a", "null", "inf", "-inf", "+inf"}
 _SNIFFED_LINES = 400
+_LARGEST_TEXT = LARGEST_CONTENT // 4
+"""Bytes of a text file: as lines and cells it takes several times as many."""
 
 
 def read(path: Path) -> MeasuredTable:
     """The columns of a text file; raises SignalError for a binary one, rows of unequal length, no numeric row."""
+    size = path.stat().st_size
+    if size > _LARGEST_TEXT:
+        raise SignalError(
+            f"{path} must have at most {_LARGEST_TEXT >> 20} MiB of text, got {size >> 20} MiB; save it as Parquet or "
+            "cut it into several files."
+        )
     return _csv(path, _decode(path, path.read_bytes()))
 
 

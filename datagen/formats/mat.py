@@ -16,7 +16,7 @@ import numpy as np
 
 from datagen.formats.gate import damaged, library, reading
 from datagen.formats.kind import Format
-from datagen.formats.table import RATE_NAMES, Column, MeasuredTable, check_content, columns_of
+from datagen.formats.table import LARGEST_CONTENT, RATE_NAMES, Column, MeasuredTable, check_content, columns_of
 
 _NAME = "MAT"
 _HEADER = 128
@@ -76,7 +76,7 @@ def _uncompressed(path: Path, content: bytes) -> bytes:
 def _unpacked(path: Path, data: bytes) -> bytes:
     stream = zlib.decompressobj()
     with reading(path, _NAME):
-        unpacked = stream.decompress(data, 2**30 + 1)
+        unpacked = stream.decompress(data, LARGEST_CONTENT + 1)
     check_content(path, len(unpacked))
     if not stream.eof or stream.unused_data:
         raise damaged(path, _NAME, "a compressed element is cut short or has bytes behind it")

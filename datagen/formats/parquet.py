@@ -19,19 +19,22 @@ _NAME = "Parquet"
 def read(path: Path) -> MeasuredTable:
     """The numeric columns; a null is no number."""
     with reading(path, _NAME), pq.ParquetFile(path, page_checksum_verification=True) as file:
-        declared = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
-        check_content(path, max(declared, 8 * file.metadata.num_rows))
-        table = file.read()
+        # A text of any length may stand once for all rows: what is no number is never unpacked.
+        names = [field.name for field in file.schema_arrow if _is_number(field.type)]
+        check_content(path, 8 * file.metadata.num_rows * len(names), columns=len(names))
+        table = file.read(columns=names)
         table.validate(full=True)
     columns = []
     for title, field, chunks in zip(table.column_names, table.schema, table.columns, strict=True):
-        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
-            continue
         name, unit = split_title(title)
         if field.metadata and b"unit" in field.metadata:
             unit = field.metadata[b"unit"].decode(errors="replace")
         columns.append(Column(name, unit, table.num_rows, partial(_numbers, chunks, path, name)))
     return MeasuredTable(path, tuple(columns), row_word="row")
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return pa.types.is_floating(kind) or pa.types.is_integer(kind)
 
 
 def _numbers(chunks: pa.ChunkedArray, path: Path, name: str) -> np.ndarray:

@@ -44,7 +44,7 @@ class Worker:
     def __init__(self, time_limit: float = TIME_LIMIT) -> None:
         self.time_limit = time_limit
         code = f"import sys; sys.path[:] = {sys.path!r}; from datagen.formats.worker import serve; serve()"
-        # One thread: the workers' address space is limited, and each thread of a linear algebra library takes a share.
+        # One thread: the worker's address space is limited, and each thread of a linear algebra library takes a share.
         single = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],

@@ -59,7 +59,11 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
         The labels table cannot be read as one.
     """
     root, paths = _found(files)
-    named = {path.relative_to(root).as_posix(): path for path in paths if labels is None or not path.samefile(labels)}
+    named = {
+        path.relative_to(root).as_posix(): path
+        for path in paths
+        if labels is None or path.resolve() != labels.resolve()
+    }
     if labels is None:
         return [Source(path, name, path.absolute().parent.name or "/") for name, path in named.items()]
     rows = _rows(labels, named)

@@ -1,0 +1,100 @@
+"""`python -m datagen.ingest`: one line makes a data set, every mistake is one sentence and exit code 2."""
+
+from __future__ import annotations
+
+import logging
+import sys
+
+import numpy as np
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+import datagen.ingest.__main__ as command
+from datagen.shard import read_manifest, read_shards
+from tests.datagen.formats.samples import written
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run the command in a folder with files/<class>/a.csv; gives exit code, stdout and stderr."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    monkeypatch.chdir(tmp_path)
+    for place, name in enumerate(("intact", "worn")):
+        (tmp_path / "files" / name).mkdir(parents=True)
+        values = np.random.default_rng(place).normal(size=1100)
+        written("csv", tmp_path / "files" / name, values, np.zeros(1100), 1000.0)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["ingest", *arguments])
+        code = 0
+        try:
+            command.main()
+        except SystemExit as error:
+            code = int(error.code or 0)
+        finally:
+            GlobalHydra.instance().clear()
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    yield run
+    root.handlers[:], root.level = handlers, level
+
+
+GOOD = ("files=files", "out=set", "period=0.5", "read.signal_column=acc")
+
+
+def test_one_line_makes_a_data_set(call, tmp_path):
+    code, out, _ = call(*GOOD, "known.motor_speed_rpm=1500")
+    assert code == 0 and "4 turns" in out and "2 partial turns" in out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["files", "set"]
+    manifest = read_manifest("set")
+    assert manifest["classes"] == {"intact": 2, "worn": 2} and manifest["config"]["period"] == 0.5
+    assert "files" not in manifest["config"] and "out" not in manifest["config"]
+    assert read_shards("set").row(0)["motor_speed"] == pytest.approx(157.08, abs=0.01)
+
+
+def test_a_labels_table(call, tmp_path):
+    (tmp_path / "labels.csv").write_text(
+        "file,class,machine,sensor_radius\nintact/a.csv,cracked,M1,0.4\nworn/a.csv,intact,M2,\n"
+    )
+    code, _, err = call(*GOOD, "labels=labels.csv", "split.by=machine")
+    assert (code, err) == (0, "")
+    rows = [read_shards("set").row(index) for index in (0, 2)]
+    assert [(row["class_name"], row["groups"], row["sensor_radius"]) for row in rows] == [
+        ("cracked", '{"machine": "M1"}', 0.4),
+        ("intact", '{"machine": "M2"}', None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("out=set", "period=1"), "files must be given"),
+        (("files=files", "out=set"), "ingest.period must be the duration of one turn"),
+        (("files=nowhere", "out=set", "period=1"), "ingest.files must be a folder or pattern"),
+        ((*GOOD, "puls.column=x"), "puls"),
+        ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),
+        ((*GOOD, "pulse.edge=up"), "pulse.edge must be one of rising, falling"),
+        ((*GOOD, "pulse.column=pulse"), "the pulse must change, got 0 throughout"),
+        ((*GOOD, "labels=none.csv"), "the labels table none.csv cannot be read"),
+        ((*GOOD, "known.sensor_radius=-1"), "known.sensor_radius must be"),
+        ((*GOOD, "split.calibration=-1"), "split.calibration must be"),
+        ((*GOOD, "split.by=day"), "split.by must be one of file"),
+        ((*GOOD, "sample_rate=5000"), "sample_rate must be at most 1.1 times"),
+        ((*GOOD, "overwrite=2"), "overwrite must be true or false"),
+        ((*GOOD, "read.scale=2"), "read.unit must be one of"),
+    ],
+)
+def test_mistakes_are_one_sentence_and_leave_nothing(call, tmp_path, arguments, said):
+    code, _, err = call(*arguments)
+    lines = [line for line in err.splitlines() if not line.startswith("ingesting")]
+    assert code == 2 and len(lines) == 1 and said in lines[0], err
+    assert not (tmp_path / "set").exists()
+
+
+def test_overwrite_replaces_a_data_set(call):
+    assert call(*GOOD)[0] == 0
+    code, _, err = call(*GOOD)
+    assert code == 2 and "overwrite=true" in err
+    assert call(*GOOD, "overwrite=true")[0] == 0
