@@ -244,7 +244,7 @@ def _unit(table: MeasuredTable, column: Column, reading: Reading) -> tuple[str, 
     if written is None:
         raise SignalError(
             f"{place}: no unit; write it into the header as "
-            f"{column.name} [UNIT] or give it (unit=UNIT), one of {_KNOWN_UNITS}."
+            f"{column.name + ' [UNIT]'!r} or give it (unit=UNIT), one of {_KNOWN_UNITS}."
         )
     if _normal(written) not in ACCELERATION_UNITS:
         raise SignalError(

@@ -6,6 +6,7 @@ scalar data set of such a name. Links to other files are not followed.
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -73,12 +74,14 @@ def _check_written(path: Path, item: Any, h5py: Any) -> None:
         raise damaged(path, _NAME, f"the samples of {item.name} stand in other files")
     if item.id.get_type() != h5py.h5t.py_create(item.dtype):
         raise damaged(path, _NAME, f"the samples of {item.name} must be plain numbers of the IEEE")
-    pieces, needed = 1, item.size
+    needed, written = item.size, True
     if item.chunks is not None:
-        pieces = math.prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
-        needed = pieces * math.prod(item.chunks)
+        steps = [range(0, size, chunk) for size, chunk in zip(item.shape, item.chunks, strict=True)]
+        places: set[tuple[int, ...]] = set()
+        item.id.chunk_iter(lambda chunk: places.add(chunk.chunk_offset))
+        needed = math.prod(map(len, steps)) * math.prod(item.chunks)
+        written = len(places) == math.prod(map(len, steps)) and places == set(itertools.product(*steps))
     filtered = item.id.get_create_plist().get_nfilters() > 0
-    written = item.chunks is None or item.id.get_num_chunks() == pieces
     if not written or (not filtered and item.id.get_storage_size() != needed * item.dtype.itemsize):
         raise damaged(path, _NAME, f"not all samples of {item.name} were written")
 

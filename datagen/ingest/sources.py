@@ -59,11 +59,8 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
         The labels table cannot be read as one.
     """
     root, paths = _found(files)
-    named = {
-        path.relative_to(root).as_posix(): path
-        for path in paths
-        if labels is None or path.resolve() != labels.resolve()
-    }
+    table = None if labels is None else labels.resolve()
+    named = {path.relative_to(root).as_posix(): path for path in paths if path.resolve() != table}
     if labels is None:
         return [Source(path, name, path.absolute().parent.name or "/") for name, path in named.items()]
     rows = _rows(labels, named)

@@ -31,7 +31,8 @@ TIME_LIMIT = 5.0
 """Seconds a broken file may take; the whole file takes milliseconds."""
 
 KINDS = tuple(WRITERS)
-RIGHT = ("refused", "agrees", "harmless", "unchanged")
+CRASHED = "refused after a crash or hang"
+RIGHT = ("refused", CRASHED, "agrees", "harmless", "unchanged")
 """Outcomes that are as they must be."""
 
 
@@ -84,7 +85,7 @@ class Fuzzer:
             text = str(error)
             good = "\n" not in text and text.endswith(".") and str(path) in text and text.isprintable()
             if "crashed" in text or ("within" in text and "file; export" in text):
-                return Verdict(seed, kind, "refused after a crash or hang", text)
+                return Verdict(seed, kind, CRASHED, text)
             return Verdict(seed, kind, "refused" if good else "no sentence", text)
         except Exception:
             return Verdict(seed, kind, "traceback", traceback.format_exc())
@@ -100,13 +101,12 @@ class Fuzzer:
             channels = twin(kind, path)
         except Exception:
             return Verdict(seed, kind, "unconfirmed", "".join(traceback.format_exc(limit=-1)))
-        found = [
-            (name, *entry) for name, entry in channels.items() if name == channel or name.split(" [")[0] == channel
-        ]
-        if not found:
-            return Verdict(seed, kind, "unconfirmed", f"{channel!r} is none of {sorted(channels)}")
-        _, values, rate = found[0]
-        column = next(column for column in read_table(path).columns if column.name == channel)
+        columns = read_table(path).columns
+        place = [column.name for column in columns].index(channel)
+        named = [name for name in channels if channel in (name.strip(), name.split(" [")[0])]
+        # A broken name may be spelled in two ways: then its place in the file tells the channel.
+        name = named[0] if named else list(channels)[place]
+        (values, rate), column = channels[name], columns[place]
         if not np.array_equal(values, column.numbers()):
             return Verdict(seed, kind, "wrong", f"values of {channel!r}")
         factor = FULL_SCALE if kind == "wav" else 1.0
