@@ -16,8 +16,10 @@ In reading order, along the data flow:
     generate       an order -> a folder: shards, rejected items, example, manifest
     example        example.csv, as a data logger would write it, and its truth
     remake         a row -> its record again, bit for bit
-    tables         measured CSV and Parquet files as named columns
+    formats/       measured files of all formats as named columns, one reader a file
+    time_grid      a column of time -> one sampling rate, or the place where it is not even
     measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
+    ingest/        measured files -> the same kind of folder, one row a turn; python -m datagen.ingest
     progress       a bar or log lines
     command        the Hydra entry point that all commands of the project share
     __main__       python -m datagen
