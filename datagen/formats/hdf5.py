@@ -52,14 +52,15 @@ def read(path: Path) -> MeasuredTable:
                 total += item.size * item.dtype.itemsize
                 check_content(path, total)
                 _check_written(path, item, h5py)
-                stated = {"unit": _attribute(item, UNIT_NAMES), "rate": _rate_of(item) or rate}
+                stated = {"unit": str(_attribute(item, UNIT_NAMES) or "") or None, "rate": _rate_of(item) or rate}
                 columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
     return MeasuredTable(path, tuple(columns))
 
 
 def _is_samples(item: Any) -> bool:
-    text = _attribute(item, ("matlab_class",)) == "char"
-    return not text and item.dtype.kind in "iuf" and len(item.shape or ()) in (1, 2) and item.size > 1
+    # MATLAB keeps texts as numbers of their letters, and of an empty matrix the sizes.
+    numbers = _attribute(item, ("matlab_class",)) != "char" and not _attribute(item, ("matlab_empty",))
+    return numbers and item.dtype.kind in "iuf" and len(item.shape or ()) in (1, 2) and item.size > 1
 
 
 def _is_plain(item: Any, attribute: str, h5py: Any) -> bool:

@@ -31,6 +31,9 @@ _NUMERIC = range(6, 16)
 """Classes of a matrix of numbers."""
 
 _COMPLEX = 0x800
+_CLASS_BYTE = {"<": 0, ">": 3}
+_OPAQUE = b"\x11"
+"""Class of MATLAB's newer objects, tables and dates among them: without dimensions, and never read."""
 _MOST_PARTS = 100_000
 _DEEPEST = 8
 """Structures within structures."""
@@ -93,6 +96,8 @@ def _check_matrix(path: Path, content: bytes, order: str, depth: int = _DEEPEST)
     """Refuse a matrix whose parts are not those of its class or do not fill it exactly, and what stands in it: SciPy
     follows some of their types and sizes unseen, past the end of its memory too."""
     parts = _parts(path, content, order)
+    if parts and parts[0][0] == _FIRST_PARTS[0] and parts[0][1][_CLASS_BYTE[order] :][:1] == _OPAQUE:
+        return
     if len(parts) < 3 or [kind for kind, _ in parts[:3]] != _FIRST_PARTS or len(parts[0][1]) != 8:
         raise damaged(path, _NAME, "a matrix must begin with its flags, dimensions and name")
     flags = struct.unpack(order + "I", parts[0][1][:4])[0]

@@ -22,7 +22,7 @@ from datagen.rows import version_columns
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
 from datagen.shard import to_table, write_parquet
 from datagen.store import REJECTED, check_free, finish, making, sha256, shard_name, whole_file
-from indexer_env.errors import SignalError
+from indexer_env.errors import SignalError, refuse
 
 Entry = tuple[Mapping[str, Any], np.ndarray | None]
 """A row with its record, or a row of rejected.parquet with None."""
@@ -49,16 +49,20 @@ def ingest(
     """
     folder = Path(out)
     check_free(folder, overwrite)
+    inside = next((source.name for source in sources if folder.resolve() in source.path.resolve().parents), None)
+    if inside is not None:
+        raise refuse("ingest", "out", "a folder without measured files", str(folder), f"{inside} lies in it")
     labels = labels_of(sources, settings.split, settings.seed)
     tally = _Tally()
     head = _head(settings, config or {}, len(sources))
     with progress("ingesting", len(sources), "files") as advance:
         entries = _entries(sources, labels, settings, tally, advance)
         beginning = _until_a_record(entries, len(sources))
-        with making(folder, head, overwrite), whole_file(folder / REJECTED) as rejects:
-            shards = _written(folder, rejects, itertools.chain(beginning, entries), settings.shard_items)
-        manifest = {**head, **tally.summary(labels), "shards": shards}
-        finish(folder, manifest)
+        with making(folder, head, overwrite):
+            with whole_file(folder / REJECTED) as rejects:
+                shards = _written(folder, rejects, itertools.chain(beginning, entries), settings.shard_items)
+            manifest = {**head, **tally.summary(labels), "shards": shards}
+            finish(folder, manifest)
     return manifest
 
 

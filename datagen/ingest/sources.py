@@ -62,6 +62,7 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
     table = None if labels is None else labels.resolve()
     named = {path.relative_to(root).as_posix(): path for path in paths if path.resolve() != table}
     if labels is None:
+        _check_folders(named)
         return [Source(path, name, path.absolute().parent.name or "/") for name, path in named.items()]
     rows = _rows(labels, named)
     missing = sorted(set(named) - set(rows))
@@ -70,6 +71,14 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
         remedy = "add a row for it or narrow files=PATTERN"
         raise refuse("ingest", "labels", "a table with a row for each file", f"none for {missing[0]}{others}", remedy)
     return [_labelled(path, name, rows[name], labels) for name, path in named.items()]
+
+
+def _check_folders(named: Mapping[str, Path]) -> None:
+    """Refuse a file beside the folders of the classes: its folder would be a class of its own."""
+    beside = [name for name in named if "/" not in name]
+    if 0 < len(beside) < len(named):
+        remedy = "move it into one of them, narrow files=PATTERN or give labels=TABLE.csv"
+        raise refuse("ingest", "files", "files in folders named by their class", f"{beside[0]} beside them", remedy)
 
 
 def _found(files: str) -> tuple[Path, list[Path]]:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
+import pyuff
+import scipy.io
+import soundfile
+from nptdms import ChannelObject, TdmsWriter
 
 from datagen.formats import FORMATS, SUFFIXES, read_table
-from datagen.measured import Reading, read_recording, read_signal
+from datagen.measured import STANDARD_GRAVITY, Reading, read_recording, read_signal
 from indexer_env.errors import ParameterError, SignalError
 from tests.datagen.formats.samples import FULL_SCALE, OPTIONS, PULSE, WRITERS, written
 
@@ -68,6 +74,65 @@ def test_a_file_cut_anywhere_is_refused(kind, tmp_path, values, pulse):
         path.write_bytes(content[: int(share * len(content))])
         if kind != "csv":
             refusal(path, **OPTIONS.get(kind, {}))
+
+
+def test_tdms_of_several_segments_and_texts(tmp_path, values):
+    path = tmp_path / "a.tdms"
+    stated = {"wf_increment": 1e-3, "unit_string": "g"}
+    with TdmsWriter(path) as writer:
+        for piece in np.split(values, 5):
+            writer.write_segment([ChannelObject("run", "acc", piece, properties=stated)])
+        writer.write_segment([ChannelObject("run", "notes", ["a", "bc"])])
+    signal = read_signal(path)
+    np.testing.assert_array_equal(signal.values, values * STANDARD_GRAVITY)
+
+
+def test_big_endian_mat(tmp_path, values):
+    def element(kind: int, data: bytes) -> bytes:
+        return struct.pack(">II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+    parts = element(6, struct.pack(">II", 6, 0)) + element(5, struct.pack(">ii", 1, 500)) + element(1, b"acc")
+    path = tmp_path / "a.mat"
+    path.write_bytes(b" " * 124 + b"\x01\x00MI" + element(14, parts + element(9, values.astype(">f8").tobytes())))
+    np.testing.assert_array_equal(read_signal(path, sample_rate=1e3, unit="m/s^2").values, values)
+
+
+def test_matlab_objects_beside_the_record_do_no_harm(tmp_path, values):
+    """An opaque object (class 17: tables, dates, functions) is flags, three texts and a matrix, without dimensions."""
+
+    def element(kind: int, data: bytes) -> bytes:
+        return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"acc": values}, do_compression=False)
+    struct_of = {"f": np.arange(3.0)}
+    scipy.io.savemat(tmp_path / "b.mat", {"f": struct_of}, do_compression=False)
+    inner = (tmp_path / "b.mat").read_bytes()[128:]
+    texts = b"".join(element(1, text) for text in (b"variable", b"MCOSabcd", b"tabletab"))
+    handle = element(14, element(6, struct.pack("<II", 17, 0)) + texts + inner)
+    path.write_bytes(path.read_bytes() + handle)
+    np.testing.assert_array_equal(read_signal(path, signal_column="acc", sample_rate=1e3, unit="m/s^2").values, values)
+
+
+def test_uneven_uff_gives_a_column_of_time(tmp_path, values):
+    path = tmp_path / "a.uff"
+    history = pyuff.prepare_58(
+        func_type=1, id1="acc", rsp_node=1, rsp_dir=1, ref_node=1, ref_dir=1, data=values[:100].copy(),
+        x=np.arange(100) / 100.0, abscissa_spacing=0, abscissa_min=0.0, abscissa_inc=0.0, num_pts=100, ord_data_type=4,
+        abscissa_spec_data_type=17, ordinate_spec_data_type=12, orddenom_spec_data_type=0,
+        ordinate_axis_units_lab="g", abscissa_axis_units_lab="s",
+    )  # fmt: skip
+    pyuff.UFF(str(path)).write_sets(history, mode="overwrite")
+    signal = read_signal(path)
+    assert signal.sample_rate == pytest.approx(100.0)
+    np.testing.assert_allclose(signal.values, values[:100] * STANDARD_GRAVITY, rtol=1e-11)
+
+
+def test_integers_of_a_wav_are_shares_of_the_full_scale(tmp_path):
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.linspace(-0.5, 0.5, 100), 1000, subtype="PCM_24")
+    signal = read_signal(path, scale=20.0, unit="g")
+    np.testing.assert_allclose(signal.values, np.linspace(-10, 10, 100) * STANDARD_GRAVITY, atol=200 * 2.0**-23)
 
 
 def test_an_ending_that_lies_is_refused(tmp_path, values, pulse):

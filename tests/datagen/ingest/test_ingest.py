@@ -172,6 +172,12 @@ def test_nothing_good_leaves_nothing(tmp_path):
     assert not (tmp_path / "set").exists()
 
 
+def test_a_folder_is_not_read_and_replaced_at_once(dataset):
+    with pytest.raises(ParameterError, match=r"out must be a folder without measured files.*shard-00000\.parquet lies"):
+        ingest(sources_of(f"{dataset}/data/*.parquet", None), SETTINGS, dataset, overwrite=True)
+    assert (dataset / REJECTED).exists()
+
+
 def test_a_folder_that_holds_something_is_refused(dataset):
     with pytest.raises(StoreError, match="overwrite=true"):
         ingest(sources_of(str(dataset.parent / "files"), None), SETTINGS, dataset)

@@ -42,6 +42,12 @@ def test_folders_name_the_classes(bench):
     ]
 
 
+def test_a_file_beside_the_folders_is_no_class_of_its_own(bench):
+    (bench / "readme.txt").write_text("x")
+    with pytest.raises(ParameterError, match=r"got 'readme\.txt beside them'"):
+        sources_of(str(bench), None)
+
+
 def test_a_pattern_names_files_below_the_folder_they_share(bench):
     assert [source.name for source in sources_of(f"{bench}/**/a.csv", None)] == ["healthy/a.csv", "worn/a.csv"]
     with pytest.raises(ParameterError, match="files must be a folder or pattern with measured files"):
