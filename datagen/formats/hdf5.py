@@ -26,35 +26,36 @@ _MOST_OBJECTS = 10_000
 def read(path: Path) -> MeasuredTable:
     """Every numeric data set that is no scalar."""
     h5py = library("h5py", path, _NAME)
+    columns: list[Column] = []
+    total = 0
     with reading(path, _NAME), h5py.File(path, "r") as file:
-        found: list[Any] = []
-        seen = 0
-
-        def visit(name: str, item: Any) -> None:
-            nonlocal seen
-            seen += 1
-            if seen > _MOST_OBJECTS:
-                raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
-            if not all(isinstance(text, str) for text in (name, *item.attrs)):
-                raise damaged(path, _NAME, "a name is no text")
-            if any(not _is_plain(item, name, h5py) for name in item.attrs if name.lower() in RATE_NAMES):
-                raise damaged(path, _NAME, f"the rate of {item.name} must be a plain number of the IEEE")
-            if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
-                found.append(item)
-
-        visit("", file)
-        file.visititems(visit)
+        found = _data_sets(path, file, h5py)
         rate = next((_scalar(path, item, h5py) for item in found if _is_rate(item)), None)
-        columns: list[Column] = []
-        total = 0
-        for item in found:
-            if _is_samples(item):
-                total += item.size * item.dtype.itemsize
-                check_content(path, total)
-                _check_written(path, item, h5py)
-                stated = {"unit": str(_attribute(item, UNIT_NAMES) or "") or None, "rate": _rate_of(item) or rate}
-                columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
+        for item in filter(_is_samples, found):
+            total += item.size * item.dtype.itemsize
+            check_content(path, total)
+            _check_written(path, item, h5py)
+            unit = str(_attribute(item, UNIT_NAMES) or "") or None
+            columns += columns_of(path, item.name.lstrip("/"), item[()], unit=unit, rate=_rate_of(item) or rate)
     return MeasuredTable(path, tuple(columns))
+
+
+def _data_sets(path: Path, file: Any, h5py: Any) -> list[Any]:
+    """All data sets but MATLAB's internal ones; refuses names and rates that are not what they must be."""
+    found: list[Any] = []
+    names = [""]
+    file.visit(names.append)
+    if len(names) > _MOST_OBJECTS:
+        raise damaged(path, _NAME, f"more than {_MOST_OBJECTS} objects")
+    for name in names:
+        item = file[name] if name else file
+        if not all(isinstance(text, str) for text in (name, *item.attrs)):
+            raise damaged(path, _NAME, "a name is no text")
+        if any(not _is_plain(item, rate, h5py) for rate in item.attrs if rate.lower() in RATE_NAMES):
+            raise damaged(path, _NAME, f"the rate of {item.name} must be a plain number of the IEEE")
+        if isinstance(item, h5py.Dataset) and name.split("/")[0] not in _MATLAB_INTERNAL:
+            found.append(item)
+    return found
 
 
 def _is_samples(item: Any) -> bool:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -40,15 +40,9 @@ class Cut:
     partial_turns: int = 0
 
 
-@dataclass
-class Seen:
-    """Files by the SHA-256 of their bytes, to tell a copy."""
-
-    names: dict[str, str] = field(default_factory=dict)
-
-
-def cut(source: Source, label: Label, settings: Settings, seen: Seen) -> Cut:
-    """Read, cut and resample one file; what is wrong with it is in the answer."""
+def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) -> Cut:
+    """Read, cut and resample one file; what is wrong with it is in the answer. `seen` holds the names of the files before
+    it by the SHA-256 of their bytes, to tell a copy, and takes up this one."""
     try:
         digest = _digest(source, seen)
         recording = read_recording(source.path, settings.read, settings.pulse.column)
@@ -78,13 +72,13 @@ def cut(source: Source, label: Label, settings: Settings, seen: Seen) -> Cut:
     return Cut(rows, records, partial)
 
 
-def _digest(source: Source, seen: Seen) -> str:
+def _digest(source: Source, seen: dict[str, str]) -> str:
     try:
         with source.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise SignalError(f"{source.path} cannot be read ({error.strerror}); check its permissions.") from None
-    first = seen.names.setdefault(digest, source.name)
+    first = seen.setdefault(digest, source.name)
     if first != source.name:
         raise SignalError(
             f"{source.path} must differ from the other files, got the same bytes as {first}; remove the copy."

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from datagen.campaign import SUBSETS, Label
-from datagen.ingest.cut import Seen, cut
+from datagen.ingest.cut import cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
@@ -70,7 +70,8 @@ def _entries(
     sources: Sequence[Source], labels: Sequence[Label], settings: Settings, tally: _Tally, advance: Advance
 ) -> Iterator[Entry]:
     """Every turn and refusal with its item, counted from 0 in the order of the files."""
-    items, seen = itertools.count(), Seen()
+    items = itertools.count()
+    seen: dict[str, str] = {}
     for source, label in zip(sources, labels, strict=True):
         found = cut(source, label, settings, seen)
         tally.partial_turns += found.partial_turns

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from datagen.ingest.settings import Split
 from datagen.ingest.sources import Source, sources_of
@@ -97,6 +99,27 @@ def test_a_table_that_is_no_text(bench):
     (bench / "labels.csv").write_bytes(b"\xff\xfe\x00\xd8")
     with pytest.raises(SignalError, match="no UTF-8 text"):
         sources_of(str(bench), bench / "labels.csv")
+
+
+LABELS = b"file,class,machine,motor_speed\nworn/a.csv,x,M1,150\nworn/b.tdms,x,M2,\nhealthy/a.csv,y,M1,150\n"
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, len(LABELS)), st.integers(0, 9), st.binary(max_size=4)), min_size=1, max_size=4)
+)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_broken_table_is_sources_or_a_sentence(bench, edits):
+    content = LABELS
+    for place, removed, added in edits:
+        content = content[:place] + added + content[place + removed :]
+    (bench / "labels.csv").write_bytes(content)
+    try:
+        found = sources_of(str(bench), bench / "labels.csv")
+    except IndexerError as error:
+        assert "\n" not in str(error)
+    else:
+        assert [source.name for source in found] == ["healthy/a.csv", "worn/a.csv", "worn/b.tdms"]
+        assert all(source.class_name for source in found)
 
 
 # ------------------------------------------------------------------------------------------------ split

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from datagen.ingest.settings import Pulse
 from datagen.ingest.turns import pulse_edges, turns_by_period, turns_by_pulse
@@ -63,6 +65,16 @@ def test_a_dead_or_single_pulse_is_refused():
         pulse_edges(np.full(100, 2.0), RATE, Pulse())
     with pytest.raises(SignalError, match="two rising edges at least, got 1"):
         pulse_edges(trapezoid([1.0]), RATE, Pulse())
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=60))
+def test_any_channel_gives_ascending_edges_within_it_or_a_sentence(values):
+    try:
+        edges = pulse_edges(np.array(values), 1.0, Pulse())
+    except SignalError as error:
+        assert "\n" not in str(error)
+    else:
+        assert (np.diff(edges) > 0.0).all() and edges[0] >= 0.0 and edges[-1] <= len(values) - 1
 
 
 def test_turns_between_pulses_and_the_words_for_those_that_are_none():
