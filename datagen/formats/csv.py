@@ -154,6 +154,12 @@ def _cells(path: Path, body: str, delimiter: str, width: int, start: int, column
         )
     except pa.ArrowInvalid as error:
         raise SignalError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}.") from None
+    lines = body.count("\n") + 1
+    if not bad and table.num_rows != lines:
+        raise SignalError(
+            f"{path} must have a row in each line from {start + 1} on, got {table.num_rows} rows in {lines} lines; "
+            "close the quotation mark that joins lines."
+        )
     if bad:
         number, cells = bad[0]
         raise SignalError(

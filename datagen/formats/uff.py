@@ -67,9 +67,9 @@ def _check_sets(path: Path, content: bytes) -> None:
 
 def _binary_end(path: Path, content: bytes, begin: int) -> int:
     """Where the samples of the binary set end whose second line begins there."""
-    size = content[begin + 31 : begin + 43].strip()
-    if not size.isdigit():
-        raise damaged(path, _NAME, f"the data set at byte {begin} must state its bytes, got {size!r}")
+    order, numbers, size = (content[begin + a : begin + b].strip() for a, b in ((7, 13), (13, 19), (31, 43)))
+    if order not in (b"1", b"2") or numbers != b"2" or not size.isdigit():
+        raise damaged(path, _NAME, f"the data set at byte {begin} must state its byte order, IEEE numbers and bytes")
     for _ in range(_HEADER_LINES):
         begin = content.find(b"\n", begin) + 1 or len(content)
     end = begin + int(size)

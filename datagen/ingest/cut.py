@@ -41,8 +41,10 @@ class Cut:
 
 
 def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) -> Cut:
-    """Read, cut and resample one file; what is wrong with it is in the answer. `seen` holds the names of the files before
-    it by the SHA-256 of their bytes, to tell a copy, and takes up this one."""
+    """Read, cut and resample one file; what is wrong with it is in the answer.
+
+    `seen` holds the names of the files before it by the SHA-256 of their bytes, to tell a copy, and takes up this one.
+    """
     try:
         digest = _digest(source, seen)
         recording = read_recording(source.path, settings.read, settings.pulse.column)

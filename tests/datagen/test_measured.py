@@ -215,6 +215,13 @@ def test_bad_first_and_last_cells_are_found_too(tmp_path, wave):
     assert f"line {COUNT + 1}" in refusal(edit(path, COUNT + 1, "0.199,x"))
 
 
+def test_a_quote_that_is_not_closed_swallows_no_rows(tmp_path, wave):
+    path = edit(write(tmp_path / "a.csv", wave), 150, '0.148,"0.5')
+    assert "close the quotation mark" in refusal(path)
+    path = edit(write(tmp_path / "a.csv", wave), 150, '0.148,"0.5"')
+    assert read_signal(path).values[148] == 0.5
+
+
 @pytest.mark.parametrize("row", ["0.015", "0.015,1,2", ""])
 def test_row_of_another_length(tmp_path, wave, row):
     text = refusal(edit(write(tmp_path / "a.csv", wave), 17, row))

@@ -59,6 +59,9 @@ def _parquet(path: Path) -> Channels:
     return {name: (np.asarray(values, dtype=np.float64), None) for name, values in found.items()}
 
 
+_MAT_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+
+
 def _mat(path: Path) -> Channels:
     content = path.read_bytes()
     order = {b"IM": "<", b"MI": ">"}[content[126:128]]
@@ -71,7 +74,9 @@ def _mat(path: Path) -> Channels:
         (_, flags), (_, shape), (_, name) = parts[:3]
         if flags[0 if order == "<" else 3] not in (6, 7):
             continue
-        dtype = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"}[parts[3][0]]
+        dtype = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}[
+            parts[3][0]
+        ]
         values = np.frombuffer(parts[3][1], dtype=order + dtype).astype(np.float64)
         assert values.size == np.prod(np.frombuffer(shape, dtype=order + "i4"))
         found[name.decode("latin-1").rstrip("\0")] = (values, None)
@@ -210,8 +215,8 @@ def _uff(path: Path) -> Channels:
         form, number, spacing = (int(lines[8][k : k + 10]) for k in (0, 10, 20))
         assert int(lines[7][:5]) == 1 and form == 4 and spacing == 1
         if lines[1][6:7].lower() == "b":
-            assert lines[1][7:13].strip() == "1"
-            values = np.frombuffer(data, "<f8", number, begin)
+            order = {"1": "<", "2": ">"}[lines[1][7:13].strip()]
+            values = np.frombuffer(data, f"{order}f8", number, begin).astype(np.float64)
             position = begin + 8 * number
         else:
             stop = data.index(b"\n    -1", begin - 1)
