@@ -74,10 +74,7 @@ def _mat(path: Path) -> Channels:
         (_, flags), (_, shape), (_, name) = parts[:3]
         if flags[0 if order == "<" else 3] not in (6, 7):
             continue
-        dtype = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}[
-            parts[3][0]
-        ]
-        values = np.frombuffer(parts[3][1], dtype=order + dtype).astype(np.float64)
+        values = np.frombuffer(parts[3][1], dtype=order + _MAT_NUMBERS[parts[3][0]]).astype(np.float64)
         assert values.size == np.prod(np.frombuffer(shape, dtype=order + "i4"))
         found[name.decode("latin-1").rstrip("\0")] = (values, None)
     rates = [values for name, (values, _) in found.items() if name.lower() == "fs" and values.size == 1]
