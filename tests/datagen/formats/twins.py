@@ -143,7 +143,7 @@ def _tdms(path: Path) -> Channels:
     """One segment of plain float64 channels, one after the other."""
     data = path.read_bytes()
     tag, toc, _, following, raw = struct.unpack_from("<4sIIQQ", data)
-    assert tag == b"TDSm" and toc & 0b1110 == 0b1110 and not toc & 0b11100000
+    assert tag == b"TDSm" and toc & 0b1010 == 0b1010 and not toc & 0b11100000
     assert following + 28 == len(data)
     (count,), position = struct.unpack_from("<I", data, 28), 32
     wanted: list[tuple[str, np.dtype, int, dict[str, object]]] = []
@@ -217,8 +217,8 @@ def _uff(path: Path) -> Channels:
             position = begin + 8 * number
         else:
             stop = data.index(b"\n    -1", begin - 1)
-            rows = data[begin:stop].decode("ascii").splitlines()
-            values = np.array([float(row[k : k + 20]) for row in rows for k in range(0, len(row.rstrip()), 20)])
+            rows = data[begin:stop].decode("latin-1").split("\n")
+            values = np.array([float(row[k : k + 20]) for row in rows for k in range(0, len(row) // 20 * 20, 20)])
             position = stop
         assert len(values) == number
         closing = re.match(rb"\n?    -1[ ]*\r?(\n|$)", data[position:])
