@@ -264,14 +264,17 @@ class Fleet:
         return self._starts[i].operating_point
 
     def truths(self) -> dict[str, np.ndarray]:
-        """What no bench shows, of all items (n, …): the faults in force, and torques [N m] and regions [-] of the three
-        joints at the period's samples (n, 3, m)."""
+        """What no bench shows, of all items (n, …): the faults in force, and at the period's samples the table's
+        acceleration [rad/s²] and the cam angle [rad] (n, m), torques [N m] and regions [-] of the three joints
+        (n, 3, m)."""
         count = len(self)
         faults = [self._applied[i] for i in range(count)]
         return {
             "roller_crack": np.array([item.roller_crack for item in faults]),
             "screw_looseness": np.array([item.screw_looseness for item in faults]),
             "backlash": np.array([item.backlash for item in faults]),
+            "table_acceleration": self._out[:, 0, 1:].copy(),
+            "cam_angle": self._out[:, 1, 1:].copy(),
             "torques": self._out[:, _TORQUES, 1:].copy(),
             "regions": self._out[:, _REGIONS, 1:].copy(),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,8 +22,10 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.registration import MAX_EPISODE_STEPS
 from indexer_env.scenario import Scenario, options_for
 from indexer_env.sensors import Sensor
+from indexer_env.start import Start
+from indexer_env.variation import check_half_width, variation_rng, varied
 
-_ARGUMENTS = ("num_envs", "autoreset_mode", "max_episode_steps")
+_ARGUMENTS = ("num_envs", "half_width", "autoreset_mode", "max_episode_steps")
 """What it takes that the single environment does not."""
 
 
@@ -37,6 +40,9 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
     num_envs : int
     machine, operating_point : as in `IndexerEnv`, or a sequence of num_envs of them
         The limits of the observation are those of the first.
+    half_width : float
+        w [-], in [0, 0.5]: each episode has a machine of its own, drawn around the item's as by the wrapper
+        `DomainRandomisation`, bit for bit; 0 draws none.
     autoreset_mode : AutoresetMode or str
         NextStep (default), SameStep or Disabled; in metadata["autoreset_mode"].
     max_episode_steps : int
@@ -62,6 +68,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         sensor: str | Sensor = "environment",
         reveal: bool = False,
         render_mode: str | None = None,
+        half_width: float = 0.0,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         max_episode_steps: int = MAX_EPISODE_STEPS,
         **task: Any,
@@ -72,6 +79,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             raise ParameterError(f"IndexerVectorEnv.render_mode must be None, got {render_mode!r}; it has no picture.")
         if not isinstance(reveal, bool):
             raise ParameterError(f"IndexerVectorEnv.reveal must be True or False, got {reveal!r}.")
+        check_half_width("IndexerVectorEnv", half_width)
         self.num_envs = num_envs
         self.autoreset_mode = _mode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
@@ -82,8 +90,9 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._high = self.single_action_space.high.tolist()
         self._fleet = Fleet(num_envs, first.task, first.limits, first.sensor, truth=reveal)
-        self._reveal, self._most_steps = reveal, max_episode_steps
+        self._reveal, self._most_steps, self._half_width = reveal, max_episode_steps, half_width
         self._rngs: list[np.random.Generator] = []
+        self._machine_rngs: list[np.random.Generator] = []
         self._seeds: list[int] = []
         self._elapsed = np.zeros(num_envs, dtype=np.int64)
         self._ended, self._started = np.zeros(num_envs, dtype=bool), np.zeros(num_envs, dtype=bool)
@@ -106,15 +115,17 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         return tuple(self._seeds)
 
     def _seed(self, seeds: Sequence[int | None], mask: np.ndarray) -> None:
-        """Give the items of the mask that have a seed a new generator, and every item one that has none yet."""
+        """Give the items of the mask that have a seed new generators, and every item those that has none yet."""
+        given = [seed if chosen else None for seed, chosen in zip(seeds, mask, strict=True)]
         if not self._rngs:
-            pairs = [seeding.np_random(seed if chosen else None) for seed, chosen in zip(seeds, mask, strict=True)]
-        else:
-            pairs = [
-                seeding.np_random(seed) if chosen and seed is not None else (rng, known)
-                for seed, chosen, rng, known in zip(seeds, mask, self._rngs, self._seeds, strict=True)
-            ]
-        self._rngs, self._seeds = [rng for rng, _ in pairs], [known for _, known in pairs]
+            pairs = [seeding.np_random(seed) for seed in given]
+            self._rngs, self._seeds = [rng for rng, _ in pairs], [known for _, known in pairs]
+            self._machine_rngs = [variation_rng(seed) for seed in given]
+            return
+        for i, seed in enumerate(given):
+            if seed is not None:
+                self._rngs[i], self._seeds[i] = seeding.np_random(seed)
+                self._machine_rngs[i] = variation_rng(seed)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -203,10 +214,18 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
 
     def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> np.ndarray:
         """Start items anew; readings (k, m)."""
-        starts = [options_for(self._scenarios[i], options).draw(self._rngs[i]) for i in index]
+        starts = [self._drawn(int(i), options) for i in index]
         readings = self._fleet.start(index.tolist(), starts, self._rngs)
         self._elapsed[index], self._ended[index], self._started[index] = 0, False, True
         return readings
+
+    def _drawn(self, i: int, options: Mapping[str, Any] | None) -> Start:
+        """What item i starts its next episode with."""
+        scenario = options_for(self._scenarios[i], options)
+        if self._half_width > 0.0:
+            machine = varied(scenario.machine, self._half_width, self._machine_rngs[i])
+            scenario = dataclasses.replace(scenario, machine=machine)
+        return scenario.draw(self._rngs[i])
 
     def _infos(self, readings: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
         infos: dict[str, Any] = {"acceleration": readings, "_acceleration": mask.copy()}

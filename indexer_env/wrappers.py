@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,9 +15,10 @@ from gymnasium.utils import RecordConstructorArgs
 from indexer_env.checks import check_number
 from indexer_env.env import IndexerEnv
 from indexer_env.errors import refuse
-from indexer_env.machine import Joint, Machine
+from indexer_env.machine import Machine
 from indexer_env.presets import load_machine
 from indexer_env.spectrum import density, level
+from indexer_env.variation import check_half_width, variation_rng, varied
 
 LEVELS = (-120.0, 80.0)
 """Bounds of a spectrum's level [dB over 1 (unit of the reading)²/Hz]; what lies beyond is clipped."""
@@ -122,24 +122,11 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
         return level(density(record, self._rate, self._lines), LEVELS).astype(np.float32)
 
 
-class _Drawing(gymnasium.Wrapper):
-    """A wrapper with draws of its own: `reset(seed=…)` seeds them too, apart from those of the environment."""
+class DomainRandomisation(gymnasium.Wrapper, RecordConstructorArgs):
+    """Every episode has a machine of its own, drawn by the law of `variation.varied`: ±10 % for w = 0.1.
 
-    _stream: int
-    _rng: np.random.Generator | None = None
-
-    def _draws(self, seed: int | None) -> np.random.Generator:
-        """The generator PCG64(SeedSequence(seed, spawn_key=(stream,))), kept until the next seed."""
-        if seed is not None or self._rng is None:
-            self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(self._stream,)))
-        return self._rng
-
-
-class DomainRandomisation(_Drawing, RecordConstructorArgs):
-    """Every episode has a machine of its own: stiffness and damping of the input and the output joint are drawn.
-
-    k (1 + w u), u uniform in [-1, 1), four draws in the order k1, r1, k2, r2: the ±10 % of the paper for w = 0.1. The
-    machine that is varied is the environment's, or that of the option "machine".
+    The machine that is varied is the environment's, or that of the option "machine". `reset(seed=…)` seeds these draws
+    too. The native vector environment does the same for each of its items, by its argument `half_width`.
 
     Parameters
     ----------
@@ -149,12 +136,11 @@ class DomainRandomisation(_Drawing, RecordConstructorArgs):
         w [-], in [0, 0.5].
     """
 
-    _stream = 1
-
     def __init__(self, env: gymnasium.Env, half_width: float = 0.1) -> None:
         RecordConstructorArgs.__init__(self, half_width=half_width)
         gymnasium.Wrapper.__init__(self, env)
-        check_number("DomainRandomisation", "half_width", half_width, low=0.0, high=0.5)
+        check_half_width("DomainRandomisation", half_width)
+        self._rng: np.random.Generator | None = None
         self._half_width, self._machine = half_width, _indexer("DomainRandomisation", env).machine
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -165,25 +151,14 @@ class DomainRandomisation(_Drawing, RecordConstructorArgs):
         machine = given.get("machine", self._machine)
         if isinstance(machine, str | Path):
             machine = load_machine(machine)
+        if seed is not None or self._rng is None:
+            self._rng = variation_rng(seed)
         if isinstance(machine, Machine):
-            given["machine"] = varied(machine, self._half_width, self._draws(seed))
+            given["machine"] = varied(machine, self._half_width, self._rng)
         return self.env.reset(seed=seed, options=given)
 
 
-def varied(machine: Machine, half_width: float, rng: np.random.Generator) -> Machine:
-    """The machine with stiffness and damping of joints 1 and 2 drawn by DomainRandomisation's law."""
-    factors = 1.0 + half_width * rng.uniform(-1.0, 1.0, 4)
-
-    def drawn(joint: Joint, stiffness: float, damping: float) -> Joint:
-        return dataclasses.replace(joint, stiffness=joint.stiffness * stiffness, damping=joint.damping * damping)
-
-    k1, r1, k2, r2 = factors.tolist()
-    return dataclasses.replace(
-        machine, input_joint=drawn(machine.input_joint, k1, r1), output_joint=drawn(machine.output_joint, k2, r2)
-    )
-
-
-class SensorNoise(_Drawing, RecordConstructorArgs):
+class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
     """White Gaussian noise on every reading, in the observation and in info["acceleration"], clipped to the range.
 
     One standard normal per sample of the period, times σ = density · √(sample rate / 2). At a reset the reading at
@@ -197,7 +172,7 @@ class SensorNoise(_Drawing, RecordConstructorArgs):
         One-sided [unit of the reading per √Hz], >= 0.
     """
 
-    _stream = 2
+    _rng: np.random.Generator | None = None
 
     def __init__(self, env: gymnasium.Env, density: float) -> None:
         RecordConstructorArgs.__init__(self, density=density)
@@ -227,6 +202,13 @@ class SensorNoise(_Drawing, RecordConstructorArgs):
         if not terminated:
             observation[0] = readings[-1] / self._limit
         return observation, float(reward), terminated, truncated, info
+
+    def _draws(self, seed: int | None) -> np.random.Generator:
+        """The generator PCG64(SeedSequence(seed, spawn_key=(2,))), kept until the next seed: apart from the
+        environment's and from that of the machines."""
+        if seed is not None or self._rng is None:
+            self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
+        return self._rng
 
     def _noisy(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         return np.clip(readings + self._sigma * rng.standard_normal(readings.size), -self._limit, self._limit)

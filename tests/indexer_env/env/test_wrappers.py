@@ -8,7 +8,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env, data_equivalence
 
 from indexer_env import OperatingPoint, ParameterError, Run, load_machine, load_sensor, simulate
-from indexer_env.wrappers import LEVELS, DomainRandomisation, PowerSpectrum, SensorNoise, TurnWindow, varied
+from indexer_env.variation import varied
+from indexer_env.wrappers import LEVELS, DomainRandomisation, PowerSpectrum, SensorNoise, TurnWindow
 
 ID = "indexer_env/Indexer-v0"
 ONE = np.ones(1, dtype=np.float32)
