@@ -34,19 +34,26 @@ def check_number(
     kind: str = "a finite number",
 ) -> None:
     """Refuse what is not a real finite number (bool included) within the bounds, in the stated unit."""
-    rule = _rule(kind, low, high, low_open, high_open, unit)
+    number = _as_float(value)
+    inside = (
+        math.isfinite(number)
+        and (low is None or (number > low if low_open else number >= low))
+        and (high is None or (number < high if high_open else number <= high))
+    )
+    if not inside:
+        raise refuse(owner, name, _rule(kind, low, high, low_open, high_open, unit), value, remedy)
+
+
+def _as_float(value: object) -> float:
+    """A real number's value, infinite where it is too large for a float; NaN for what is not one, a bool included."""
+    if isinstance(value, float):  # first, as it is by far the commonest and a question to an abstract class is slow
+        return value
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise refuse(owner, name, rule, value, remedy)
+        return math.nan
     try:
-        number = float(value)
+        return float(value)
     except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise refuse(owner, name, rule, value, remedy)
-    too_low = low is not None and (number < low or (low_open and number == low))
-    too_high = high is not None and (number > high or (high_open and number == high))
-    if too_low or too_high:
-        raise refuse(owner, name, rule, value, remedy)
+        return math.inf
 
 
 def check_integer(

@@ -24,7 +24,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensor_stream import SensorStream
 from indexer_env.sensors import Sensor
-from indexer_env.start import Start
+from indexer_env.start import Start, items_of
 
 ROWS = np.array([
     layout.TABLE_ACC, layout.CAM, layout.CAM_RATE, layout.TORQUE_1, layout.TORQUE_2, layout.TORQUE_3,
@@ -111,21 +111,26 @@ class Fleet:
         ParameterError
             A machine, its faults included, that does not fit its effects or the step. Nothing has then changed.
         """
-        worst = [start.item(start.course.worst, self._step) for start in starts]
-        first = [start.item(start.course.at(0.0, 0.0), self._step) for start in starts]
+        faults = [start.course.at(0.0, 0.0) for start in starts]
+        first = items_of(list(zip(starts, faults, strict=True)), self._step)
+        changing = [place for place, start in enumerate(starts) if start.course.changes]
+        ends = items_of([(starts[place], starts[place].course.worst) for place in changing], self._step)
+        worst = dict(zip(changing, ends, strict=True))
         where = np.asarray(index, dtype=np.int64)
         self._starts = self._starts or [starts[0]] * len(self)
-        for i, start, item, extreme in zip(index, starts, first, worst, strict=True):
+        for place, (i, start, item) in enumerate(zip(index, starts, first, strict=True)):
             self._starts[i], self._laws[i] = start, item.law
             self._states[i] = start_state(item, start.operating_point)
             self._coefficients[i] = item.row
             slips = (item.features & layout.USES_SLIP) // layout.USES_SLIP
-            self._kinds[i], self._features[i] = 2 * item.model + slips, item.features | extreme.features
+            self._kinds[i], self._features[i] = 2 * item.model + slips, item.features
             self._items[i, NOMINAL_SPEED] = start.operating_point.motor_speed
             self._items[i, DWELL_BEGIN] = 2.0 * math.pi * start.machine.motion_share
             self._items[i, BASE_LOAD], self._items[i, SLIPS] = start.operating_point.load_torque, float(slips)
             self._changing[i], self._wearing[i] = start.course.changes, start.course.wear > 0.0
-            self._applied[i] = start.course.at(0.0, 0.0)
+            self._applied[i] = faults[place]
+            if place in worst:
+                self._features[i] |= worst[place].features
         self._shares[where], self._started[where] = 1.0, True
         self._periods[where], self._work[where], self._booked[where] = 0, 0.0, 0.0
         self._n_steps[where] = self._samples * self._every
