@@ -29,6 +29,16 @@ TERMINATION_PENALTY = 100.0
 """Reward of the step in which a machine leaves the model's range, as a loss."""
 
 
+LARGEST_START = 1e6
+"""rad, either way: a double still resolves a cam angle there to 1e-10 rad."""
+
+MOST_SAMPLES = 100_000
+"""Samples in a control period, 100 s at 1 kHz: what lies beyond is a slip of the unit."""
+
+MOST_STEPS = 10_000_000
+"""Integrator steps in a control period: some seconds of computing in one call that cannot be interrupted."""
+
+
 @dataclass(frozen=True)
 class ControlTask:
     """Numbers of the control problem.
@@ -36,11 +46,11 @@ class ControlTask:
     Attributes
     ----------
     period : float
-        Control period [s], a whole number of samples.
+        Control period [s], a whole number of samples, at most MOST_SAMPLES.
     sample_rate : float
-        Of the readings [Hz].
+        Of the readings [Hz], 1 to 1e6.
     step : float
-        Largest step of the integrator [s], as `Run.step`.
+        Largest step of the integrator [s], as `Run.step`; a period takes at most MOST_STEPS.
     ramp : float
         Fastest change of the inverter's command [share of nominal speed per s], > 0.
     highest_share : float
@@ -63,20 +73,27 @@ class ControlTask:
     start_angle: float | None = None
 
     def __post_init__(self) -> None:
-        check_number("IndexerEnv", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
+        check_number("IndexerEnv", "sample_rate", self.sample_rate, low=1.0, high=1e6, unit="Hz")
         check_number("IndexerEnv", "period", self.period, low=0.0, low_open=True, unit="s")
         samples = self.period * self.sample_rate
+        if samples > MOST_SAMPLES:
+            rule = f"at most {MOST_SAMPLES} samples of {1.0 / self.sample_rate:g} s"
+            remedy = f"set it to {MOST_SAMPLES / self.sample_rate:g} s or less"
+            raise refuse("IndexerEnv", "period", rule, self.period, remedy)
         if round(samples) < 1 or abs(samples - round(samples)) > 1e-9 * samples:
             remedy = f"{max(1, round(samples)) / self.sample_rate:g} s is the nearest"
             rule = f"a whole number of samples of {1.0 / self.sample_rate:g} s"
             raise refuse("IndexerEnv", "period", rule, self.period, remedy)
         check_number("IndexerEnv", "step", self.step, low=0.0, low_open=True, unit="s")
+        if self.step < self.period / MOST_STEPS:
+            rule = f">= {self.period / MOST_STEPS:g} s, of which a period has {MOST_STEPS}"
+            raise refuse("IndexerEnv", "step", rule, self.step)
         check_number("IndexerEnv", "ramp", self.ramp, low=0.0, low_open=True, unit="1/s")
         check_number("IndexerEnv", "highest_share", self.highest_share, low=0.1, high=1.5)
         check_number("IndexerEnv", "brake_torque", self.brake_torque, low=0.0, high=500.0, unit="N m")
         check_number("IndexerEnv", "vibration_weight", self.vibration_weight, low=0.0, high=10.0)
         if self.start_angle is not None:
-            check_number("IndexerEnv", "start_angle", self.start_angle, unit="rad")
+            check_start_angle("IndexerEnv", self.start_angle)
 
     @property
     def samples(self) -> int:
@@ -87,6 +104,11 @@ class ControlTask:
     def steps_per_sample(self) -> int:
         """Integrator steps in a sampling interval."""
         return max(1, math.ceil(1.0 / (self.sample_rate * self.step) - 1e-9))
+
+    @property
+    def integrator_step(self) -> float:
+        """Step that the integrator takes [s]: the largest part of a sampling interval that is at most `step`."""
+        return 1.0 / (self.sample_rate * self.steps_per_sample)
 
     @property
     def actions(self) -> int:
@@ -119,6 +141,11 @@ class Limits:
     table_rate: float
     motor_speed: float
     vibration: float
+
+
+def check_start_angle(owner: str, angle: object) -> None:
+    """Refuse what is no cam angle within ±LARGEST_START [rad]."""
+    check_number(owner, "start_angle", angle, low=-LARGEST_START, high=LARGEST_START, unit="rad")
 
 
 def limits_of(machine: Machine, operating_point: OperatingPoint, sensor: Sensor, task: ControlTask) -> Limits:
@@ -169,6 +196,8 @@ def reward_bounds(task: ControlTask) -> tuple[float, float]:
 
 def checked_actions(owner: str, given: object, shape: tuple[int, ...], high: Sequence[float]) -> np.ndarray:
     """Actions (k,) or (n, k) as float64, or one sentence on what is wrong with them; nothing is clipped."""
+    if isinstance(given, np.ma.MaskedArray):
+        raise refuse(owner, "action", "an array without a mask", given, "fill what is masked yourself")
     actions = np.asarray(given)
     if actions.dtype.kind not in "fiu":
         raise refuse(owner, "action", "an array of floats", given, f"its dtype is {actions.dtype}")

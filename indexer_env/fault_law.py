@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,13 @@ the stiffest base that a step of 0.25 ms resolves."""
 
 MOST_BACKLASH = 2.0
 """rad at the motor shaft: wear ends there, as `Faults.backlash` does."""
+
+
+_NEXT_TO_NOTHING = 1e-9
+"""Share of a law's upper end that stands for the least fault drawn [-]."""
+
+_PART_OF = {"cracked_station": "roller_crack", "loose_at": "screw_looseness"}
+"""What makes no fault without another attribute."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +58,8 @@ class Uniform:
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        return (self.low, self.high)
+        """Its ends and, where it begins at 0, which is no fault, what is next to nothing."""
+        return (self.low, _NEXT_TO_NOTHING * self.high, self.high) if self.low == 0.0 else (self.low, self.high)
 
 
 @dataclass(frozen=True)
@@ -149,6 +157,19 @@ class FaultLaw:
     def draw(self, rng: np.random.Generator) -> Course:
         """The course of one episode."""
         return _course({field.name: getattr(self, field.name).draw(rng) for field in dataclasses.fields(self)})
+
+    def extremes(self) -> Iterator[tuple[str, float, Course]]:
+        """Each fault alone at the ends of its law, as its name, its value and its course; what is no fault is left out.
+        A cracked station comes with the worst crack, the time at which screws let go with the loosest screws."""
+        for field in dataclasses.fields(self):
+            for value in getattr(self, field.name).extremes:
+                values = {field.name: value}
+                if field.name in _PART_OF:
+                    whole = _PART_OF[field.name]
+                    values[whole] = max(getattr(self, whole).extremes)
+                course = _course(values)
+                if course.worst != Faults():
+                    yield field.name, value, course
 
     def _with(self, name: str, value: Any) -> None:
         """Raise what `Faults` or `Course` has against a value, in the law's name."""

@@ -76,7 +76,7 @@ class Fleet:
         self._plain = self._stream.plain
         self._numbers = task_numbers(task, limits, sensor.scale if self._plain else 0.0)
         self._samples, self._every = task.samples, task.steps_per_sample
-        self._step = 1.0 / (task.sample_rate * self._every)
+        self._step = task.integrator_step
         self._states = np.zeros((n, layout.STATE_ROWS))
         self._coefficients = np.zeros((n, layout.COEFFICIENT_ROWS))
         self._items = np.zeros((n, ITEM_COLUMNS))

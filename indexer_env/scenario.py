@@ -13,8 +13,8 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_number, did_you_mean
-from indexer_env.control import ControlTask, Limits, limits_of
+from indexer_env.checks import did_you_mean
+from indexer_env.control import ControlTask, Limits, check_start_angle, limits_of
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fault_law import FaultLaw, fault_law
 from indexer_env.kernels.control import OBSERVED
@@ -22,7 +22,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
 from indexer_env.sensors import Sensor
-from indexer_env.start import Start
+from indexer_env.start import Start, items_of
 
 _ARGUMENTS = ("machine", "operating_point", "faults", "sensor", "reveal", "render_mode")
 """What an environment takes besides the fields of `ControlTask`."""
@@ -62,7 +62,9 @@ class Scenario:
         ordered = loaded("IndexerEnv", "machine", machine, Machine, load_machine)
         point = loaded("IndexerEnv", "operating_point", operating_point, OperatingPoint, load_operating_point)
         limits = limits_of(ordered, point, chain, numbers)
-        return Scenario(ordered, point, _faults(faults), chain, numbers, limits)
+        scenario = Scenario(ordered, point, _faults(faults), chain, numbers, limits)
+        check_faults([scenario])
+        return scenario
 
     def spaces(self) -> tuple[Box, Box]:
         """Action and observation space of one machine."""
@@ -82,6 +84,21 @@ class Scenario:
         return Start(self.machine, point, self.faults.draw(rng))
 
 
+def check_faults(scenarios: Sequence[Scenario]) -> None:
+    """Refuse a law of faults, the same in all these scenarios, that can draw one which a machine or the step refuses.
+
+    Each fault is tried alone at the ends of its law; machines that are varied from episode to episode are tried as they
+    were ordered.
+    """
+    step = scenarios[0].task.integrator_step
+    for name, value, course in scenarios[0].faults.extremes():
+        starts = [Start(scenario.machine, scenario.operating_point, course) for scenario in scenarios]
+        try:
+            items_of([(start, faults) for start in starts for faults in (course.at(0.0, 0.0), course.worst)], step)
+        except ParameterError as error:
+            raise ParameterError(f"faults.{name} can be {value:g}, but {error}") from None
+
+
 def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenario:
     """The scenario of an episode that was reset with options; the limits stay."""
     if not options:
@@ -99,7 +116,7 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
                 "IndexerEnv", "operating_point", value, OperatingPoint, load_operating_point
             )
         elif key == "start_angle":
-            check_number("IndexerEnv.reset", "start_angle", value, unit="rad")
+            check_start_angle("IndexerEnv.reset", value)
             changes["task"] = dataclasses.replace(scenario.task, start_angle=float(value))
         else:
             hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)

@@ -20,13 +20,20 @@ from indexer_env.fleet import Fleet
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.registration import MAX_EPISODE_STEPS
-from indexer_env.scenario import Scenario, options_for
+from indexer_env.scenario import Scenario, check_faults, options_for
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start
 from indexer_env.variation import check_half_width, variation_rng, varied
 
 _ARGUMENTS = ("num_envs", "half_width", "autoreset_mode", "max_episode_steps")
 """What it takes that the single environment does not."""
+
+
+MOST_MACHINES = 1_000_000
+"""Machines of a fleet: some 5 GB."""
+
+MOST_READINGS = 20_000_000
+"""Readings of a fleet in one period: with the truth to them some 3 GB."""
 
 
 class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
@@ -38,6 +45,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
     Parameters
     ----------
     num_envs : int
+        1 to MOST_MACHINES; times the samples of a period at most MOST_READINGS.
     machine, operating_point : as in `IndexerEnv`, or a sequence of num_envs of them
         The limits of the observation are those of the first.
     half_width : float
@@ -73,7 +81,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         max_episode_steps: int = MAX_EPISODE_STEPS,
         **task: Any,
     ) -> None:
-        check_integer("IndexerVectorEnv", "num_envs", num_envs, low=1)
+        check_integer("IndexerVectorEnv", "num_envs", num_envs, low=1, high=MOST_MACHINES)
         check_integer("IndexerVectorEnv", "max_episode_steps", max_episode_steps, low=1)
         if render_mode is not None:
             raise ParameterError(f"IndexerVectorEnv.render_mode must be None, got {render_mode!r}; it has no picture.")
@@ -85,6 +93,9 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._scenarios = _scenarios(num_envs, machine, operating_point, faults, sensor, task)
         first = self._scenarios[0]
+        if num_envs * first.task.samples > MOST_READINGS:
+            rule = f"at most {MOST_READINGS // first.task.samples} with {first.task.samples} samples in a period"
+            raise refuse("IndexerVectorEnv", "num_envs", rule, num_envs, "make the period shorter or the fleet smaller")
         self.single_action_space, self.single_observation_space = first.spaces()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -268,4 +279,7 @@ def _scenarios(
         if len(given) != n:
             raise refuse("IndexerVectorEnv", name, f"one, or a sequence of num_envs = {n}", f"{len(given)} of them")
     first = Scenario.of(machines[0], points[0], faults, sensor, task, _ARGUMENTS)
-    return [options_for(first, {"machine": m, "operating_point": p}) for m, p in zip(machines, points, strict=True)]
+    given = zip(machines, points, strict=True)
+    scenarios = [options_for(first, {"machine": machine, "operating_point": point}) for machine, point in given]
+    check_faults(scenarios)
+    return scenarios

@@ -23,6 +23,9 @@ from indexer_env.variation import check_half_width, variation_rng, varied
 LEVELS = (-120.0, 80.0)
 """Bounds of a spectrum's level [dB over 1 (unit of the reading)²/Hz]; what lies beyond is clipped."""
 
+MOST_WINDOW = 10_000_000
+"""Samples in a window: 40 MB in every observation."""
+
 Step = tuple[Any, float, bool, bool, dict[str, Any]]
 
 
@@ -43,7 +46,7 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
     env : gymnasium.Env
         An IndexerEnv or a wrapper of one.
     turns : float
-        Length [table turns], > 0.
+        Length [table turns], > 0 and at most MOST_WINDOW samples.
     """
 
     def __init__(self, env: gymnasium.Env, turns: float = 1.0) -> None:
@@ -51,9 +54,13 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
         gymnasium.Wrapper.__init__(self, env)
         check_number("TurnWindow", "turns", turns, low=0.0, low_open=True)
         indexer = _indexer("TurnWindow", env)
-        duration = turns * indexer.machine.turn_duration(indexer.operating_point)
+        duration = indexer.machine.turn_duration(indexer.operating_point)
+        samples = turns * duration * indexer.task.sample_rate
+        if samples > MOST_WINDOW:
+            rule = f"at most {MOST_WINDOW / (duration * indexer.task.sample_rate):.3g}, {MOST_WINDOW} samples"
+            raise refuse("TurnWindow", "turns", rule, turns)
         self._limit = indexer.limits.acceleration
-        self._window = np.zeros(max(1, round(duration * indexer.task.sample_rate)), dtype=np.float32)
+        self._window = np.zeros(max(1, round(samples)), dtype=np.float32)
         self.observation_space = Box(-1.0, 1.0, self._window.shape)
 
     def reset(

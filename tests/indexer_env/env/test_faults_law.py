@@ -9,6 +9,7 @@ import pytest
 from indexer_env import Faults, OperatingPoint, ParameterError, Run, load_machine, simulate
 from indexer_env.env import IndexerEnv
 from indexer_env.fault_law import MOST_BACKLASH, TIGHT_LOOSENESS, Choice, Course, FaultLaw, Fixed, Uniform, fault_law
+from indexer_env.vector_env import IndexerVectorEnv
 
 ONE = np.ones(1, dtype=np.float32)
 
@@ -134,3 +135,49 @@ def test_a_machine_whose_model_lacks_the_fault_is_refused():
     one_mass = dataclasses.replace(load_machine("smooth"), model="A")
     with pytest.raises(ParameterError, match=r"input\.backlash needs Machine.model B or B_on_base, got 'A'"):
         IndexerEnv(machine=one_mass, faults={"wear": 1e-4}).reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("faults", "said"),
+    [
+        (
+            {"screw_looseness": {"uniform": [0.0, 1.0]}},
+            "faults.screw_looseness can be 1e-09, but IndexerEnv.step must be <= ",
+        ),
+        (
+            {"screw_looseness": {"choice": [0.001, 0.5]}},
+            "faults.screw_looseness can be 0.001, but IndexerEnv.step must be <= ",
+        ),
+        (
+            {"roller_crack": {"uniform": [0.1, 0.4]}, "cracked_station": {"choice": [0, 8]}},
+            "faults.cracked_station can be 8, but roller.crack_single.station must be below the machine's 8 stations",
+        ),
+    ],
+)
+@pytest.mark.parametrize("make", [IndexerEnv, lambda **given: IndexerVectorEnv(2, **given)])
+def test_a_law_that_can_draw_an_impossible_fault_is_refused_at_once(make, faults, said):
+    with pytest.raises(ParameterError) as caught:
+        make(faults=faults)
+    assert str(caught.value).startswith(said)
+
+
+def test_a_law_that_only_one_of_many_machines_refuses():
+    machines = [load_machine(), dataclasses.replace(load_machine(), stations=4)]
+    law = {"roller_crack": 0.2, "cracked_station": 5}
+    IndexerVectorEnv(2, machine=machines[0], faults=law)
+    with pytest.raises(ParameterError, match=r"faults\.cracked_station can be 5, but .* the machine's 4 stations, got 5"):
+        IndexerVectorEnv(2, machine=machines, faults=law)
+
+
+def test_wear_is_tried_where_it_ends(reference):
+    """A reducer of 5 to 1 turns the largest play at the motor into more than the model's 0.2 rad at the cam."""
+    machine = dataclasses.replace(reference, reduction_ratio=5.0)
+    with pytest.raises(ParameterError, match=r"faults\.wear can be 0\.001, but input\.backlash\.play must be .* <= 0\.2 rad"):
+        IndexerEnv(machine=machine, faults={"wear": 0.001})
+
+
+def test_the_ends_of_a_law_are_tried_once_each_and_no_fault_not_at_all():
+    law = fault_law({"backlash": {"uniform": [0.0, 0.2]}, "loose_at": 2.0, "screw_looseness": {"choice": [0.0, 0.5]}})
+    tried = [(name, value) for name, value, _ in law.extremes()]
+    assert tried == [("screw_looseness", 0.5), ("backlash", 1e-9 * 0.2), ("backlash", 0.2), ("loose_at", 2.0)]
+    assert list(FaultLaw().extremes()) == []

@@ -54,4 +54,4 @@ def test_the_least_looseness_that_the_step_resolves():
     assert "less loose than 0.006" in PAGE
     IndexerEnv(faults={"screw_looseness": 0.006}).reset()
     with pytest.raises(ParameterError, match=r"IndexerEnv\.step must be <= "):
-        IndexerEnv(faults={"screw_looseness": 0.0057}).reset()
+        IndexerEnv(faults={"screw_looseness": 0.0057})

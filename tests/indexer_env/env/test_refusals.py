@@ -11,7 +11,7 @@ from gymnasium.error import ResetNeeded
 from indexer_env import ParameterError, load_machine, load_sensor
 from indexer_env.env import IndexerEnv
 from indexer_env.vector_env import IndexerVectorEnv
-from indexer_env.wrappers import DomainRandomisation
+from indexer_env.wrappers import DomainRandomisation, TurnWindow
 
 
 @pytest.fixture
@@ -38,6 +38,7 @@ def env() -> IndexerEnv:
         (np.array(["1"]), "IndexerEnv.action must be an array of floats"),
         (None, "IndexerEnv.action must be an array of floats, got None"),
         (np.array([1.0 + 0.0j]), "IndexerEnv.action must be an array of floats"),
+        (np.ma.masked_array([0.5], mask=[True]), "IndexerEnv.action must be an array without a mask, got masked_array("),
     ],
 )
 def test_an_action_that_is_none(env, action, said):
@@ -87,7 +88,7 @@ def test_steps_out_of_order(env):
         ({"faults": {"roler_crack": 0.1}}, "faults has no parameter 'roler_crack'; did you mean 'roller_crack'."),
         ({"faults": "tabel2"}, "There is no faults_law preset or YAML file 'tabel2'; did you mean 'table2'."),
         ({"machine": 3}, "IndexerEnv.machine must be a Machine or the name of a preset, got 3."),
-        ({"start_angle": "0"}, "IndexerEnv.reset.start_angle must be a finite number rad, got '0'."),
+        ({"start_angle": "0"}, "IndexerEnv.reset.start_angle must be a finite number >= -1e+06 and <= 1e+06 rad, got '0'."),
     ],
 )
 def test_an_option_that_cannot_be(env, options, said):
@@ -104,6 +105,11 @@ def test_an_option_that_cannot_be(env, options, said):
         ({"fault": {}}, "IndexerEnv has no parameter 'fault'; did you mean 'faults'."),
         ({"xyz": 1}, "IndexerEnv has no parameter 'xyz'; its parameters are machine, operating_point, faults, sensor,"),
         ({"period": 0.0105}, "IndexerEnv.period must be a whole number of samples of 0.001 s, got 0.0105; 0.01 s is"),
+        ({"period": 1e9}, "IndexerEnv.period must be at most 100000 samples of 0.001 s, got 1000000000.0; set it to 100"),
+        ({"step": 1e-320}, "IndexerEnv.step must be >= 1e-09 s, of which a period has 10000000, got 1e-320."),
+        ({"sample_rate": 1e300}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e+300."),
+        ({"sample_rate": 1e-320}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e-320."),
+        ({"start_angle": 1e300}, "IndexerEnv.start_angle must be a finite number >= -1e+06 and <= 1e+06 rad, got"),
         ({"period": 0.0}, "IndexerEnv.period must be a finite number > 0 s, got 0.0."),
         ({"ramp": 0.0}, "IndexerEnv.ramp must be a finite number > 0 1/s, got 0.0."),
         ({"highest_share": 2.0}, "IndexerEnv.highest_share must be a finite number >= 0.1 and <= 1.5, got 2.0."),
@@ -136,7 +142,13 @@ def test_noise_by_ratio_needs_a_whole_record():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"num_envs": 0}, "IndexerVectorEnv.num_envs must be a whole number >= 1, got 0."),
+        ({"num_envs": 0}, "IndexerVectorEnv.num_envs must be a whole number >= 1 and <= 1e+06, got 0."),
+        ({"num_envs": 10**9}, "IndexerVectorEnv.num_envs must be a whole number >= 1 and <= 1e+06, got 1000000000."),
+        (
+            {"num_envs": 30_000, "period": 1.0},
+            "IndexerVectorEnv.num_envs must be at most 20000 with 1000 samples in a period, got 30000; make",
+        ),
+        ({"half_width": 0.6}, "IndexerVectorEnv.half_width must be a finite number >= 0 and <= 0.5, got 0.6."),
         ({"max_episode_steps": 0}, "IndexerVectorEnv.max_episode_steps must be a whole number >= 1, got 0."),
         ({"autoreset": "Disabled"}, "IndexerEnv has no parameter 'autoreset'; did you mean 'autoreset_mode'."),
         ({"autoreset_mode": "never"}, "IndexerVectorEnv.autoreset_mode must be one of NextStep, SameStep, Disabled"),
@@ -182,3 +194,9 @@ def test_options_that_are_no_mapping(options):
     for env in (IndexerEnv(), IndexerVectorEnv(2), DomainRandomisation(IndexerEnv())):
         with pytest.raises(ParameterError, match=r"\.reset\.options must be a mapping, got "):
             env.reset(options=options)
+
+
+@pytest.mark.parametrize("turns", [2000.0, 1e300])
+def test_a_window_that_no_memory_holds(turns):
+    with pytest.raises(ParameterError, match=r"TurnWindow\.turns must be at most 1\.22e\+03, 10000000 samples, got "):
+        TurnWindow(IndexerEnv(), turns)

@@ -6,10 +6,12 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import data_equivalence
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from indexer_env import OperatingPoint
+from indexer_env import OperatingPoint, start
+from indexer_env.modes import largest_steps
 from indexer_env.vector_env import IndexerVectorEnv
+from indexer_env.wrappers import DomainRandomisation
 
 ID = "indexer_env/Indexer-v0"
 CASES = (
@@ -99,3 +101,50 @@ def test_each_its_own_machine_and_operating_point(smooth, reference):
     observation = env.step(np.ones((2, 1)))[0]
     np.testing.assert_allclose(observation[:, 6], 1.0 / 1.5, rtol=1e-6)  # each as a share of its own nominal speed
     assert observation[0, 3] > 1.4 * observation[1, 3] > 0.1
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode), ids=lambda mode: mode.value)
+@pytest.mark.parametrize("half_width", [0.0, 0.1])
+def test_machines_drawn_for_each_episode_are_those_of_the_wrapper(mode, half_width):
+    """Seeded at first, then three episodes on without a seed, then with new seeds for some and for a given machine."""
+    arguments = {"faults": {"backlash_deg": {"uniform": [0, 20]}}, "max_episode_steps": 12}
+
+    def single() -> gymnasium.Env:
+        return DomainRandomisation(gymnasium.make(ID, **arguments), half_width)
+
+    sync = SyncVectorEnv([single] * 3, autoreset_mode=mode)
+    native = IndexerVectorEnv(3, half_width=half_width, autoreset_mode=mode, **arguments)
+    assert data_equivalence(sync.reset(seed=5), native.reset(seed=5), exact=True)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        actions = rng.uniform(0.0, native.action_space.high).astype(np.float32)
+        expected, got = sync.step(actions), native.step(actions)
+        assert data_equivalence(expected, got, exact=True)
+        if mode is AutoresetMode.DISABLED and (got[2] | got[3]).any():
+            options = {"reset_mask": got[2] | got[3]}
+            assert data_equivalence(sync.reset(options=options), native.reset(options=options), exact=True)
+    given = {"seed": [7, None, 9], "options": {"machine": "smooth"}}
+    assert data_equivalence(sync.reset(**given), native.reset(**given), exact=True)
+
+
+def test_every_episode_draws_a_machine():
+    """At the same start angle two machines accelerate apart from the first motion on, and with them two episodes."""
+    env = IndexerVectorEnv(2, half_width=0.1, start_angle=0.0, max_episode_steps=30)
+    env.reset(seed=0)
+    records = [np.stack([env.step(np.ones((2, 1)))[4]["acceleration"] for _ in range(31)][:30]) for _ in range(2)]
+    assert not np.array_equal(records[0][:, 0], records[0][:, 1])
+    assert not np.array_equal(records[0][:, 0], records[1][:, 0])
+
+
+def test_a_reset_checks_the_steps_of_all_its_machines_together(monkeypatch):
+    sizes = []
+
+    def counted(items):
+        sizes.append(len(items))
+        return largest_steps(items)
+
+    monkeypatch.setattr(start, "largest_steps", counted)
+    env = IndexerVectorEnv(1500, half_width=0.1)
+    env.reset(seed=1234)
+    env.reset(options={"reset_mask": np.arange(1500) < 2})
+    assert sizes == [1500, 2]
