@@ -19,9 +19,12 @@ fault_law                  how faults come into an episode: drawn, setting in, g
 control, scenario, start   the control task; what an environment is made with; what an episode starts with
 fleet                      n machines, one kernel call per control period
 env, vector_env, film      the Gymnasium environment of one (film: its pictures) and of many, entered by registration
+variation                  the law of varied machines
 wrappers, spectrum         one-turn windows, spectra, varied machines and noise around it
 diagnosis_task, diagnosis  what may be measured and named at what price; what a measured turn shows
 diagnosis_env              the Gymnasium environment of active diagnosis
+stable_baselines           the many as stable-baselines3 takes them; imported by itself, as it needs the extra [rl]
+minari_export              episodes as a Minari data set; imported by itself, as it needs the extra [minari]
 render                     pictures of a running machine; imported by itself, as it needs the extra [render]
 
 Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.

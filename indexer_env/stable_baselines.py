@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -16,12 +15,16 @@ from indexer_env.errors import refuse
 from indexer_env.vector_env import IndexerVectorEnv
 
 
+def environment_action(action: np.ndarray, high: np.ndarray | float = 1.0) -> np.ndarray:
+    """high (1 + a) / 2: the environment's action from one of an algorithm, a, which is clipped to [-1, 1]."""
+    return 0.5 * (1.0 + np.clip(action, -1.0, 1.0)) * high
+
+
 class StableBaselinesVecEnv(VecEnv):
     """An `IndexerVectorEnv`, all machines in one kernel call, under the interface of stable-baselines3's algorithms.
 
-    Its actions a are in [-1, 1], as stable-baselines3 advises; the environment's are high (1 + a) / 2. What lies
-    beyond ±1 is clipped, which the algorithms do themselves. Infos hold what stable-baselines3 itself reads:
-    "terminal_observation" and "TimeLimit.truncated" where an episode has ended.
+    Its actions are in [-1, 1], as stable-baselines3 advises; `environment_action` gives the environment's. Infos hold
+    what stable-baselines3 itself reads: "terminal_observation" and "TimeLimit.truncated" where an episode has ended.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ class StableBaselinesVecEnv(VecEnv):
         if native.autoreset_mode is not AutoresetMode.SAME_STEP:
             rule = 'in autoreset mode "SameStep"'
             raise refuse("StableBaselinesVecEnv", "env", rule, native.autoreset_mode.value, "give it to make_vec")
-        self._env, self._high = native, native.single_action_space.high
+        self._env, self._high = native, native.task.action_high
         actions = Box(-1.0, 1.0, self._high.shape)
         super().__init__(native.num_envs, native.single_observation_space, actions)
 
@@ -54,7 +57,7 @@ class StableBaselinesVecEnv(VecEnv):
 
     def step_async(self, actions: np.ndarray) -> None:
         """Keep the actions (n, k) until `step_wait`."""
-        self._actions = 0.5 * (1.0 + np.clip(actions, -1.0, 1.0)) * self._high
+        self._actions = environment_action(actions, self._high)
 
     def step_wait(self) -> VecEnvStepReturn:
         """Run one control period: observations (n, 7), rewards (n,), ends (n,) bool and infos."""
@@ -81,10 +84,8 @@ class StableBaselinesVecEnv(VecEnv):
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
         """Refused: there is no environment of one item whose method could be called."""
-        raise refuse("StableBaselinesVecEnv", "env_method", "not used", method_name, "call it on the vector environment")
+        raise refuse("StableBaselinesVecEnv", "env_method", "called on the vector environment itself", method_name)
 
-    def env_is_wrapped(
-        self, wrapper_class: type[gymnasium.Wrapper], indices: VecEnvIndices = None
-    ) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type[gymnasium.Wrapper], indices: VecEnvIndices = None) -> list[bool]:
         """False for each of the items asked for."""
         return [False for _ in self._get_indices(indices)]

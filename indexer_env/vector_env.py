@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from indexer_env.checks import check_choice, check_integer
-from indexer_env.control import Limits, checked_actions
+from indexer_env.control import ControlTask, Limits, checked_actions
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fleet import Fleet
 from indexer_env.machine import Machine
@@ -112,6 +112,11 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
     def limits(self) -> Limits:
         """What the observation is scaled by."""
         return self._scenarios[0].limits
+
+    @property
+    def task(self) -> ControlTask:
+        """Numbers of the control problem."""
+        return self._fleet.task
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]

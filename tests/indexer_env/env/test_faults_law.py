@@ -165,14 +165,18 @@ def test_a_law_that_only_one_of_many_machines_refuses():
     machines = [load_machine(), dataclasses.replace(load_machine(), stations=4)]
     law = {"roller_crack": 0.2, "cracked_station": 5}
     IndexerVectorEnv(2, machine=machines[0], faults=law)
-    with pytest.raises(ParameterError, match=r"faults\.cracked_station can be 5, but .* the machine's 4 stations, got 5"):
+    with pytest.raises(
+        ParameterError, match=r"faults\.cracked_station can be 5, but .* the machine's 4 stations, got 5"
+    ):
         IndexerVectorEnv(2, machine=machines, faults=law)
 
 
 def test_wear_is_tried_where_it_ends(reference):
     """A reducer of 5 to 1 turns the largest play at the motor into more than the model's 0.2 rad at the cam."""
     machine = dataclasses.replace(reference, reduction_ratio=5.0)
-    with pytest.raises(ParameterError, match=r"faults\.wear can be 0\.001, but input\.backlash\.play must be .* <= 0\.2 rad"):
+    with pytest.raises(
+        ParameterError, match=r"faults\.wear can be 0\.001, but input\.backlash\.play must be .* <= 0\.2 rad"
+    ):
         IndexerEnv(machine=machine, faults={"wear": 0.001})
 
 

@@ -38,7 +38,10 @@ def env() -> IndexerEnv:
         (np.array(["1"]), "IndexerEnv.action must be an array of floats"),
         (None, "IndexerEnv.action must be an array of floats, got None"),
         (np.array([1.0 + 0.0j]), "IndexerEnv.action must be an array of floats"),
-        (np.ma.masked_array([0.5], mask=[True]), "IndexerEnv.action must be an array without a mask, got masked_array("),
+        (
+            np.ma.masked_array([0.5], mask=[True]),
+            "IndexerEnv.action must be an array without a mask, got masked_array(",
+        ),
     ],
 )
 def test_an_action_that_is_none(env, action, said):
@@ -88,7 +91,10 @@ def test_steps_out_of_order(env):
         ({"faults": {"roler_crack": 0.1}}, "faults has no parameter 'roler_crack'; did you mean 'roller_crack'."),
         ({"faults": "tabel2"}, "There is no faults_law preset or YAML file 'tabel2'; did you mean 'table2'."),
         ({"machine": 3}, "IndexerEnv.machine must be a Machine or the name of a preset, got 3."),
-        ({"start_angle": "0"}, "IndexerEnv.reset.start_angle must be a finite number >= -1e+06 and <= 1e+06 rad, got '0'."),
+        (
+            {"start_angle": "0"},
+            "IndexerEnv.reset.start_angle must be a finite number >= -1e+06 and <= 1e+06 rad, got '0'.",
+        ),
     ],
 )
 def test_an_option_that_cannot_be(env, options, said):
@@ -105,7 +111,10 @@ def test_an_option_that_cannot_be(env, options, said):
         ({"fault": {}}, "IndexerEnv has no parameter 'fault'; did you mean 'faults'."),
         ({"xyz": 1}, "IndexerEnv has no parameter 'xyz'; its parameters are machine, operating_point, faults, sensor,"),
         ({"period": 0.0105}, "IndexerEnv.period must be a whole number of samples of 0.001 s, got 0.0105; 0.01 s is"),
-        ({"period": 1e9}, "IndexerEnv.period must be at most 100000 samples of 0.001 s, got 1000000000.0; set it to 100"),
+        (
+            {"period": 1e9},
+            "IndexerEnv.period must be at most 100000 samples of 0.001 s, got 1000000000.0; set it to 100",
+        ),
         ({"step": 1e-320}, "IndexerEnv.step must be >= 1e-09 s, of which a period has 10000000, got 1e-320."),
         ({"sample_rate": 1e300}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e+300."),
         ({"sample_rate": 1e-320}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e-320."),

@@ -83,3 +83,21 @@ def test_what_rendering_refuses():
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render was called without a render mode"):
         assert env.render() is None
+
+
+@pytest.mark.filterwarnings("ignore::SyntaxWarning:moviepy", "ignore::DeprecationWarning", "ignore::ResourceWarning")
+def test_a_video_is_recorded(tmp_path):
+    pytest.importorskip("moviepy", reason="moviepy, by which Gymnasium writes videos, is not installed")
+    env = gymnasium.make(ID, render_mode="rgb_array", max_episode_steps=6)
+    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda episode: episode == 1)
+    for _ in range(2):
+        env.reset(seed=0)
+        while not env.step(ONE)[3]:
+            pass
+    env.close()
+    assert [path.name for path in tmp_path.glob("videos/*.mp4")] == ["rl-video-episode-1.mp4"]
+    import imageio.v3
+
+    frames = imageio.v3.imread(tmp_path / "videos" / "rl-video-episode-1.mp4", plugin="FFMPEG")
+    assert len(frames) >= 7 and frames.shape[1:] == (480, 640, 3)  # a writer may repeat the last
+    assert (frames[0] != frames[6]).any()
