@@ -11,7 +11,7 @@ import torch
 from examples import learning_report, train_ppo
 from examples.dwell_vibration import HARMONICS, best_profile, constant, profile, score
 from indexer_env import OperatingPoint, Run, load_machine, simulate
-from indexer_env.variation import varied, variation_rng
+from indexer_env.variation import variation_rng, varied
 
 PAGE = Path(__file__).parents[1] / "docs" / "environments" / "learning.md"
 TINY = {"steps": 1000, "fleet": 8, "rollout": 64}
