@@ -83,6 +83,8 @@ def main() -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=SEEDS, help="one training for each")
     parser.add_argument("--steps", type=int, default=STEPS, help="control periods of a training")
     arguments = parser.parse_args()
+    if arguments.steps < 1:
+        parser.error(f"--steps must be at least 1, got {arguments.steps}; {STEPS} are what the page reports.")
     arguments.folder.mkdir(parents=True, exist_ok=True)
     policies, seconds = {}, []
     for seed in arguments.seeds:

@@ -14,6 +14,9 @@ from indexer_env import OperatingPoint, Run, load_machine, simulate
 from indexer_env.variation import variation_rng, varied
 
 PAGE = Path(__file__).parents[1] / "docs" / "environments" / "learning.md"
+MARGIN = 2.5
+"""What the page states of every pair of seeds, loose screws apart [-]."""
+
 TINY = {"steps": 1000, "fleet": 8, "rollout": 64}
 FEW = {"machines": 3, "periods": 300}
 
@@ -88,14 +91,25 @@ def test_a_rival_is_at_least_as_fast_and_the_quietest(monkeypatch):
 
 
 def test_the_page_holds_the_table_of_the_results():
-    """What is committed was written by one run of the command, and PPO beats every constant speed as fast."""
+    """What is committed was written by the command, and PPO beats every constant speed as fast by the margin stated."""
     results = json.loads((PAGE.parent / "learning.json").read_text(encoding="utf-8"))
     assert learning_report.table(results) in PAGE.read_text(encoding="utf-8")
     assert len(results["seeds"]) >= 5
-    for found in results["faults"].values():
+    for name, found in results["faults"].items():
         assert len(found["ppo"]) >= 3
-        for one in found["ppo"].values():
-            assert max(one["vibration"]) < min(one["rival_vibration"])
+        margin = min(min(np.divide(one["rival_vibration"], one["vibration"])) for one in found["ppo"].values())
+        assert name == "loose screws" or margin > MARGIN
+    assert f"at least {MARGIN:g} times less" in PAGE.read_text(encoding="utf-8")
+
+
+def test_a_committed_policy_scores_what_the_results_say():
+    """On one of the fifteen fleets; another processor may round the net's sums otherwise, hence the margin."""
+    results = json.loads((PAGE.parent / "learning.json").read_text(encoding="utf-8"))
+    policy = train_ppo.acting(train_ppo.load(PAGE.parent / "policy_0.safetensors"))
+    found = score(policy, {"backlash_deg": 10.0}, results["seeds"][:1])
+    said = results["faults"]["10° of play"]["ppo"]["0"]
+    assert found.throughput[0] == pytest.approx(said["throughput"][0], rel=1e-3)
+    assert found.vibration[0] == pytest.approx(said["vibration"][0], rel=0.1)
 
 
 def test_the_picture_is_drawn(tmp_path):
