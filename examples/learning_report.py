@@ -118,5 +118,5 @@ def picture(results: Mapping[str, Any], path: Path) -> None:
         panel.set(title=name, xlabel="throughput [share of nominal]", yscale="log")
         panel.grid(alpha=0.3)
     panels[0].set_ylabel("rms acceleration in the dwell [rad/s²]")
-    panels[0].legend(fontsize=7)
+    panels[2].legend(fontsize=7, loc="lower left")
     figure.savefig(path, dpi=110)
