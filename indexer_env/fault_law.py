@@ -96,7 +96,7 @@ class FaultLaw:
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             law = getattr(self, field.name)
-            if not isinstance(law, Law) or isinstance(law, Sobol) or not law.extremes:
+            if not isinstance(law, Law) or isinstance(law, Sobol) or law.needs_nominal:
                 rule = "a law that needs no data set and no nominal value (no sobol, no {around: share})"
                 raise refuse("FaultLaw", field.name, rule, law)
             if field.name == "cracked_station" and not law.lists:
@@ -152,4 +152,3 @@ def fault_law(given: object) -> FaultLaw:
 
 def _values(faults: Faults) -> dict[str, Any]:
     return {field.name: getattr(faults, field.name) for field in dataclasses.fields(faults)}
-

@@ -14,7 +14,8 @@ from indexer_env.effects.base import MachineEffect
 from indexer_env.effects.joint import BaseLooseness, InputBacklash
 from indexer_env.effects.roller import RollerCrack, SingleRollerCrack
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.laws import Choice, Fixed, Law, law_of_field, make_law
+from indexer_env.law_reader import law_of_field, make_law
+from indexer_env.laws import Choice, Fixed, Law
 from indexer_env.machine import Machine
 
 LOOSE_HOUSING_HZ = 12.0

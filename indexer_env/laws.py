@@ -16,16 +16,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import ndtri
-
-from indexer_env.build import field_of
-from indexer_env.checks import check_number, did_you_mean
-from indexer_env.errors import refuse
 
 _LEAST, _MOST = 2.0**-54, 1.0 - 2.0**-53
 """Stands for u = 0, where Φ⁻¹ is infinite (half of the smallest step of u); the largest u below 1."""
@@ -53,6 +48,11 @@ class Law(ABC):
     @property
     def lists(self) -> bool:
         """Whether `extremes` are all the values there are."""
+        return False
+
+    @property
+    def needs_nominal(self) -> bool:
+        """Whether it is relative to a nominal value that it has not got itself."""
         return False
 
     @property
@@ -110,10 +110,8 @@ class _Interval(Law):
 
 
 @dataclass(frozen=True)
-class Uniform(_Interval):
+class _Even(_Interval):
     """low + (high - low) u."""
-
-    form: ClassVar[str] = "{uniform: [low, high]}"
 
     def at(self, u: float, nominal: Any = None) -> float:
         return self.low + (self.high - self.low) * u
@@ -124,17 +122,17 @@ class Uniform(_Interval):
 
 
 @dataclass(frozen=True)
-class Sobol(_Interval):
+class Uniform(_Even):
+    """low + (high - low) u."""
+
+    form: ClassVar[str] = "{uniform: [low, high]}"
+
+
+@dataclass(frozen=True)
+class Sobol(_Even):
     """low + (high - low) u, u from the data set's Sobol' sequence, in which this quantity is one dimension."""
 
     form: ClassVar[str] = "{sobol: [low, high]}"
-
-    def at(self, u: float, nominal: Any = None) -> float:
-        return self.low + (self.high - self.low) * u
-
-    @property
-    def centre(self) -> float:
-        return 0.5 * (self.low + self.high)
 
 
 @dataclass(frozen=True)
@@ -197,6 +195,10 @@ class Choice(Law):
         return not any(isinstance(entry, Law) for entry in self.values)
 
     @property
+    def needs_nominal(self) -> bool:
+        return any(isinstance(entry, Law) and entry.needs_nominal for entry in self.values)
+
+    @property
     def centre(self) -> Any:
         return self.values[0].centre if isinstance(self.values[0], Law) else self.values[0]
 
@@ -219,7 +221,11 @@ class Around(Law):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        return () if self.nominal is None else (self.at(0.0), self.at(1.0))
+        return () if self.nominal is None else (self.at(0.0), self.at(_MOST))
+
+    @property
+    def needs_nominal(self) -> bool:
+        return self.nominal is None
 
     @property
     def centre(self) -> float | None:
@@ -238,76 +244,6 @@ LAWS: dict[str, type[Law]] = {
     "sobol": Sobol,
 }
 """Law by its name in YAML."""
-
-
-def is_law(given: object) -> bool:
-    """Whether this is a law other than a plain value: ``{NAME: ...}`` with NAME in LAWS."""
-    return isinstance(given, Mapping) and len(given) == 1 and next(iter(given)) in LAWS
-
-
-def make_law(owner: str, name: str, given: object) -> Law:
-    """The law of what stands beside a quantity in YAML.
-
-    Raises
-    ------
-    ParameterError
-        No law of this name, or parameters that break its rule; the sentence begins with ``owner.name``.
-    """
-    if not isinstance(given, Mapping):
-        return Fixed(given)
-    if not is_law(given):
-        forms = ", ".join(law.form for law in LAWS.values())
-        hint = did_you_mean(next(iter(given)), LAWS) if len(given) == 1 else ""
-        raise refuse(owner, name, f"a value or one of {forms}", dict(given), hint)
-    ((key, values),) = given.items()
-    law = LAWS[key]
-    if law is Around and not isinstance(values, list | tuple):
-        check_number(owner, name, values, low=0.0, unit="-", remedy="{around: 0.1} stands for ±10 %")
-        return Around(float(values))
-    if not isinstance(values, list | tuple) or not values:
-        raise refuse(owner, name, law.form, dict(given))
-    if law is Choice:
-        return Choice(tuple(_entry(owner, name, entry) for entry in values))
-    for value in values:
-        check_number(owner, name, value)
-    rule, fits = _RULES[law]
-    if len(values) != 2 or not fits(*values):
-        raise refuse(owner, name, f"{law.form} with {rule}", dict(given))
-    first, second = float(values[0]), float(values[1])
-    return Around(second, first) if law is Around else law(first, second)  # type: ignore[call-arg]
-
-
-_RULES: dict[type[Law], tuple[str, Any]] = {
-    Uniform: ("low <= high", lambda low, high: low <= high),
-    Sobol: ("low <= high", lambda low, high: low <= high),
-    LogUniform: ("0 < low <= high", lambda low, high: 0.0 < low <= high),
-    Normal: ("sd >= 0", lambda mean, sd: sd >= 0.0),
-    Around: ("[nominal, share >= 0]", lambda nominal, share: share >= 0.0),
-}
-
-
-def law_of_field(owner: str, key: str, given: object, fields: Collection[str]) -> tuple[str, Law]:
-    """The SI field of a key of YAML and its law in SI units: ``backlash_deg: {uniform: [0, 20]}`` is `backlash` in rad.
-
-    Raises
-    ------
-    ParameterError
-        As `make_law`, no such field, or text in degrees.
-    """
-    name, factor = field_of(owner, key, fields)
-    law = make_law(owner, key, given)
-    if name == key:
-        return name, law
-    for value in law.extremes:
-        check_number(owner, key, value)
-    return name, law.scaled(factor)
-
-
-def _entry(owner: str, name: str, given: object) -> Any:
-    law = make_law(owner, name, given)
-    if isinstance(law, Sobol):
-        raise refuse(owner, name, "a choice of values and laws other than sobol", given)
-    return law.value if isinstance(law, Fixed) else law
 
 
 def _times(value: Any, factor: float) -> Any:
