@@ -13,8 +13,12 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_env.laws import Fixed, Law
 from indexer_env.machine import NOT_IN_MODEL
 
-LOOKED_AT = 64
-"""Items that are looked at; what none of them shows is taken to be in none."""
+LOOKED_AT = 32
+"""Items that are looked at from the campaign's beginning, and as many from all of it; what none of them shows is taken
+to be in none."""
+
+_GOLDEN = 0.6180339887498949
+"""Multiples of it, modulo 1, fill the unit interval evenly and in step with no axis of a grid."""
 
 
 def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
@@ -27,7 +31,8 @@ def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
         a drawn radius that would change the records' unit, or repeats that would all be the same.
     """
     laws = {**campaign.machine_laws.laws, **campaign.item_laws.laws}
-    items = [campaign.item(index, base, seed) for index in range(min(count, LOOKED_AT))]
+    spread = [int(campaign.size * (number * _GOLDEN % 1.0)) for number in range(LOOKED_AT)]
+    items = [campaign.item(index, base, seed) for index in (*range(LOOKED_AT), *spread)]
     _check_radius(laws, base)
     _check_effects(campaign, base, laws)
     cases = list(_built(items, base))

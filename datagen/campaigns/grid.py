@@ -42,9 +42,10 @@ class Grid(Campaign):
 
     def __post_init__(self) -> None:
         check_integer("campaign", "repeats", self.repeats, low=1)
+        axes = self.cells.axes
         for key, stage in (("draws", self.machine_laws), ("drift", self.item_laws)):
             for path, law in stage.laws.items():
-                if path in self.cells.axes and not law.needs_nominal:
+                if path in axes and not law.needs_nominal:
                     raise refuse(f"campaign.{key}", path, "{around: share} or left out, as it is an axis", law)
         super().__post_init__()
 
