@@ -28,7 +28,7 @@ def make_law(owner: str, name: str, given: object) -> Law:
         return Fixed(given)
     if not is_law(given):
         forms = ", ".join(law.form for law in LAWS.values())
-        hint = did_you_mean(next(iter(given)), LAWS) if len(given) == 1 else ""
+        hint = did_you_mean(next(iter(given)), LAWS) if len(given) == 1 else "keep one law"
         raise refuse(owner, name, f"a value or one of {forms}", dict(given), hint)
     ((key, values),) = given.items()
     law = LAWS[key]

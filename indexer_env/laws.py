@@ -14,6 +14,7 @@ takes one draw and never shifts another quantity. In YAML:
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -64,13 +65,21 @@ class Law(ABC):
     def scaled(self, factor: float) -> Law:
         """The law of the quantity times a factor > 0 (degrees to radians)."""
 
+    def __repr__(self) -> str:
+        # As in YAML, because it stands in sentences for those who wrote it there.
+        values = [getattr(self, field.name) for field in dataclasses.fields(self)]  # type: ignore[arg-type]
+        return self.form.partition(":")[0] + f": {values}}}"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Fixed(Law):
     """The same value always; it takes nothing from the generator."""
 
     form: ClassVar[str] = "a value"
     value: Any
+
+    def __repr__(self) -> str:
+        return repr(self.value)
 
     def at(self, u: float, nominal: Any = None) -> Any:
         return self.value
@@ -94,7 +103,7 @@ class Fixed(Law):
         return Fixed(_times(self.value, factor))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class _Interval(Law):
     """A law between two values, low <= high."""
 
@@ -109,7 +118,7 @@ class _Interval(Law):
         return type(self)(self.low * factor, self.high * factor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class _Even(_Interval):
     """low + (high - low) u."""
 
@@ -121,21 +130,21 @@ class _Even(_Interval):
         return 0.5 * (self.low + self.high)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Uniform(_Even):
     """low + (high - low) u."""
 
     form: ClassVar[str] = "{uniform: [low, high]}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sobol(_Even):
     """low + (high - low) u, u from the data set's Sobol' sequence, in which this quantity is one dimension."""
 
     form: ClassVar[str] = "{sobol: [low, high]}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LogUniform(_Interval):
     """low (high / low)^u: each octave as likely; 0 < low."""
 
@@ -149,7 +158,7 @@ class LogUniform(_Interval):
         return math.sqrt(self.low * self.high)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Normal(Law):
     """mean + sd Φ⁻¹(u); u has 53 bits, so no value lies farther than 8.3 sd from the mean."""
 
@@ -172,12 +181,15 @@ class Normal(Law):
         return Normal(self.mean * factor, self.sd * factor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Choice(Law):
     """One of the values, each as likely; an entry that is a law draws from what u leaves after the choice."""
 
     form: ClassVar[str] = "{choice: [value, ...]}"
     values: tuple[Any, ...]
+
+    def __repr__(self) -> str:
+        return f"{{choice: {list(self.values)}}}"
 
     def at(self, u: float, nominal: Any = None) -> Any:
         place = u * len(self.values)
@@ -206,7 +218,7 @@ class Choice(Law):
         return Choice(tuple(_times(entry, factor) for entry in self.values))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Around(Law):
     """nominal (1 + share (2u - 1)), the paper's ±10 % for share 0.1 (paper.txt, section 4.1); share 0 keeps the nominal
     value. A nominal value of its own serves where the quantity has none."""
@@ -214,6 +226,9 @@ class Around(Law):
     form: ClassVar[str] = "{around: share}"
     share: float
     nominal: float | None = None
+
+    def __repr__(self) -> str:
+        return f"{{around: {self.share if self.nominal is None else [self.nominal, self.share]}}}"
 
     def at(self, u: float, nominal: Any = None) -> float:
         middle = self.nominal if self.nominal is not None else nominal

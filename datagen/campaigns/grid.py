@@ -19,6 +19,7 @@ from datagen.campaigns.cells import Cells
 from datagen.quantities import laws_by_path
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
+from indexer_env.law_reader import is_law
 from indexer_env.laws import Law
 
 
@@ -76,7 +77,7 @@ class Grid(Campaign):
 
 def _as_choices(given: Any) -> Any:
     """The axes' lists as laws that list them, which is how quantities are read."""
-    if isinstance(given, Mapping):
+    if isinstance(given, Mapping) and not is_law(given):
         return {key: _as_choices(value) for key, value in given.items()}
     return {"choice": list(given)} if isinstance(given, list | tuple) else given
 
