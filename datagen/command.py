@@ -66,7 +66,7 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
                 if os.getpid() != started_in:
                     number = HydraConfig.get().job.num
                     raise IndexerError(
-                        f"Job {number} of the sweep has failed; its own process says why, here or in the log of the launcher."
+                        f"Job {number} of the sweep has failed; its process says why, here or in the launcher's log."
                     ) from None
 
         command = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)

@@ -10,7 +10,6 @@ import pytest
 from datagen.campaign import SUBSETS, build
 from datagen.campaigns import make_campaign
 from datagen.changes import value_at, with_changes
-from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
 
 # paper.txt, Table 2: class -> model, joint 2 has play, joint 2 is bilinear, code.
@@ -95,17 +94,6 @@ def test_the_example_is_in_no_data_set(campaign, base):
     assert stiffness not in {campaign.item(index, base, 5).machine["output_joint.stiffness"] for index in range(600)}
 
 
-def test_streams_differ_by_part_item_and_seed():
-    first = [
-        stream(1, Part.MACHINE, 0),
-        stream(1, Part.SENSOR, 0),
-        stream(1, Part.MACHINE, 1),
-        stream(2, Part.MACHINE, 0),
-    ]
-    assert len({float(generator.random()) for generator in first}) == 4
-    assert stream(1, Part.SENSOR, 7).random() == stream(1, Part.SENSOR, 7).random()
-
-
 def test_an_item_whose_machine_is_impossible_says_why(settings, base):
     settings["draws"]["machine"]["output_joint"]["stiffness"]["around"] = 5.0
     campaign = make_campaign(settings)
@@ -123,7 +111,10 @@ def test_an_item_whose_machine_is_impossible_says_why(settings, base):
         (lambda s: s.update(stiffness_ratio=1.0), "stiffness_ratio must be"),
         (lambda s: s.update(stifness_ratio=0.5), "stiffness_ratio"),
         (lambda s: s["draws"]["machine"]["input_joint"].update(stiffness={"arond": 0.1}), "did you mean 'around'"),
-        (lambda s: s["draws"]["machine"]["input_joint"]["stiffness"].update(around=-0.1), "must be a finite number >= 0"),
+        (
+            lambda s: s["draws"]["machine"]["input_joint"]["stiffness"].update(around=-0.1),
+            "must be a finite number >= 0",
+        ),
         (lambda s: s["draws"]["machine"]["output_joint"].update(stifness={"around": 0.1}), "did you mean 'stiffness'"),
         (lambda s: s["draws"].update(machin={}), "did you mean 'machine'"),
         (lambda s: s["draws"]["machine"].update(model={"choice": ["A", "B"]}), "as the campaign table2 decides it"),

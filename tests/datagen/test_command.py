@@ -106,8 +106,14 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "+campaign.draws.machine.model={choice:[A,B]}"], "table2 decides it"),
         (["campaign=table2", "out=x", "machine.model=A"], "machine.model must be left to the campaign table2"),
         (["campaign=table2", "out=x", "faults.roller=cracked"], "faults.roller must be left to the campaign table2"),
-        (["campaign=bench", "out=x", "faults.backlash_deg=3"], "faults.backlash_deg must be left to the campaign bench"),
-        (["campaign=random", "out=x", "operating_point.load_torque=3"], "add ~campaign.draws.operating_point.load_torque"),
+        (
+            ["campaign=bench", "out=x", "faults.backlash_deg=3"],
+            "faults.backlash_deg must be left to the campaign bench",
+        ),
+        (
+            ["campaign=random", "out=x", "operating_point.load_torque=3"],
+            "add ~campaign.draws.operating_point.load_torque",
+        ),
         (["out=x", "machine.table_inertia={unifrom:[4,6]}"], "table_inertia must be"),
         (["out=x", "machine.table_inertia={uniform:[6,4]}"], "{uniform: [low, high]} with low <= high"),
         (["out=x", "machine.table_inertia={around:0.1}"], "{around: [nominal, share]} where a law stands in"),

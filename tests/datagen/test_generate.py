@@ -241,9 +241,7 @@ def test_an_order_that_cannot_be_carried_out_leaves_the_folder_as_it_was(tiny, t
     folder = tmp_path / "set"
     generate(tiny, folder)
     before = contents(folder)
-    bad = replace(
-        tiny, base=replace(tiny.base, sensor=Sensor()), run=replace(tiny.run, sample_rate=50.0, step=0.02)
-    )
+    bad = replace(tiny, base=replace(tiny.base, sensor=Sensor()), run=replace(tiny.run, sample_rate=50.0, step=0.02))
     with pytest.raises(ParameterError, match="fastest mode"):
         generate(bad, folder, overwrite=True)
     assert contents(folder) == before

@@ -178,7 +178,7 @@ def test_an_effect_may_be_written_with_dots(given):
 def test_an_effect_of_the_machine_is_drawn_in_its_place():
     rows = rows_of(composed("+machine.effects.friction.coulomb.torque={uniform:[1,2]}"), 5)
     torques = [json.loads(row["effects"])[0]["torque"] for row in rows]
-    assert len(set(torques)) == 5 and 1.0 <= min(torques) and max(torques) < 2.0
+    assert len(set(torques)) == 5 and min(torques) >= 1.0 and max(torques) < 2.0
 
 
 def test_the_run_is_fixed_for_all_rows():

@@ -51,7 +51,10 @@ def test_draws_follow_their_law():
         ({"roller_crack": 1.5}, "faults.roller_crack must be a finite number >= 0 and < 1, got 1.5."),
         ({"roller_crack": {"uniform": [0.0, 1.5]}}, "faults.roller_crack must be a finite number >= 0 and < 1"),
         ({"roller_crack": {"uniform": [0.3, 0.1]}}, "faults.roller_crack must be {uniform: [low, high]} with"),
-        ({"roller_crack": {"normal": [0.3, 0.1]}}, "faults.roller_crack must be a finite number >= 0 and < 1, got -0.5"),
+        (
+            {"roller_crack": {"normal": [0.3, 0.1]}},
+            "faults.roller_crack must be a finite number >= 0 and < 1, got -0.5",
+        ),
         ({"roller_crack": {"unifrom": [0, 1]}}, "faults.roller_crack must be a value or one of {uniform: [low, high]}"),
         ({"roller_crack": {"choice": []}}, "faults.roller_crack must be {choice: [value, ...]}, got"),
         ({"roller_crack": {"around": 0.1}}, "faults.roller_crack must be a law that needs no data set and no nominal"),
@@ -68,7 +71,10 @@ def test_draws_follow_their_law():
         ({"cracked_station": {"uniform": [0, 3]}}, "faults.cracked_station must be a station or a choice of stations"),
         ({"crack_at": -1.0}, "faults.crack_at must be a finite number >= 0 s, got -1.0."),
         ({"wear": -1.0}, "faults.wear must be a finite number >= 0 rad/J, got -1.0."),
-        ({"backlash": 0.1, "backlash_deg": 5.0}, "faults.backlash_deg must be left out where backlash is given by another key"),
+        (
+            {"backlash": 0.1, "backlash_deg": 5.0},
+            "faults.backlash_deg must be left out where backlash is given by another key",
+        ),
         (0.3, "faults must be a mapping of faults to their values or laws, got 0.3."),
     ],
 )
