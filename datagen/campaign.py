@@ -21,7 +21,7 @@ import numpy as np
 from datagen.changes import value_at, with_changes
 from datagen.draws import Draws
 from datagen.labels import FAULT_CLASSES, SUBSETS, fault_class, subset_schedule
-from datagen.quantities import SECTIONS
+from datagen.quantities import FIELDS, SECTIONS
 from datagen.seeds import Chance
 from indexer_env.effects import MachineEffect, SensorEffect, make_effect
 from indexer_env.errors import ParameterError, refuse
@@ -233,8 +233,9 @@ class Campaign(ABC):
         point = chance.point(machine_draw, self.machine_laws.dimensions)
         drawn = self.machine_laws.drawn(rng, nominal, point)
         values |= {path: value for path, value in drawn.items() if self.varies(path, design)}
-        drifted = self.item_laws.drawn(chance.record(index), nominal)
-        values |= {path: value for path, value in drifted.items() if self.varies(path, design)}
+        if self.item_laws.laws:
+            drifted = self.item_laws.drawn(chance.record(index), nominal)
+            values |= {path: value for path, value in drifted.items() if self.varies(path, design)}
         subset = self._schedule[self.split_number(index) % len(self._schedule)]
         classified = self.classify(index, {**_fault_values(base), **values})
         label = Label(*classified, subset, machine_draw, design.remaining_turns)
@@ -287,8 +288,7 @@ def _number(value: Any, path: str) -> float:
 
 def _fault_values(base: Base) -> dict[str, Any]:
     """The quantities of the base that count as faults, by path."""
-    values = {f"faults.{name}": value for name, value in dataclasses.asdict(base.faults).items()}
+    values = {f"faults.{name}": getattr(base.faults, name) for name in FIELDS["faults"]}
     for effect in base.machine.effects:
-        for name, value in dataclasses.asdict(effect).items():
-            values[f"effects.{effect.name}.{name}"] = value
+        values |= {f"effects.{effect.name}.{name}": value for name, value in vars(effect).items()}
     return values

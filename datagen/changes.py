@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -47,6 +48,11 @@ def value_at(target: object, path: str) -> Any:
 
 
 def _check_field(target: object, name: str, path: str) -> None:
-    known = [field.name for field in dataclasses.fields(target)] if dataclasses.is_dataclass(target) else []
+    known = _fields(type(target))
     if name not in known:
         raise refuse(type(target).__name__, name, f"a field ({path})", name, did_you_mean(name, known))
+
+
+@functools.cache
+def _fields(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else ()

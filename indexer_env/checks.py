@@ -34,19 +34,16 @@ def check_number(
     kind: str = "a finite number",
 ) -> None:
     """Refuse what is not a real finite number (bool included) within the bounds, in the stated unit."""
-    rule = _rule(kind, low, high, low_open, high_open, unit)
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise refuse(owner, name, rule, value, remedy)
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise refuse(owner, name, rule, value, remedy)
+    number = math.nan
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
     too_low = low is not None and (number < low or (low_open and number == low))
     too_high = high is not None and (number > high or (high_open and number == high))
-    if too_low or too_high:
-        raise refuse(owner, name, rule, value, remedy)
+    if too_low or too_high or not math.isfinite(number):
+        raise refuse(owner, name, _rule(kind, low, high, low_open, high_open, unit), value, remedy)
 
 
 def check_integer(
