@@ -144,8 +144,6 @@ class Campaign(ABC):
     name: ClassVar[str]
     example_index: ClassVar[int] = 0
     """The item whose label the example file has."""
-    decides: ClassVar[tuple[str, ...]] = ()
-    """Quantities, by path, that every item gets from its family: the base's are not used."""
 
     draws: Mapping[str, Any] = field(default_factory=dict)
     drift: Mapping[str, Any] = field(default_factory=dict)
@@ -168,6 +166,11 @@ class Campaign(ABC):
     @abstractmethod
     def size(self) -> int:
         """Items of the whole campaign; a data set may have fewer or go on with more."""
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        """Quantities, by path, that every item gets from its family: the base's are not used."""
+        return ()
 
     @property
     def different(self) -> int:

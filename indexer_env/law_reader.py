@@ -76,6 +76,6 @@ def law_of_field(owner: str, key: str, given: object, fields: Collection[str]) -
 
 def _entry(owner: str, name: str, given: object) -> Any:
     law = make_law(owner, name, given)
-    if isinstance(law, Sobol):
+    if isinstance(law, Sobol) or isinstance(given, list | tuple):
         raise refuse(owner, name, "a choice of values and laws other than sobol", given)
     return law.value if isinstance(law, Fixed) else law

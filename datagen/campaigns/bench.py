@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from datagen.campaign import Campaign, Design
-from datagen.campaigns.cells import Cells
+from datagen.campaigns.cells import Cells, values_of
 from datagen.changes import with_changes
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
@@ -38,7 +38,6 @@ class Bench(Campaign):
     """
 
     name: ClassVar[str] = "bench"
-    decides: ClassVar[tuple[str, ...]] = ("faults.roller_crack", "faults.screw_looseness", "faults.backlash")
 
     roller: Sequence[str]
     screws: Sequence[str]
@@ -57,11 +56,15 @@ class Bench(Campaign):
         listed: dict[str, Any] = {}
         for key in ("roller", "screws", "backlash_deg"):
             values = getattr(self, key)
-            if not isinstance(values, list | tuple) or len(set(values)) < max(1, len(values)):
-                raise refuse("campaign", key, "a list of different values", values)
+            if not isinstance(values, list | tuple):
+                raise refuse("campaign", key, "a list of values", values)
             listed[key] = {"choice": list(values)}
-        fields = ("roller_crack", "screw_looseness", "backlash")
-        return Cells({f"faults.{name}": law.extremes for name, law in fault_laws(listed, fields).items()})
+        laws = fault_laws(listed, ("roller_crack", "screw_looseness", "backlash"))
+        return Cells({f"faults.{name}": values_of("campaign", name, law) for name, law in laws.items()})
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        return tuple(self.cells.axes)
 
     @property
     def size(self) -> int:

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from indexer_env.errors import refuse
+from indexer_env.laws import Law
+
 
 @dataclass(frozen=True)
 class Cells:
@@ -48,3 +51,12 @@ class Cells:
     @property
     def _shape(self) -> tuple[int, ...]:
         return tuple(len(values) for values in self.axes.values())
+
+
+def values_of(owner: str, name: str, law: Law) -> tuple[Any, ...]:
+    """The values that a law lists, which an axis has; ParameterError where it lists none or one twice."""
+    if not law.lists:
+        raise refuse(owner, name, "a list of values", law)
+    if len(set(law.extremes)) < len(law.extremes):
+        raise refuse(owner, name, "a list of different values", list(law.extremes))
+    return law.extremes

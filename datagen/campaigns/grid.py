@@ -15,12 +15,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from datagen.campaign import Campaign, Design
-from datagen.campaigns.cells import Cells
+from datagen.campaigns.cells import Cells, values_of
 from datagen.quantities import laws_by_path
 from indexer_env.checks import check_integer
-from indexer_env.errors import refuse
 from indexer_env.law_reader import is_law
-from indexer_env.laws import Law
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,18 +41,18 @@ class Grid(Campaign):
 
     def __post_init__(self) -> None:
         check_integer("campaign", "repeats", self.repeats, low=1)
-        axes = self.cells.axes
-        for key, stage in (("draws", self.machine_laws), ("drift", self.item_laws)):
-            for path, law in stage.laws.items():
-                if path in axes and not law.needs_nominal:
-                    raise refuse(f"campaign.{key}", path, "{around: share} or left out, as it is an axis", law)
         super().__post_init__()
 
     @functools.cached_property
     def cells(self) -> Cells:
         """The cells of the grid."""
         listed = _as_choices(self.axes)
-        return Cells({path: _values(path, law) for path, law in laws_by_path(listed, "campaign.axes").items()})
+        laws = laws_by_path(listed, "campaign.axes")
+        return Cells({path: values_of("campaign.axes", path, law) for path, law in laws.items()})
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        return tuple(self.cells.axes)
 
     @property
     def size(self) -> int:
@@ -80,11 +78,3 @@ def _as_choices(given: Any) -> Any:
     if isinstance(given, Mapping) and not is_law(given):
         return {key: _as_choices(value) for key, value in given.items()}
     return {"choice": list(given)} if isinstance(given, list | tuple) else given
-
-
-def _values(path: str, law: Law) -> tuple[Any, ...]:
-    if not law.lists:
-        raise refuse("campaign.axes", path, "a list of values", law)
-    if len(set(law.extremes)) < len(law.extremes):
-        raise refuse("campaign.axes", path, "a list of different values", law.extremes)
-    return law.extremes

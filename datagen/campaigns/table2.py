@@ -70,7 +70,6 @@ class Table2(Campaign):
 
     name: ClassVar[str] = "table2"
     example_index: ClassVar[int] = 5
-    decides: ClassVar[tuple[str, ...]] = (MODEL, INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO, *NO_FAULTS)
 
     output_backlash: float
     stiffness_ratio: float
@@ -80,6 +79,10 @@ class Table2(Campaign):
         ratio = {"low": 0.0, "low_open": True, "high": 1.0, "high_open": True}
         check_number("campaign", "stiffness_ratio", self.stiffness_ratio, **ratio)
         super().__post_init__()
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        return (MODEL, INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO, *NO_FAULTS)
 
     @property
     def size(self) -> int:

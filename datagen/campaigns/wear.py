@@ -24,6 +24,7 @@ import numpy as np
 from datagen.campaign import Campaign, Design
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
+from indexer_env.faults import Faults
 from indexer_env.law_reader import law_of_field
 from indexer_env.laws import Fixed, Law, Sobol
 
@@ -59,7 +60,6 @@ class Wear(Campaign):
     """
 
     name: ClassVar[str] = "wear"
-    decides: ClassVar[tuple[str, ...]] = (BACKLASH,)
 
     lives: int
     first_play_deg: Any
@@ -83,6 +83,7 @@ class Wear(Campaign):
             for value in self.life_laws[name].extremes:
                 check_number("campaign", name, value, low=low)
         first, last = (max(self.life_laws["first_play"].extremes), min(self.life_laws["last_play"].extremes))
+        Faults(backlash=max(self.life_laws["last_play"].extremes))
         if first > last:
             raise refuse("campaign", "last_play_deg", "a law that lies above first_play_deg", self.last_play_deg)
         super().__post_init__()
@@ -110,6 +111,10 @@ class Wear(Campaign):
     def per_life(self) -> int:
         """Items of each life."""
         return len(self.turns) if self.turns is not None else self.records_per_life or 0
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        return (BACKLASH,)
 
     @property
     def size(self) -> int:

@@ -273,6 +273,7 @@ def test_listed_turns_beyond_a_life_are_rejected():
     ("change", "said"),
     [
         ("campaign.turns=[5]", "campaign.turns must be given where records_per_life is null"),
+        ("campaign.last_play_deg=200", "Faults.backlash must be a finite number >= 0 and <= 2 rad"),
         ("campaign.last_play_deg=0.5", "campaign.last_play_deg must be a law that lies above first_play_deg"),
         ("+campaign.speed_up={normal:[2,1]}", "{'uniform': [1, 5], 'normal': [2, 1]}; keep one law."),
         ("~campaign.speed_up +campaign.speed_up={normal:[2,1]}", "campaign.speed_up must be a finite number >= 1e-06"),
@@ -321,10 +322,14 @@ def test_the_default_grid_is_the_machine_as_configured(base):
         ("+campaign.axes.machine.table_inertia=[4,4]", "a list of different values"),
         ("+campaign.axes.machine.table_inertia={uniform:[4,5]}", "a list of values, got {uniform: [4.0, 5.0]}"),
         ("+campaign.axes.run.samples=[4,5]", "campaign.axes.key must be one of machine, operating_point"),
+        (
+            "+campaign.axes.faults.backlash_deg=[0,5] +campaign.draws.faults.backlash_deg={uniform:[0,1]}",
+            "left out or {around: share}, as the campaign grid decides it",
+        ),
         ("campaign.repeats=0", "campaign.repeats must be a whole number >= 1"),
     ],
 )
 def test_a_grid_that_cannot_be(change, said):
     with pytest.raises(ParameterError) as caught:
-        ordered(change, *SHORT)
+        ordered(*change.split(" "), *SHORT)
     assert said in str(caught.value)
