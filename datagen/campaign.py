@@ -220,7 +220,7 @@ class Campaign(ABC):
         return self.draw(index, base, Chance(seed))
 
     def example(self, base: Base, seed: int) -> Item:
-        """An item of a machine that is in no data set of this seed."""
+        """An item drawn apart from all items of this seed."""
         return self.draw(self.example_index, base, Chance(seed, example=True))
 
     def draw(self, index: int, base: Base, chance: Chance) -> Item:

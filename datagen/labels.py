@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any
 
 from indexer_env.checks import check_choice, check_integer
@@ -34,9 +35,14 @@ FAULT_CLASSES = tuple(
 
 def fault_class(values: Mapping[str, Any]) -> tuple[int, str, str]:
     """Class from 1, its name and its code, from the quantities of a machine by path."""
-    code = "".join("1" if any((values.get(path) or 0.0) > 0.0 for path in paths) else "0" for _, paths in BITS)
+    code = "".join("1" if any(_there(values.get(path)) for path in paths) else "0" for _, paths in BITS)
     number = int(code, 2)
     return number + 1, FAULT_CLASSES[number], code
+
+
+def _there(severity: object) -> bool:
+    # What is no number is refused when the item is built; its label must stand beside the reason.
+    return isinstance(severity, Real) and severity > 0.0
 
 
 def subset_schedule(parts: Mapping[str, Any], owner: str) -> tuple[str, ...]:

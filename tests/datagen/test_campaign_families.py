@@ -230,6 +230,15 @@ def test_what_cannot_be_is_rejected_with_its_reason():
     assert all(json.loads(row["draws"])["machine"]["model"] == "A" for row in rejected)
 
 
+def test_a_value_of_the_wrong_kind_is_rejected_too():
+    order = ordered("faults.roller_crack={choice:[0,much]}", "count=8", *SHORT)
+    rows, _, rejected = produce(order, items_of(order))
+    assert rows and rejected
+    assert {row["reason"] for row in rejected} == {
+        "Faults.roller_crack must be a finite number >= 0 and < 1, got 'much'."
+    }
+
+
 # ---------------------------------------------------------------------------------------------- wear
 
 
