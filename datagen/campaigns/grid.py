@@ -41,6 +41,7 @@ class Grid(Campaign):
 
     def __post_init__(self) -> None:
         check_integer("campaign", "repeats", self.repeats, low=1)
+        _ = self.cells
         super().__post_init__()
 
     @functools.cached_property
