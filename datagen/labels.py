@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from numbers import Real
 from typing import Any
 
 from indexer_env.checks import check_choice, check_integer
@@ -42,7 +41,7 @@ def fault_class(values: Mapping[str, Any]) -> tuple[int, str, str]:
 
 def _there(severity: object) -> bool:
     # What is no number is refused when the item is built; its label must stand beside the reason.
-    return isinstance(severity, Real) and severity > 0.0
+    return isinstance(severity, int | float) and severity > 0.0
 
 
 def subset_schedule(parts: Mapping[str, Any], owner: str) -> tuple[str, ...]:
