@@ -1,10 +1,16 @@
 """Data sets: from one line on the command line to Parquet files that say how each of their rows was made.
 
 In reading order, along the data flow:
-    seeds          (seed, part, item) -> random stream; item i never depends on item i-1
-    laws           the laws of chance that YAML names beside each drawn number
+    seeds          (seed, part, item) -> random stream, Sobol' point; item i never depends on item i-1
+    quantities     the quantities that can be varied, by dotted path in SI units
+    changes        fields of frozen objects by dotted path: read and replaced
+    draws          a law for each varied quantity, a probability for each drawn effect
+    labels         classes by the faults of the bench; subsets by machine draw
     campaign       item i -> label and what differs from the base machine; `build` makes the machine
-    campaigns/     the families, one file each: table2 (the paper's six classes)
+    campaigns/     the families, one file each: table2 (the paper's six classes), bench (its 20 cases), random,
+                   wear (run to failure), grid; cells (combinations of values)
+    laws_in_place  laws written in a quantity's own place -> the campaign's draws
+    preflight      laws that are mistakes, refused before anything is simulated
     order          all that decides the bytes of a data set, checked first
     quality        flat tops and dead stretches of a record, as columns
     produce        items -> simulate_batch -> sensor -> rows and records

@@ -1,4 +1,4 @@
-"""`python -m datagen campaign=table2 out=FOLDER`: generate a data set."""
+"""`python -m datagen [campaign=NAME] out=FOLDER`: generate a data set."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from rich.table import Table
 from datagen.command import check_flag, hydra_command, job_folder
 from datagen.generate import generate
 from datagen.order import Order, order_from
+from datagen.quantities import path_of
 from datagen.store import REJECTED
 from indexer_env.errors import refuse
 
@@ -28,13 +29,19 @@ def main(config: dict[str, Any]) -> None:
 
 
 def _refuse_idle(order: Order) -> None:
-    """A value given for what the campaign decides would be lost without a word."""
+    """A value given for what the campaign decides or draws anyhow would be lost without a word."""
+    campaign = order.campaign
     for override in HydraConfig.get().overrides.task:
         key = override.lstrip("+~").partition("=")[0]
-        path = key.removeprefix("machine.")
-        if path != key and path in order.campaign.decides:
-            remedy = f"see conf/campaign/{order.campaign.name}.yaml for what can be changed"
-            raise refuse("datagen", key, f"left to the campaign {order.campaign.name}", override, remedy)
+        path = path_of(key)
+        if path in campaign.decides:
+            remedy = f"see conf/campaign/{campaign.name}.yaml for what can be changed"
+            raise refuse("datagen", key, f"left to the campaign {campaign.name}", override, remedy)
+        for setting, stage in (("draws", campaign.machine_laws), ("drift", campaign.item_laws)):
+            law = stage.laws.get(path) if path else None
+            if law is not None and not law.needs_nominal and "{" not in override:
+                remedy = f"add ~campaign.{setting}.{key} to fix it"
+                raise refuse("datagen", key, f"left to campaign.{setting}, which draws it", override, remedy)
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
@@ -43,7 +50,8 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
     table.add_column("class")
     table.add_column("records", justify="right")
     for name, records in manifest["classes"].items():
-        table.add_row(name, str(records))
+        if records:
+            table.add_row(name, str(records))
     console.print(table)
     subsets = ", ".join(f"{records} {name}" for name, records in manifest["subsets"].items())
     console.print(f"{manifest['records']} records ({subsets}) in {folder}")

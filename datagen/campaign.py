@@ -1,4 +1,4 @@
-"""A campaign: which machine, operating point and label each item of a data set has.
+"""A campaign: which machine, operating point, sensor and label each item of a data set has.
 
 An `Item` is data, not a machine: the label and the values that differ from the base, by dotted path
 ("output_joint.backlash"). `build` turns it into what can be simulated, or says why it cannot be (the item is
@@ -9,26 +9,29 @@ then recorded as rejected). Each family of campaigns is one file in `campaigns/`
 from __future__ import annotations
 
 import dataclasses
+import functools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.laws import Law, make_law
-from datagen.seeds import Part, stream
-from indexer_env.checks import did_you_mean
-from indexer_env.errors import refuse
+from datagen.changes import value_at, with_changes
+from datagen.draws import Draws
+from datagen.labels import FAULT_CLASSES, SUBSETS, fault_class, subset_schedule
+from datagen.quantities import FIELDS, SECTIONS
+from datagen.seeds import Chance
+from indexer_env.effects import MachineEffect, SensorEffect, make_effect
+from indexer_env.errors import ParameterError, refuse
 from indexer_env.faults import Faults
 from indexer_env.machine import Machine
+from indexer_env.motion_law import motion_law
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
 
-SUBSETS = ("calibration", "control", "validation")
-"""The paper's three sets: to train, to stop the training, to judge it (paper.txt, section 4.1, step 2)."""
-
-T = TypeVar("T")
+__all__ = ["SUBSETS", "Base", "Campaign", "Case", "Design", "Item", "Label", "build"]
 
 
 @dataclass(frozen=True)
@@ -61,13 +64,33 @@ class Label:
 
 @dataclass(frozen=True)
 class Item:
-    """One record to be: its number, its label and what differs from the base, by dotted path, SI units."""
+    """One record to be: its number, its label and what differs from the base, by dotted path, SI units.
+
+    `effects` holds parameters by effect; `refused` says why the item cannot be, empty where nothing is known
+    against it.
+    """
 
     index: int
     label: Label
     machine: Mapping[str, Any] = field(default_factory=dict)
     faults: Mapping[str, Any] = field(default_factory=dict)
     operating_point: Mapping[str, Any] = field(default_factory=dict)
+    sensor: Mapping[str, Any] = field(default_factory=dict)
+    effects: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    refused: str = ""
+
+    @classmethod
+    def of(cls, index: int, label: Label, values: Mapping[str, Any], refused: str = "") -> Item:
+        """From values by path (`datagen.quantities`)."""
+        parts: dict[str, dict[str, Any]] = {section: {} for section in SECTIONS}
+        for path, value in values.items():
+            section, _, rest = path.partition(".")
+            parts[section][rest] = value
+        effects: dict[str, dict[str, Any]] = {}
+        for path, value in parts.pop("effects").items():
+            name, _, parameter = path.rpartition(".")
+            effects.setdefault(name, {})[parameter] = value
+        return cls(index, label, **parts, effects=effects, refused=refused)
 
 
 @dataclass(frozen=True)
@@ -77,119 +100,198 @@ class Base:
     machine: Machine
     operating_point: OperatingPoint
     faults: Faults = Faults()
+    sensor: Sensor = Sensor()
 
 
 @dataclass(frozen=True)
 class Case:
-    """An item ready to be simulated; `machine` already carries the faults, `faults` says how severe they
+    """An item ready to be simulated and read; `machine` already carries the faults, `faults` says how severe they
     are."""
 
     item: Item
     machine: Machine
     operating_point: OperatingPoint
     faults: Faults
+    sensor: Sensor
 
 
+@dataclass(frozen=True)
+class Design:
+    """What a family decides of an item before anything is varied: values by path (`datagen.quantities`), the turns
+    left and why the item cannot be."""
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    remaining_turns: int | None = None
+    refused: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Campaign(ABC):
-    """A family of data sets; frozen, configured from YAML, without state."""
+    """A family of data sets; frozen, configured from YAML, without state.
+
+    An item is the base, on it what the family decides (`design`), on that what is drawn once for its machine
+    (`draws`), on that what is drawn for the item alone (`drift`); a law around a nominal value is around what stands
+    there before it.
+
+    Attributes
+    ----------
+    draws, drift : mapping
+        Laws of what is varied, as `Draws.of` takes them.
+    split : mapping
+        Machine draws of each subset, as `subset_schedule` takes them.
+    """
 
     name: ClassVar[str]
     example_index: ClassVar[int] = 0
     """The item whose label the example file has."""
-    decides: ClassVar[tuple[str, ...]] = ()
-    """Fields of the machine, by dotted path, that every item gets from its class: the base machine's are not
-    used."""
+
+    draws: Mapping[str, Any] = field(default_factory=dict)
+    drift: Mapping[str, Any] = field(default_factory=dict)
+    split: Mapping[str, Any] = field(default_factory=lambda: dict.fromkeys(SUBSETS, 1))
+
+    def __post_init__(self) -> None:
+        for key, stage in (("draws", self.machine_laws), ("drift", self.item_laws)):
+            for path, law in stage.laws.items():
+                if path in self.decides and not law.needs_nominal:
+                    rule = f"left out or {{around: share}}, as the campaign {self.name} decides it"
+                    raise refuse(f"campaign.{key}", path, rule, law)
+        for path, law in self.item_laws.laws.items():
+            if path in self.machine_laws.laws and not law.needs_nominal:
+                raise refuse("campaign.drift", path, "{around: share}, as the campaign draws it for each machine", law)
+        if self.item_laws.dimensions or self.item_laws.probabilities:
+            raise refuse("campaign", "drift", "free of effects and of sobol laws", self.drift, "put them into draws")
+        _ = self._schedule
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Items of the whole campaign; a data set may have fewer or go on with more."""
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        """Quantities, by path, that every item gets from its family: the base's are not used."""
+        return ()
+
+    @property
+    def different(self) -> int:
+        """Items that differ where nothing is drawn: those of one machine draw."""
+        return 1
 
     @abstractmethod
-    def draw(self, index: int, base: Base, rng: np.random.Generator) -> Item:
-        """Item `index` (from 0), all its chance taken from `rng`."""
+    def machine_draw(self, index: int) -> int:
+        """Number of the machine of item `index`, from 0."""
 
-    @abstractmethod
+    def split_number(self, index: int) -> int:
+        """Number by which item `index` gets its subset; equal for all items of a machine."""
+        return self.machine_draw(index)
+
+    def design(self, index: int, rng: np.random.Generator) -> Design:
+        """What the family decides of item `index`; `rng` is its machine's own stream, from its beginning."""
+        return Design()
+
     def classes(self) -> tuple[str, ...]:
         """Names of the classes, class 1 first."""
+        return FAULT_CLASSES
+
+    def classify(self, index: int, values: Mapping[str, Any]) -> tuple[int, str, str]:
+        """Class from 1, name and code of item `index`, whose quantities have these values, by path."""
+        return fault_class(values)
+
+    def varies(self, path: str, design: Design) -> bool:
+        """Whether what was drawn for this quantity is for an item of this design."""
+        return True
+
+    @functools.cached_property
+    def machine_laws(self) -> Draws:
+        """What is drawn once for a machine."""
+        return Draws.of(self.draws, "campaign.draws")
+
+    @functools.cached_property
+    def item_laws(self) -> Draws:
+        """What is drawn for each item."""
+        return Draws.of(self.drift, "campaign.drift")
+
+    @functools.cached_property
+    def _schedule(self) -> tuple[str, ...]:
+        return subset_schedule(self.split, "campaign.split")
 
     def item(self, index: int, base: Base, seed: int) -> Item:
         """Item `index` of the data set with this seed; depends on nothing else."""
-        return self.draw(index, base, stream(seed, Part.MACHINE, index))
+        return self.draw(index, base, Chance(seed))
 
     def example(self, base: Base, seed: int) -> Item:
-        """An item of a machine that is in no data set of this seed."""
-        return self.draw(self.example_index, base, stream(seed, Part.EXAMPLE_MACHINE, self.example_index))
+        """An item drawn apart from all items of this seed."""
+        return self.draw(self.example_index, base, Chance(seed, example=True))
+
+    def draw(self, index: int, base: Base, chance: Chance) -> Item:
+        """Item `index` (from 0), all its chance taken from `chance`."""
+        machine_draw = self.machine_draw(index)
+        rng = chance.machine(machine_draw)
+        design = self.design(index, rng)
+        values = dict(design.values)
+
+        def nominal(path: str) -> float:
+            return _number(values[path] if path in values else _base_value(base, path), path)
+
+        point = chance.point(machine_draw, self.machine_laws.dimensions)
+        drawn = self.machine_laws.drawn(rng, nominal, point)
+        values |= {path: value for path, value in drawn.items() if self.varies(path, design)}
+        if self.item_laws.laws:
+            drifted = self.item_laws.drawn(chance.record(index), nominal)
+            values |= {path: value for path, value in drifted.items() if self.varies(path, design)}
+        subset = self._schedule[self.split_number(index) % len(self._schedule)]
+        classified = self.classify(index, {**_fault_values(base), **values})
+        label = Label(*classified, subset, machine_draw, design.remaining_turns)
+        return Item.of(index, label, values, design.refused)
 
 
 def build(item: Item, base: Base) -> Case:
-    """The machine of an item, its faults put in.
+    """The machine of an item, its faults put in, and the sensor that reads it.
 
     Raises
     ------
     ParameterError
-        The item's values break a rule of Machine, Joint, Faults or OperatingPoint.
+        The item's values break a rule of Machine, Joint, Faults, OperatingPoint, Sensor or an effect, or its campaign
+        refuses it.
     """
+    if item.refused:
+        raise ParameterError(item.refused)
+    changes = dict(item.machine)
+    if "motion_law" in changes:
+        changes["motion_law"] = motion_law(changes["motion_law"])
+    machine = with_changes(base.machine, changes)
+    sensor = with_changes(base.sensor, item.sensor)
+    for name, parameters in item.effects.items():
+        own = next((effect for effect in machine.effects if effect.name == name), None)
+        effect = dataclasses.replace(own, **parameters) if own else make_effect(name, parameters)
+        if isinstance(effect, SensorEffect):
+            sensor = effect.extend_sensor(sensor)
+        elif isinstance(effect, MachineEffect):
+            machine = machine.with_effects(effect)
     faults = with_changes(base.faults, item.faults)
-    machine = faults.applied_to(with_changes(base.machine, item.machine))
-    return Case(item, machine, with_changes(base.operating_point, item.operating_point), faults)
+    point = with_changes(base.operating_point, item.operating_point)
+    return Case(item, faults.applied_to(machine), point, faults, sensor)
 
 
-def with_changes(target: T, changes: Mapping[str, Any]) -> T:
-    """A copy of a frozen dataclass with the fields at these dotted paths replaced, all at once, so that only
-    the final object has to pass its checks.
-
-    Raises
-    ------
-    ParameterError
-        A path that leads nowhere, or a value that the object refuses.
-    """
-    if not changes:
-        return target
-    owner = type(target).__name__
-    names = _field_names(target)
-    new: dict[str, Any] = {}
-    inner: dict[str, dict[str, Any]] = {}
-    for path, value in changes.items():
-        head, _, rest = path.partition(".")
-        if head not in names:
-            raise refuse(owner, head, f"a field ({path})", head, did_you_mean(head, names))
-        if rest:
-            inner.setdefault(head, {})[rest] = value
-        else:
-            new[head] = value
-    for head, below in inner.items():
-        new[head] = with_changes(new.get(head, getattr(target, head)), below)
-    return dataclasses.replace(target, **new)  # type: ignore[type-var]
+def _base_value(base: Base, path: str) -> Any:
+    section, _, rest = path.partition(".")
+    if section != "effects":
+        return value_at(getattr(base, section), rest)
+    name, _, parameter = rest.rpartition(".")
+    own = next((effect for effect in base.machine.effects if effect.name == name), None)
+    return None if own is None else getattr(own, parameter)
 
 
-def value_at(target: object, path: str) -> Any:
-    """The field at a dotted path, e.g. value_at(machine, "output_joint.stiffness"); ParameterError where
-    there is none."""
-    for name in path.split("."):
-        known = _field_names(target)
-        if name not in known:
-            raise refuse(type(target).__name__, name, f"a field ({path})", name, did_you_mean(name, known))
-        target = getattr(target, name)
-    return target
-
-
-def number_at(target: object, path: str, owner: str) -> float:
-    """The number at a dotted path; ParameterError, in the name of `owner` who wants to draw it, where there
-    is none."""
-    value = value_at(target, path)
+def _number(value: Any, path: str) -> float:
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise refuse(owner, path, "a number of the machine, to be drawn", value, "leave it out")
+        rule = "a law other than {around: share}, as there is no number to be around"
+        raise refuse("campaign", path, rule, value, "write {around: [nominal, share]} or another law")
     return float(value)
 
 
-def _field_names(target: object) -> list[str]:
-    return [entry.name for entry in dataclasses.fields(target)] if dataclasses.is_dataclass(target) else []
-
-
-def laws_by_path(mapping: Mapping[str, Any], owner: str) -> dict[str, Law]:
-    """The laws of a nested mapping that mirrors Machine: {output_joint: {stiffness: {law: ...}}} -> {dotted
-    path: Law}."""
-    laws: dict[str, Law] = {}
-    for key, value in mapping.items():
-        path = f"{owner}.{key}"
-        if isinstance(value, Mapping) and "law" not in value:
-            laws.update({f"{key}.{below}": law for below, law in laws_by_path(value, path).items()})
-        else:
-            laws[str(key)] = make_law(value, path)
-    return laws
+def _fault_values(base: Base) -> dict[str, Any]:
+    """The quantities of the base that count as faults, by path."""
+    values = {f"faults.{name}": getattr(base.faults, name) for name in FIELDS["faults"]}
+    for effect in base.machine.effects:
+        values |= {f"effects.{effect.name}.{name}": value for name, value in vars(effect).items()}
+    return values

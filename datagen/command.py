@@ -46,6 +46,7 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
 
     def decorate(task: Callable[[dict], None]) -> Callable[[], None]:
         traceback_wanted = composed = failed = False
+        started_in = os.getpid()
 
         @functools.wraps(task)
         def job(config: DictConfig) -> None:
@@ -61,13 +62,20 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
                 if stop.code != BAD_INPUT or HydraConfig.get().mode is not RunMode.MULTIRUN:
                     raise
                 failed = True
+                # A launcher may run the job in another process; only an exception gets back from there.
+                if os.getpid() != started_in:
+                    number = HydraConfig.get().job.num
+                    raise IndexerError(
+                        f"Job {number} of the sweep has failed; its process says why, here or in the launcher's log."
+                    ) from None
 
         command = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
 
         @functools.wraps(task)
         def main() -> None:
-            nonlocal traceback_wanted, composed, failed
+            nonlocal traceback_wanted, composed, failed, started_in
             composed = failed = False
+            started_in = os.getpid()
             traceback_wanted = os.environ.get(_FULL_ERROR) == "1"
             if traceback_wanted:
                 command()

@@ -1,5 +1,5 @@
-"""example.csv: one record as a data logger would write it, from a machine that is in no data set, and
-example.json, its truth."""
+"""example.csv: one record as a data logger would write it, drawn apart from the items of the data
+set, and example.json, its truth."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_example(order: Order, folder: Path) -> None:
     with whole_file(folder / "example.csv") as temporary:
         temporary.write_text(_csv(record, row["sample_rate"], row["unit"]), encoding="utf-8")
     truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw")}
-    note = "The truth about example.csv; its machine is in no data set of this seed."
+    note = "The truth about example.csv; it is drawn apart from the items of the data set."
     write_json(folder / "example.json", {"note": note, **truth})
 
 

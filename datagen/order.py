@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,10 +11,13 @@ import numpy as np
 
 from datagen.campaign import Base, Campaign
 from datagen.campaigns import make_campaign
+from datagen.laws_in_place import laws_moved
+from datagen.preflight import check_draws
 from datagen.seeds import Part, stream
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
+from indexer_env.faults import faults_from_mapping
 from indexer_env.machine import machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -32,8 +36,9 @@ class Order:
 
     Attributes
     ----------
-    campaign, base, sensor, run
-        Which items, from which machine and operating point, read how, simulated how.
+    campaign, base, run
+        Which items, from which machine, operating point, faults and sensor, simulated how. Where `run` leaves the
+        samples open they are those of one turn of the base, for every item.
     count : int
         Items, rejected ones included, >= 1.
     seed : int
@@ -46,7 +51,6 @@ class Order:
 
     campaign: Campaign
     base: Base
-    sensor: Sensor = Sensor()
     run: Run = Run()
     count: int = 126
     seed: int = 0
@@ -62,6 +66,7 @@ class Order:
                 "datagen", "run.channels", f"{QUANTITY} alone, as a data set holds no other", self.run.channels
             )
         samples = self.run.samples_of(self.base.machine.turn_duration(self.base.operating_point))
+        object.__setattr__(self, "run", dataclasses.replace(self.run, samples=samples))
         if samples * min(self.count, self.shard_items) > LARGEST_SHARD:
             rule = f"few and short enough for {LARGEST_SHARD} samples in one file"
             remedy = "lower shard_items, run.samples or run.sample_rate, or raise the motor's speed"
@@ -69,18 +74,30 @@ class Order:
         # A dry reading: what the sensor refuses, it refuses before the simulation of a whole shard.
         ramp = np.arange(samples, dtype=float)
         self.sensor.read(ramp, self.run.sample_rate, stream(self.seed, Part.SENSOR, 0))
+        check_draws(self.campaign, self.base, self.seed, self.count)
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor of the base; items may vary it."""
+        return self.base.sensor
 
 
 def order_from(config: Mapping[str, Any]) -> Order:
     """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
-    base = Base(machine_from_mapping(config["machine"]), from_mapping(OperatingPoint, config["operating_point"]))
+    plain = laws_moved(config)
+    base = Base(
+        machine_from_mapping(plain["machine"]),
+        from_mapping(OperatingPoint, plain["operating_point"]),
+        faults_from_mapping(plain["faults"]),
+        from_mapping(Sensor, plain["sensor"]),
+    )
+    campaign = make_campaign(plain["campaign"])
     return Order(
-        campaign=make_campaign(config["campaign"]),
+        campaign=campaign,
         base=base,
-        sensor=from_mapping(Sensor, config["sensor"]),
-        run=from_mapping(Run, config["run"]),
-        count=config["count"],
-        seed=config["seed"],
-        shard_items=config["shard_items"],
+        run=from_mapping(Run, plain["run"]),
+        count=campaign.size if plain["count"] is None else plain["count"],
+        seed=plain["seed"],
+        shard_items=plain["shard_items"],
         config={key: value for key, value in config.items() if key not in ("out", "overwrite")},
     )

@@ -13,9 +13,11 @@ import numpy as np
 from datagen.campaign import Case, Item, build
 from datagen.order import QUANTITY, Order
 from datagen.quality import quality_columns
-from datagen.rows import case_columns, label_columns, run_columns, sensor_columns, version_columns
+from datagen.quantities import SECTIONS
+from datagen.rows import case_columns, label_columns, run_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
+from indexer_env.sensors import Sensor
 from indexer_env.simulate import simulate_batch
 
 Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
@@ -36,7 +38,10 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
     rejected: list[dict[str, Any]] = []
     for item in items:
         try:
-            cases.append(build(item, order.base))
+            case = build(item, order.base)
+            if case.sensor != order.sensor:
+                case.sensor.sections(order.run.sample_rate)
+            cases.append(case)
         except ParameterError as error:
             rejected.append(_rejected(order, item, "machine", str(error)))
     if not cases:
@@ -49,16 +54,14 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
         return [], np.empty((0, 0)), rejected
     accelerations = batch.table_acceleration[kept]
     noises = [stream(order.seed, noise, cases[place].item.index) for place in kept]
-    records = order.sensor.read_batch(accelerations, batch.sample_rate, noises)
+    records = _read([cases[place].sensor for place in kept], accelerations, batch.sample_rate, noises)
     common = {
         "kind": "simulated",
         "sample_rate": order.sensor.record_rate(batch.sample_rate),
         "quantity": QUANTITY,
-        "unit": order.sensor.unit,
         "campaign": order.campaign.name,
         "seed": order.seed,
         **run_columns(order.run, accelerations.shape[1]),
-        **sensor_columns(order.sensor),
         **version_columns(),
     }
     rows = [
@@ -75,12 +78,29 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
     return rows, records, rejected
 
 
+def _read(
+    sensors: Sequence[Sensor], accelerations: np.ndarray, sample_rate: float, noises: Sequence[np.random.Generator]
+) -> np.ndarray:
+    """Each acceleration as its own sensor reads it, those of one sensor together."""
+    rows: dict[Sensor, list[int]] = {}
+    for row, sensor in enumerate(sensors):
+        rows.setdefault(sensor, []).append(row)
+    if len(rows) == 1:
+        return sensors[0].read_batch(accelerations, sample_rate, noises)
+    records: list[np.ndarray] = [np.empty(0)] * len(sensors)
+    for sensor, own in rows.items():
+        read = sensor.read_batch(accelerations[own], sample_rate, [noises[row] for row in own])
+        for row, record in zip(own, read, strict=True):
+            records[row] = record
+    return np.stack(records)
+
+
 def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
 def _rejected(order: Order, item: Item, stage: str, reason: str) -> dict[str, Any]:
-    draws = {"machine": item.machine, "faults": item.faults, "operating_point": item.operating_point}
+    draws = {section: getattr(item, section) for section in SECTIONS}
     return {
         "seed": order.seed,
         "item": item.index,

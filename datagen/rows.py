@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from datagen.campaign import Case, Label
+from datagen.quantities import JOINTS
 from datagen.schema import SCHEMA_VERSION
 from datagen.versions import versions_of
 from indexer_env.effects import MachineEffect, make_effect
@@ -21,7 +22,6 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import Run
 
-JOINTS = ("input_joint", "output_joint", "base_joint")
 _WRITTEN_AS_TEXT = ("motion_law", "effects", *JOINTS)
 
 
@@ -50,13 +50,15 @@ def label_columns(label: Label) -> dict[str, Any]:
 
 
 def case_columns(case: Case) -> dict[str, Any]:
-    """Label, item, machine, faults and operating point of a case, by column name."""
+    """Label, item, machine, faults, operating point and sensor of a case, by column name."""
     return {
+        "unit": case.sensor.unit,
         **label_columns(case.item.label),
         "item": case.item.index,
         **machine_columns(case.machine),
         **_fields(case.faults, "fault_"),
         **_fields(case.operating_point),
+        **sensor_columns(case.sensor),
     }
 
 

@@ -7,9 +7,14 @@ enough to draw it again.
 
 from __future__ import annotations
 
+import functools
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+
+BLOCK = 1024
+"""Points of the Sobol' sequence made at once; scipy needs some milliseconds to begin a sequence."""
 
 
 class Part(IntEnum):
@@ -23,8 +28,52 @@ class Part(IntEnum):
     """The machine of the example file, which is in no data set."""
     EXAMPLE_SENSOR = 3
     """The noise of the example file."""
+    RECORD = 4
+    """What differs from repeat to repeat on one machine."""
+    EXAMPLE_RECORD = 5
+    """The same for the example file."""
+    SEQUENCE = 6
+    """The scrambling of the Sobol' sequence; one for the whole data set, as item 0."""
+    EXAMPLE_SEQUENCE = 7
+    """The same for the example file."""
 
 
 def stream(seed: int, part: Part, item: int) -> np.random.Generator:
     """The generator of one part of one item; the same arguments always give the same numbers."""
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(part), item))))
+
+
+@dataclass(frozen=True)
+class Chance:
+    """All chance of a data set, or of its example file, which has streams of its own."""
+
+    seed: int
+    example: bool = False
+
+    def machine(self, machine_draw: int) -> np.random.Generator:
+        """What one machine of the data set is drawn with."""
+        return stream(self.seed, Part.EXAMPLE_MACHINE if self.example else Part.MACHINE, machine_draw)
+
+    def record(self, item: int) -> np.random.Generator:
+        """What makes this item differ from the repeats on the same machine."""
+        return stream(self.seed, Part.EXAMPLE_RECORD if self.example else Part.RECORD, item)
+
+    def point(self, machine_draw: int, dimensions: int) -> tuple[float, ...]:
+        """Point number `machine_draw` of the data set's scrambled Sobol' sequence of so many dimensions."""
+        if dimensions == 0:
+            return ()
+        part = Part.EXAMPLE_SEQUENCE if self.example else Part.SEQUENCE
+        block, place = divmod(machine_draw, BLOCK)
+        return tuple(_points(self.seed, part, dimensions, block)[place].tolist())
+
+
+@functools.lru_cache(maxsize=16)
+def _points(seed: int, part: Part, dimensions: int, block: int) -> np.ndarray:
+    """Points block·BLOCK … of the sequence, shape (BLOCK, dimensions), whichever were asked for before."""
+    # Half a second to import, which only a data set with a sobol law should pay.
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(dimensions, scramble=True, rng=stream(seed, part, 0))
+    if block:
+        sequence.fast_forward(block * BLOCK)
+    return sequence.random(BLOCK)

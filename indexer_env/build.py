@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
 from indexer_env.checks import check_number, did_you_mean
@@ -58,13 +58,27 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
         raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.", 1)) from None
 
 
-def _converted(owner: str, key: str, value: Any, fields: Mapping[str, Any]) -> tuple[str, Any]:
+def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]:
+    """The SI field that a key stands for, and the factor to its unit: ("backlash", π/180) for ``backlash_deg``.
+
+    Raises
+    ------
+    ParameterError
+        No field of this name.
+    """
     if key in fields:
-        return key, value
+        return key, 1.0
     for ending, factor in _UNITS.items():
         name = key.removesuffix(ending)
         if name != key and name in fields:
-            check_number(owner, key, value)
-            return name, value * factor
+            return name, factor
     hint = did_you_mean(key, fields) or "its parameters are " + (", ".join(fields) or "none")
     raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")
+
+
+def _converted(owner: str, key: str, value: Any, fields: Collection[str]) -> tuple[str, Any]:
+    name, factor = field_of(owner, key, fields)
+    if name == key:
+        return name, value
+    check_number(owner, key, value)
+    return name, value * factor

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_integer, check_number
+from indexer_env.checks import check_number
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.faults import Faults
+from indexer_env.faults import Faults, fault_laws
+from indexer_env.laws import Fixed, Law, Sobol
 
 TIGHT_LOOSENESS = 0.01
 """Looseness [-] of screws that are going to let go, until they do. A machine's model cannot change while it runs: one
@@ -23,57 +24,11 @@ the stiffest base that a step of 0.25 ms resolves."""
 MOST_BACKLASH = 2.0
 """rad at the motor shaft: wear ends there, as `Faults.backlash` does."""
 
-
 _NEXT_TO_NOTHING = 1e-9
 """Share of a law's upper end that stands for the least fault drawn [-]."""
 
 _PART_OF = {"cracked_station": "roller_crack", "loose_at": "screw_looseness"}
 """What makes no fault without another attribute."""
-
-
-@dataclass(frozen=True)
-class Fixed:
-    """The same value in every episode; it takes nothing from the generator."""
-
-    value: Any
-
-    def draw(self, rng: np.random.Generator) -> Any:
-        return self.value
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values at which a check must pass."""
-        return (self.value,)
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """low + (high - low) u, u uniform in [0, 1); one draw."""
-
-    low: float
-    high: float
-
-    def draw(self, rng: np.random.Generator) -> float:
-        return self.low + (self.high - self.low) * float(rng.random())
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """Its ends and, where it begins at 0, which is no fault, what is next to nothing."""
-        return (self.low, _NEXT_TO_NOTHING * self.high, self.high) if self.low == 0.0 else (self.low, self.high)
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One of the values, each as likely; one draw."""
-
-    values: tuple[Any, ...]
-
-    def draw(self, rng: np.random.Generator) -> Any:
-        return self.values[int(rng.integers(len(self.values)))]
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        return self.values
 
 
 @dataclass(frozen=True)
@@ -136,20 +91,21 @@ class FaultLaw:
         As in `Course`.
     """
 
-    roller_crack: Fixed | Uniform | Choice = Fixed(0.0)
-    cracked_station: Fixed | Uniform | Choice = Fixed(None)
-    screw_looseness: Fixed | Uniform | Choice = Fixed(0.0)
-    backlash: Fixed | Uniform | Choice = Fixed(0.0)
-    crack_at: Fixed | Uniform | Choice = Fixed(0.0)
-    loose_at: Fixed | Uniform | Choice = Fixed(0.0)
-    wear: Fixed | Uniform | Choice = Fixed(0.0)
+    roller_crack: Law = Fixed(0.0)
+    cracked_station: Law = Fixed(None)
+    screw_looseness: Law = Fixed(0.0)
+    backlash: Law = Fixed(0.0)
+    crack_at: Law = Fixed(0.0)
+    loose_at: Law = Fixed(0.0)
+    wear: Law = Fixed(0.0)
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             law = getattr(self, field.name)
-            if not isinstance(law, Fixed | Uniform | Choice):
-                raise refuse("FaultLaw", field.name, "a Fixed, Uniform or Choice", law)
-            if field.name == "cracked_station" and isinstance(law, Uniform):
+            if not isinstance(law, Law) or isinstance(law, Sobol) or law.needs_nominal:
+                rule = "a law that needs no data set and no nominal value (no sobol, no {around: share})"
+                raise refuse("FaultLaw", field.name, rule, law)
+            if field.name == "cracked_station" and not law.lists:
                 raise refuse("FaultLaw", field.name, "a station or a choice of stations", law)
             for value in law.extremes:
                 self._with(field.name, value)
@@ -162,7 +118,7 @@ class FaultLaw:
         """Each fault alone at the ends of its law, as its name, its value and its course; what is no fault is left out.
         A cracked station comes with the worst crack, the time at which screws let go with the loosest screws."""
         for field in dataclasses.fields(self):
-            for value in getattr(self, field.name).extremes:
+            for value in _tried(getattr(self, field.name)):
                 values = {field.name: value}
                 if field.name in _PART_OF:
                     whole = _PART_OF[field.name]
@@ -179,21 +135,26 @@ class FaultLaw:
             raise ParameterError(f"FaultLaw.{str(error).partition('.')[2]}") from None
 
 
+def _tried(law: Law) -> tuple[Any, ...]:
+    """The ends of a law; where it draws from 0 on, which is no fault, what is next to nothing stands for that."""
+    if law.lists or 0.0 not in law.extremes:
+        return law.extremes
+    most = max(law.extremes)
+    return (_NEXT_TO_NOTHING * most, most)
+
+
 def _course(values: Mapping[str, Any]) -> Course:
     own = {field.name for field in dataclasses.fields(Course)}
     faults = Faults(**{name: value for name, value in values.items() if name not in own})
     return Course(faults, **{name: value for name, value in values.items() if name in own})
 
 
-_TO_RADIANS = math.pi / 180.0
-
-
 def fault_law(given: object) -> FaultLaw:
     """The law from what a user gives.
 
     A `FaultLaw`; a `Course` or `Faults`, which are then the same in every episode; None, no faults; or a mapping (YAML)
-    of attributes of `FaultLaw` to a value, ``{uniform: [low, high]}`` or ``{choice: [value, ...]}``. A key that ends in
-    ``_deg`` (``backlash_deg``, ``wear_deg``) is in degrees.
+    of attributes of `FaultLaw` to a value or a law (`indexer_env.laws`). A key that ends in ``_deg`` (``backlash_deg``,
+    ``wear_deg``) is in degrees; ``roller: cracked`` and ``screws: loose`` name a severity (`faults.STATES`).
 
     Raises
     ------
@@ -211,43 +172,10 @@ def fault_law(given: object) -> FaultLaw:
         return FaultLaw(**{name: Fixed(value) for name, value in fields.items()})
     if not isinstance(given, Mapping):
         raise ParameterError(f"faults must be a mapping of faults to their values or laws, got {given!r}.")
-    laws = {}
-    for key, value in given.items():
-        name = str(key)
-        factor = _TO_RADIANS if name in ("backlash_deg", "wear_deg") else 1.0
-        laws[name.removesuffix("_deg") if factor != 1.0 else name] = _law(name, value, factor)
-    if len(laws) < len(given):
-        raise ParameterError("faults gives a fault twice, once in degrees; keep one of the two.")
+    fields = tuple(field.name for field in dataclasses.fields(FaultLaw))
+    laws = fault_laws({str(key): value for key, value in given.items()}, fields)
     return from_mapping(FaultLaw, laws, owner="faults")
 
 
 def _values(faults: Faults) -> dict[str, Any]:
     return {field.name: getattr(faults, field.name) for field in dataclasses.fields(faults)}
-
-
-def _law(name: str, given: object, factor: float) -> Fixed | Uniform | Choice:
-    rule = "a value, {uniform: [low, high]} or {choice: [value, ...]}"
-    if not isinstance(given, Mapping):
-        return Fixed(_scaled(name, given, factor))
-    if len(given) != 1 or next(iter(given)) not in ("uniform", "choice"):
-        raise refuse("faults", name, rule, dict(given))
-    ((law, values),) = given.items()
-    if not isinstance(values, list | tuple) or not values:
-        raise refuse("faults", name, rule, dict(given))
-    scaled = tuple(_scaled(name, value, factor) for value in values)
-    if law == "choice":
-        return Choice(scaled)
-    for value in scaled:
-        check_number("faults", name, value)
-    if len(scaled) != 2 or scaled[0] > scaled[1]:
-        raise refuse("faults", name, "{uniform: [low, high]} with low <= high", dict(given))
-    return Uniform(float(scaled[0]), float(scaled[1]))
-
-
-def _scaled(name: str, value: Any, factor: float) -> Any:
-    if name == "cracked_station":
-        if value is not None:
-            check_integer("faults", name, value, low=0)
-        return value
-    check_number("faults", name, value)
-    return factor * value

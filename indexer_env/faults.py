@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from indexer_env.checks import check_integer, check_number
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects.base import MachineEffect
 from indexer_env.effects.joint import BaseLooseness, InputBacklash
 from indexer_env.effects.roller import RollerCrack, SingleRollerCrack
-from indexer_env.errors import refuse
+from indexer_env.errors import ParameterError, refuse
+from indexer_env.law_reader import law_of_field, make_law
+from indexer_env.laws import Choice, Fixed, Law
 from indexer_env.machine import Machine
 
 LOOSE_HOUSING_HZ = 12.0
 """Natural frequency of the housing on fully loosened screws [Hz]. Assumed: below the output joint's 15 Hz, as a machine
 that visibly shakes on its floor; tight screws are the rigid limit."""
+
+STATES: dict[str, tuple[str, dict[str, float]]] = {
+    "roller": ("roller_crack", {"intact": 0.0, "cracked": 0.4}),
+    "screws": ("screw_looseness", {"tight": 0.0, "loose": 1.0}),
+}
+"""Named states of the bench and the severity each stands for. Assumed, as the paper measures neither: a cracked roller
+has lost 40 % of its stiffness in the sense that opens the crack, loose screws are fully loosened."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +92,51 @@ class Faults:
     def applied_to(self, machine: Machine) -> Machine:
         """The machine with these faults."""
         return machine.with_effects(*self.effects(machine))
+
+
+def faults_from_mapping(mapping: Mapping[str, Any]) -> Faults:
+    """Build faults from a plain mapping (YAML, Hydra): fields of `Faults`, in degrees where a key ends in ``_deg``, or
+    the named states `roller` and `screws`. What is null counts as not given.
+
+    Raises
+    ------
+    ParameterError
+        Unknown key or state, a value out of range, or a fault given by its state and its number.
+    """
+    if not isinstance(mapping, Mapping):
+        raise ParameterError(f"faults must be a mapping of faults to their values, got {mapping!r}.")
+    given = {str(key): value for key, value in mapping.items() if value is not None}
+    fields = tuple(field.name for field in dataclasses.fields(Faults))
+    return from_mapping(Faults, {name: law.centre for name, law in fault_laws(given, fields).items()}, owner="faults")
+
+
+def fault_laws(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str, Law]:
+    """Law by field, in SI units, of a mapping (YAML) of fields, ``_deg`` keys or states to values or laws.
+
+    Raises
+    ------
+    ParameterError
+        Unknown key, state or law, or one fault given by two keys.
+    """
+    laws: dict[str, Law] = {}
+    for key, given in mapping.items():
+        if key in STATES:
+            name, law = STATES[key][0], _law_of_states(key, make_law("faults", key, given))
+        else:
+            name, law = law_of_field("faults", key, given, (*fields, *STATES))
+        if name in laws:
+            raise refuse("faults", key, f"left out where {name} is given by another key", given)
+        laws[name] = law
+    return laws
+
+
+def _law_of_states(key: str, law: Law) -> Law:
+    if not law.lists:
+        raise refuse("faults", key, f"one of {', '.join(STATES[key][1])} or a choice of them", law)
+    for state in law.extremes:
+        check_choice("faults", key, state, STATES[key][1])
+    severities = tuple(STATES[key][1][state] for state in law.extremes)
+    return Choice(severities) if isinstance(law, Choice) else Fixed(severities[0])
 
 
 _E = TypeVar("_E", bound=MachineEffect)

@@ -11,13 +11,21 @@ from typing import Any
 
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice, check_integer, check_number
-from indexer_env.effects import MachineEffect, make_effect
+from indexer_env.effects import MachineEffect, effects_by_name, make_effect
 from indexer_env.errors import MotionLawWarning, ParameterError, refuse
 from indexer_env.motion_law import ModifiedSine, MotionLaw, TableLaw, motion_law
 from indexer_env.operating_point import OperatingPoint
 
 MODELS = ("A", "B", "B_on_base")
 """A: only the output joint (1 DOF); B: input and output joint (2 DOF); B_on_base: also the base joint (3 DOF)."""
+
+NOT_IN_MODEL = {
+    "A": ("input_joint", "cam_inertia", "follower_inertia", "base_joint", "housing_inertia", "motor_inertia"),
+    "B": ("base_joint", "housing_inertia", "motor_inertia"),
+    "B_on_base": ("motor_inertia",),
+}
+"""Parameters that each model's equations do not have; housing_inertia comes in with base.looseness, which sets joint 3
+itself, and motor_inertia with drive.slip."""
 
 CONTACT_LAWS = ("clipped", "kelvin_voigt", "damped_play")
 """clipped: contact pushes and never pulls (default); kelvin_voigt: spring and damper while δ is beyond ±g/2, also when
@@ -163,7 +171,7 @@ def machine_from_mapping(mapping: Mapping[str, Any]) -> Machine:
     """Build a machine from a plain mapping (YAML, Hydra).
 
     Keys are the fields of `Machine`; joints are mappings of the fields of `Joint`; `motion_law` is a name or a mapping
-    for `indexer_env.motion_law.motion_law`; `effects` is a mapping of effect names to mappings of their parameters.
+    for `indexer_env.motion_law.motion_law`; `effects` is a mapping as `effects_by_name` takes it.
 
     Raises
     ------
@@ -182,7 +190,7 @@ def machine_from_mapping(mapping: Mapping[str, Any]) -> Machine:
     if effects is None:
         values["effects"] = ()
     elif isinstance(effects, Mapping):
-        values["effects"] = tuple(make_effect(name, parameters) for name, parameters in effects.items())
+        values["effects"] = tuple(make_effect(name, given) for name, given in effects_by_name(effects).items())
     elif not isinstance(effects, tuple):
         raise refuse("Machine", "effects", "a mapping of effect names to their parameters", effects)
     return from_mapping(Machine, values)

@@ -55,6 +55,11 @@ def plain(path: Path) -> dict[str, Any]:
     return loaded
 
 
+def choice(path: Path) -> dict[str, Any]:
+    """What a choice of a group holds, without the choices of other groups that come with it."""
+    return {key: value for key, value in plain(path).items() if key != "defaults"}
+
+
 def identity(path: Path) -> str:
     return str(path.relative_to(CONF))
 
@@ -122,8 +127,8 @@ def test_every_number_of_a_preset_has_its_unit_and_reason_beside_it(path):
 
 @pytest.mark.parametrize("path", CHOICES, ids=identity)
 def test_a_choice_becomes_its_object(path):
-    make, mapping = GROUPS[path.parent.name], plain(path)
-    assert make(mapping) == make(plain(path))
+    make, mapping = GROUPS[path.parent.name], choice(path)
+    assert make(mapping) == make(choice(path))
 
 
 def places(mapping: Mapping[str, Any], *keys: str) -> list[tuple[str, ...]]:
@@ -135,8 +140,8 @@ def places(mapping: Mapping[str, Any], *keys: str) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize("path", CHOICES, ids=identity)
 def test_a_choice_refuses_an_unknown_key_at_every_level(path):
     make = GROUPS[path.parent.name]
-    for place in places(plain(path)):
-        mapping = plain(path)
+    for place in places(choice(path)):
+        mapping = choice(path)
         inner = mapping
         for key in place:
             inner = inner[key]
@@ -149,12 +154,12 @@ def test_a_choice_refuses_an_unknown_key_at_every_level(path):
 @pytest.mark.parametrize("path", CHOICES, ids=identity)
 def test_a_choice_refuses_every_number_made_text(path):
     make = GROUPS[path.parent.name]
-    for place in places(plain(path)):
-        inner = plain(path)
+    for place in places(choice(path)):
+        inner = choice(path)
         for key in place:
             inner = inner[key]
         for name in [key for key, value in inner.items() if type(value) in (int, float)]:
-            mapping = plain(path)
+            mapping = choice(path)
             here = mapping
             for key in place:
                 here = here[key]
@@ -179,8 +184,8 @@ def test_a_root_composes(root):
 @pytest.mark.parametrize("root", ROOTS, ids=identity)
 def test_a_root_composes_with_every_choice_of_its_groups(root):
     for group in set(composed(root)) & set(GROUPS):
-        for choice in sorted((CONF / group).glob("*.yaml")):
-            assert composed(root, f"{group}={choice.stem}")[group] == plain(choice)
+        for option in sorted((CONF / group).glob("*.yaml")):
+            assert composed(root, f"{group}={option.stem}")[group] == choice(option)
 
 
 @pytest.mark.parametrize("root", ROOTS, ids=identity)
@@ -212,7 +217,21 @@ def test_every_root_has_its_command():
         assert callable(getattr(importlib.import_module(module), function))
 
 
+def test_the_bench_campaign_brings_its_sensor_and_the_command_line_another():
+    root = CONF / "datagen.yaml"
+    assert composed(root, "campaign=bench")["sensor"] == plain(CONF / "sensor" / "bench.yaml")
+    assert composed(root, "campaign=bench", "sensor=ideal")["sensor"] == plain(CONF / "sensor" / "ideal.yaml")
+
+
+@pytest.mark.parametrize(
+    ("campaign", "size"), [("table2", 126), ("bench", 200), ("random", 1000), ("wear", 1000), ("grid", 1)]
+)
+def test_count_null_is_the_campaign_s_own_size(campaign, size):
+    config = composed(CONF / "datagen.yaml", f"campaign={campaign}")
+    assert config["count"] is None and order_from(config).count == size
+
+
 def test_the_data_set_s_root_is_an_order_of_the_reference_machine():
     root = CONF / "datagen.yaml"
     order = order_from({**composed(root), "out": "x"})
-    assert order.count == 126 and order.base.machine == machine_from_mapping(plain(CONF / "machine" / "reference.yaml"))
+    assert order.count == 1 and order.base.machine == machine_from_mapping(plain(CONF / "machine" / "reference.yaml"))

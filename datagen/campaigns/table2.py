@@ -1,29 +1,28 @@
 """The paper's simulated case: six classes of joint 2 and of the model (paper.txt, Table 2, section 4.3).
 
-Item i has class i mod 6 + 1 and is draw i // 6 of that class, whose subset is draw mod 3. So any count shares
+Item i has class i mod 6 + 1 and is draw i // 6 of that class, by which it gets its subset. So any count shares
 the classes as equally as it can (classes 1 to count mod 6 get one item more), a count that is a multiple of
-18 shares the subsets equally too, and a longer data set begins with the items of a shorter one.
+18 shares three equal subsets equally too, and a longer data set begins with the items of a shorter one.
 """
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import SUBSETS, Base, Campaign, Item, Label, laws_by_path, number_at
-from datagen.laws import Law
+from datagen.campaign import Campaign, Design
 from indexer_env.checks import check_number
-from indexer_env.errors import refuse
+from indexer_env.machine import NOT_IN_MODEL
 
-STIFFNESS_RATIO = "output_joint.stiffness_ratio"
-OUTPUT_BACKLASH = "output_joint.backlash"
-INPUT_BACKLASH = "input_joint.backlash"
-NOT_DRAWN_IN_MODEL_A = "input_joint."
-"""Model A has no joint 1, so what is drawn for it would not be seen in the record."""
+MODEL = "machine.model"
+STIFFNESS_RATIO = "machine.output_joint.stiffness_ratio"
+OUTPUT_BACKLASH = "machine.output_joint.backlash"
+INPUT_BACKLASH = "machine.input_joint.backlash"
+NO_FAULTS = {"faults.roller_crack": 0.0, "faults.screw_looseness": 0.0, "faults.backlash": 0.0}
+"""The classes are those of the joints; a fault on top would belong to none."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +52,9 @@ CLASSES = (
 """Table 2, class 1 first; the last bit of a code is 1 for "without backlash", as printed there."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Table2(Campaign):
-    """Settings of the family.
+    """Settings of the family, besides those of `Campaign`.
 
     Attributes
     ----------
@@ -63,62 +62,62 @@ class Table2(Campaign):
         Nominal total play of joint 2 in the classes with backlash [rad], > 0.
     stiffness_ratio : float
         Nominal ρ of joint 2 in the bilinear classes [-], 0 < ρ < 1.
-    draws : mapping
-        Law of each drawn parameter of the machine, nested as Machine is; drawn around the base machine, or
-        around the two values above. Drawn only where the class has the parameter: play and ρ in their
-        classes, joint 1 in Model B.
 
-    The classes differ in joint 2 and the model only: joint 1 has no play in any of them, whatever the base
-    machine has.
+    What is drawn for a parameter that a class has not (play, ρ, joint 1 in Model A) is left out of its items. The
+    classes differ in joint 2 and the model only: joint 1 has no play in any of them and there are no other faults,
+    whatever the base has.
     """
 
     name: ClassVar[str] = "table2"
     example_index: ClassVar[int] = 5
-    decides: ClassVar[tuple[str, ...]] = ("model", INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO)
 
     output_backlash: float
     stiffness_ratio: float
-    draws: Mapping[str, Any]
 
     def __post_init__(self) -> None:
         check_number("campaign", "output_backlash", self.output_backlash, low=0.0, low_open=True, unit="rad")
         ratio = {"low": 0.0, "low_open": True, "high": 1.0, "high_open": True}
         check_number("campaign", "stiffness_ratio", self.stiffness_ratio, **ratio)
-        if not self.laws:
-            raise refuse("campaign", "draws", "the law of at least one parameter", self.draws)
-        for path in set(self.decides) - {OUTPUT_BACKLASH, STIFFNESS_RATIO}:
-            if path in self.laws:
-                raise refuse("campaign", f"draws.{path}", "left out, as the class decides it", self.laws[path])
+        super().__post_init__()
 
-    @functools.cached_property
-    def laws(self) -> dict[str, Law]:
-        """Law of each drawn parameter, by dotted path."""
-        if not isinstance(self.draws, Mapping):
-            raise refuse("campaign", "draws", "a mapping of parameters to laws", self.draws)
-        return laws_by_path(self.draws, "campaign.draws")
+    @property
+    def decides(self) -> tuple[str, ...]:
+        return (MODEL, INPUT_BACKLASH, OUTPUT_BACKLASH, STIFFNESS_RATIO, *NO_FAULTS)
+
+    @property
+    def size(self) -> int:
+        """The paper's 3 x 42."""
+        return 126
+
+    @property
+    def different(self) -> int:
+        return len(CLASSES)
+
+    def machine_draw(self, index: int) -> int:
+        return index
+
+    def split_number(self, index: int) -> int:
+        return index // len(CLASSES)
 
     def classes(self) -> tuple[str, ...]:
         return tuple(row.name for row in CLASSES)
 
-    def draw(self, index: int, base: Base, rng: np.random.Generator) -> Item:
-        number, draw = index % len(CLASSES), index // len(CLASSES)
-        row = CLASSES[number]
-        nominal = {OUTPUT_BACKLASH: self.output_backlash, STIFFNESS_RATIO: self.stiffness_ratio}
-        # Every law takes its number in every class, so that the classes differ by their own parameters only.
-        drawn = {
-            path: law.draw(rng, nominal[path] if path in nominal else number_at(base.machine, path, "campaign.draws"))
-            for path, law in self.laws.items()
-        }
-        ratio = drawn.pop(STIFFNESS_RATIO, self.stiffness_ratio)
-        play = drawn.pop(OUTPUT_BACKLASH, self.output_backlash)
-        if row.model == "A":
-            drawn = {path: value for path, value in drawn.items() if not path.startswith(NOT_DRAWN_IN_MODEL_A)}
-        changes = {
-            **drawn,
-            "model": row.model,
+    def classify(self, index: int, values: Mapping[str, Any]) -> tuple[int, str, str]:
+        row = CLASSES[index % len(CLASSES)]
+        return index % len(CLASSES) + 1, row.name, row.code
+
+    def design(self, index: int, rng: np.random.Generator) -> Design:
+        row = CLASSES[index % len(CLASSES)]
+        return Design({
+            MODEL: row.model,
             INPUT_BACKLASH: 0.0,
-            OUTPUT_BACKLASH: play if row.backlash else 0.0,
-            STIFFNESS_RATIO: ratio if row.bilinear else 1.0,
-        }
-        label = Label(number + 1, row.name, row.code, SUBSETS[draw % len(SUBSETS)], machine_draw=index)
-        return Item(index, label, machine=changes)
+            OUTPUT_BACKLASH: self.output_backlash if row.backlash else 0.0,
+            STIFFNESS_RATIO: self.stiffness_ratio if row.bilinear else 1.0,
+            **NO_FAULTS,
+        })  # fmt: skip
+
+    def varies(self, path: str, design: Design) -> bool:
+        if path == STIFFNESS_RATIO:
+            return design.values[STIFFNESS_RATIO] < 1.0
+        section, _, rest = path.partition(".")
+        return section != "machine" or rest.partition(".")[0] not in NOT_IN_MODEL[design.values[MODEL]]

@@ -19,13 +19,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any
 
 from indexer_env.checks import did_you_mean
 from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor
 from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect
-from indexer_env.errors import ParameterError
+from indexer_env.errors import ParameterError, refuse
 
-__all__ = ["EFFECTS", "Effect", "MachineEffect", "SensorEffect", "make_effect"]
+__all__ = ["EFFECTS", "Effect", "MachineEffect", "SensorEffect", "effects_by_name", "make_effect"]
 
 _FAMILIES = (cam, drive, friction, joint, load, roller, sensor)
 
@@ -42,12 +43,38 @@ def make_effect(name: str, parameters: Mapping[str, object] | None = None, **mor
     """
     from indexer_env.build import from_mapping
 
-    if name not in EFFECTS:
-        hint = did_you_mean(name, EFFECTS) or "the names are " + ", ".join(sorted(EFFECTS))
-        raise ParameterError(f"There is no effect {name!r}; {hint}.")
+    _check_known(name)
     if not isinstance(parameters, Mapping | None):
         raise ParameterError(f"{name} must be a mapping of parameters to values, got {parameters!r}.")
     return from_mapping(EFFECTS[name], {**(parameters or {}), **more}, owner=name)
+
+
+def effects_by_name(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters by effect, of a mapping (YAML) by name, ``{friction.coulomb: {torque: 3}}``, or by family and effect,
+    ``{friction: {coulomb: {torque: 3}}}``, which is how a dotted key of a command line reads.
+
+    Raises
+    ------
+    ParameterError
+        Unknown effect, or one given twice.
+    """
+    named: dict[str, Any] = {}
+    families = {name.partition(".")[0] for name in EFFECTS}
+    for key, below in mapping.items():
+        in_family = key in families and isinstance(below, Mapping)
+        entries = {f"{key}.{end}": value for end, value in below.items()} if in_family else {key: below}
+        for name, parameters in entries.items():
+            _check_known(name)
+            if name in named:
+                raise refuse("effects", name, "given once", parameters)
+            named[name] = parameters
+    return named
+
+
+def _check_known(name: str) -> None:
+    if name not in EFFECTS:
+        hint = did_you_mean(name, EFFECTS) or "the names are " + ", ".join(sorted(EFFECTS))
+        raise ParameterError(f"There is no effect {name!r}; {hint}.")
 
 
 def null_effect(name: str) -> Effect:

@@ -36,14 +36,14 @@ def _table2() -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def base() -> Base:
-    return Base(load_machine("reference"), OperatingPoint())
+    sensor = Sensor(radius=0.4, lowpass_hz=200.0, noise_density=0.01)
+    return Base(load_machine("reference"), OperatingPoint(), sensor=sensor)
 
 
 @pytest.fixture(scope="session")
 def order(base) -> Order:
-    sensor = Sensor(radius=0.4, lowpass_hz=200.0, noise_density=0.01)
     campaign = make_campaign(_table2())
-    return Order(campaign, base, sensor, SHORT, count=20, seed=3, shard_items=8, config={"note": "test"})
+    return Order(campaign, base, SHORT, count=20, seed=3, shard_items=8, config={"note": "test"})
 
 
 @pytest.fixture(scope="session")

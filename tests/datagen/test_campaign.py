@@ -7,10 +7,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from datagen.campaign import SUBSETS, build, value_at, with_changes
+from datagen.campaign import SUBSETS, build
 from datagen.campaigns import make_campaign
-from datagen.laws import UniformAround
-from datagen.seeds import Part, stream
+from datagen.changes import value_at, with_changes
 from indexer_env.errors import ParameterError
 
 # paper.txt, Table 2: class -> model, joint 2 has play, joint 2 is bilinear, code.
@@ -95,23 +94,8 @@ def test_the_example_is_in_no_data_set(campaign, base):
     assert stiffness not in {campaign.item(index, base, 5).machine["output_joint.stiffness"] for index in range(600)}
 
 
-def test_streams_differ_by_part_item_and_seed():
-    first = [
-        stream(1, Part.MACHINE, 0),
-        stream(1, Part.SENSOR, 0),
-        stream(1, Part.MACHINE, 1),
-        stream(2, Part.MACHINE, 0),
-    ]
-    assert len({float(generator.random()) for generator in first}) == 4
-    assert stream(1, Part.SENSOR, 7).random() == stream(1, Part.SENSOR, 7).random()
-
-
-def test_zero_half_width_keeps_the_nominal_value():
-    assert UniformAround(0.0).draw(np.random.default_rng(0), 44400.0) == 44400.0
-
-
 def test_an_item_whose_machine_is_impossible_says_why(settings, base):
-    settings["draws"]["output_joint"]["stiffness"]["half_width"] = 5.0
+    settings["draws"]["machine"]["output_joint"]["stiffness"]["around"] = 5.0
     campaign = make_campaign(settings)
     with pytest.raises(ParameterError, match=r"stiffness must be .* got -"):
         for index in range(100):
@@ -126,13 +110,18 @@ def test_an_item_whose_machine_is_impossible_says_why(settings, base):
         (lambda s: s.update(output_backlash=-1e-3), "output_backlash must be"),
         (lambda s: s.update(stiffness_ratio=1.0), "stiffness_ratio must be"),
         (lambda s: s.update(stifness_ratio=0.5), "stiffness_ratio"),
-        (lambda s: s["draws"]["input_joint"].update(stiffness=3), "campaign.draws.input_joint.stiffness.law"),
+        (lambda s: s["draws"]["machine"]["input_joint"].update(stiffness={"arond": 0.1}), "did you mean 'around'"),
         (
-            lambda s: s["draws"]["input_joint"]["stiffness"].update(law="unifrom_around"),
-            "did you mean 'uniform_around'",
+            lambda s: s["draws"]["machine"]["input_joint"]["stiffness"].update(around=-0.1),
+            "must be a finite number >= 0",
         ),
-        (lambda s: s["draws"]["input_joint"]["stiffness"].update(half_width=-0.1), "half_width must be"),
-        (lambda s: s["draws"]["input_joint"]["stiffness"].update(half=0.1), "half"),
+        (lambda s: s["draws"]["machine"]["output_joint"].update(stifness={"around": 0.1}), "did you mean 'stiffness'"),
+        (lambda s: s["draws"].update(machin={}), "did you mean 'machine'"),
+        (lambda s: s["draws"]["machine"].update(model={"choice": ["A", "B"]}), "as the campaign table2 decides it"),
+        (lambda s: s["draws"].update(faults={"roller": "cracked"}), "as the campaign table2 decides it"),
+        (lambda s: s.update(draws=3), "campaign.draws must be a mapping"),
+        (lambda s: s.update(split={"training": 1}), "campaign.split.key must be one of calibration, control"),
+        (lambda s: s.update(split={"control": 0}), "campaign.split.sum must be from 1 to 1000 machine draws"),
     ],
 )
 def test_bad_settings_are_one_sentence(settings, change, sentence):
@@ -140,12 +129,6 @@ def test_bad_settings_are_one_sentence(settings, change, sentence):
     with pytest.raises(ParameterError) as caught:
         make_campaign(settings)
     assert sentence in str(caught.value)
-
-
-def test_a_law_for_a_field_that_is_none(settings, base):
-    settings["draws"]["output_joint"]["stifness"] = {"law": "uniform_around", "half_width": 0.1}
-    with pytest.raises(ParameterError, match="did you mean 'stiffness'"):
-        make_campaign(settings).item(0, base, 0)
 
 
 def test_with_changes_replaces_deep_fields_at_once(base):

@@ -157,7 +157,7 @@ def test_arrow_opens_the_folder_of_shards(dataset):
 
 
 def test_rejected_items_are_recorded_with_reason_and_the_others_live(order, settings, tmp_path):
-    settings["draws"]["output_joint"]["stiffness"]["half_width"] = 1.5
+    settings["draws"]["machine"]["output_joint"]["stiffness"]["around"] = 1.5
     wild = replace(order, campaign=make_campaign(settings), count=40)
     manifest = generate(wild, tmp_path / "wild")
     rejected = pq.read_table(tmp_path / "wild" / "rejected.parquet").to_pylist()
@@ -241,7 +241,7 @@ def test_an_order_that_cannot_be_carried_out_leaves_the_folder_as_it_was(tiny, t
     folder = tmp_path / "set"
     generate(tiny, folder)
     before = contents(folder)
-    bad = replace(tiny, sensor=Sensor(), run=replace(tiny.run, sample_rate=50.0, step=0.02))
+    bad = replace(tiny, base=replace(tiny.base, sensor=Sensor()), run=replace(tiny.run, sample_rate=50.0, step=0.02))
     with pytest.raises(ParameterError, match="fastest mode"):
         generate(bad, folder, overwrite=True)
     assert contents(folder) == before
@@ -273,7 +273,7 @@ def test_out_that_is_a_file(tiny, tmp_path):
 
 def test_a_sensor_that_does_not_suit_the_rate_is_refused_before_any_simulation(tiny):
     with pytest.raises(ParameterError, match="lowpass_hz must be below 500 Hz"):
-        replace(tiny, sensor=replace(tiny.sensor, lowpass_hz=600.0))
+        replace(tiny, base=replace(tiny.base, sensor=replace(tiny.sensor, lowpass_hz=600.0)))
 
 
 def test_a_run_that_no_data_set_can_hold(tiny):

@@ -13,7 +13,7 @@ import pytest
 
 import datagen
 from datagen.quality import quality_columns
-from datagen.rows import JOINTS
+from datagen.quantities import JOINTS
 from datagen.schema import COLUMNS, SCHEMA_VERSION, rejected_schema, schema, tree
 from datagen.shard import iterate_shards, to_table
 from indexer_env.faults import Faults

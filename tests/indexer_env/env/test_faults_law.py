@@ -8,7 +8,8 @@ import pytest
 
 from indexer_env import Faults, OperatingPoint, ParameterError, Run, load_machine, simulate
 from indexer_env.env import IndexerEnv
-from indexer_env.fault_law import MOST_BACKLASH, TIGHT_LOOSENESS, Choice, Course, FaultLaw, Fixed, Uniform, fault_law
+from indexer_env.fault_law import MOST_BACKLASH, TIGHT_LOOSENESS, Course, FaultLaw, fault_law
+from indexer_env.laws import Choice, Fixed, Uniform
 from indexer_env.vector_env import IndexerVectorEnv
 
 ONE = np.ones(1, dtype=np.float32)
@@ -23,6 +24,9 @@ def test_the_forms_a_law_may_have():
     law = fault_law({"backlash_deg": {"uniform": [0, 20]}, "roller_crack": {"choice": [0, 0.4]}, "crack_at": 3})
     assert law.backlash == Uniform(0.0, math.radians(20.0))
     assert law.roller_crack == Choice((0.0, 0.4)) and law.crack_at == Fixed(3.0)
+    named = fault_law({"roller": {"choice": ["intact", "cracked"]}, "screws": "loose", "wear_deg": 1})
+    assert named.roller_crack == Choice((0.0, 0.4)) and named.screw_looseness == Fixed(1.0)
+    assert named.wear == Fixed(math.radians(1.0))
     assert fault_law(law) is law
     assert fault_law(None) == FaultLaw() == fault_law(Faults()) == fault_law(Course())
     faults = Faults(roller_crack=0.2, cracked_station=3)
@@ -48,15 +52,30 @@ def test_draws_follow_their_law():
         ({"roller_crack": 1.5}, "faults.roller_crack must be a finite number >= 0 and < 1, got 1.5."),
         ({"roller_crack": {"uniform": [0.0, 1.5]}}, "faults.roller_crack must be a finite number >= 0 and < 1"),
         ({"roller_crack": {"uniform": [0.3, 0.1]}}, "faults.roller_crack must be {uniform: [low, high]} with"),
-        ({"roller_crack": {"normal": [0.3, 0.1]}}, "faults.roller_crack must be a value, {uniform: [low, high]} or"),
-        ({"roller_crack": {"choice": []}}, "faults.roller_crack must be a value, {uniform: [low, high]} or"),
-        ({"roller_crack": "0.3"}, "faults.roller_crack must be a finite number, got '0.3'."),
-        ({"roller_crack": math.nan}, "faults.roller_crack must be a finite number, got nan."),
+        (
+            {"roller_crack": {"normal": [0.3, 0.1]}},
+            "faults.roller_crack must be a finite number >= 0 and < 1, got -0.5",
+        ),
+        ({"roller_crack": {"unifrom": [0, 1]}}, "faults.roller_crack must be a value or one of {uniform: [low, high]}"),
+        ({"roller_crack": {"choice": []}}, "faults.roller_crack must be {choice: [value, ...]}, got"),
+        ({"roller_crack": {"around": 0.1}}, "faults.roller_crack must be a law that needs no data set and no nominal"),
+        ({"roller_crack": {"sobol": [0, 0.1]}}, "faults.roller_crack must be a law that needs no data set"),
+        ({"roller_crack": "0.3"}, "faults.roller_crack must be a finite number >= 0 and < 1, got '0.3'."),
+        ({"roller_crack": math.nan}, "faults.roller_crack must be a finite number >= 0 and < 1, got nan."),
+        ({"roller": "broken"}, "faults.roller must be one of intact, cracked, got 'broken'."),
+        ({"roller": {"uniform": [0, 1]}}, "faults.roller must be one of intact, cracked or a choice of them"),
+        ({"rolle": "cracked"}, "faults has no parameter 'rolle'; did you mean 'roller'."),
+        ({"roller": "cracked", "roller_crack": 0.2}, "faults.roller_crack must be left out where roller_crack is"),
+        ({"backlash_deg": "much"}, "faults.backlash_deg must be a finite number, got 'much'."),
         ({"cracked_station": 1.5}, "faults.cracked_station must be a whole number >= 0, got 1.5."),
+        ({"cracked_station": {"choice": [0, {"uniform": [1, 3]}]}}, "faults.cracked_station must be a station or a"),
         ({"cracked_station": {"uniform": [0, 3]}}, "faults.cracked_station must be a station or a choice of stations"),
         ({"crack_at": -1.0}, "faults.crack_at must be a finite number >= 0 s, got -1.0."),
         ({"wear": -1.0}, "faults.wear must be a finite number >= 0 rad/J, got -1.0."),
-        ({"backlash": 0.1, "backlash_deg": 5.0}, "faults gives a fault twice, once in degrees; keep one of the two."),
+        (
+            {"backlash": 0.1, "backlash_deg": 5.0},
+            "faults.backlash_deg must be left out where backlash is given by another key",
+        ),
         (0.3, "faults must be a mapping of faults to their values or laws, got 0.3."),
     ],
 )
