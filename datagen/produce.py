@@ -23,8 +23,8 @@ Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
 items."""
 
 
-def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> Produced:
-    """Simulate and sense these items together.
+def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, threads: int | None = None) -> Produced:
+    """Simulate and sense these items together, on all cores where `threads` is not given.
 
     Raises
     ------
@@ -41,7 +41,8 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
             rejected.append(_rejected(order, item, "machine", str(error)))
     if not cases:
         return [], np.empty((0, 0)), rejected
-    batch = simulate_batch([case.machine for case in cases], [case.operating_point for case in cases], order.run)
+    machines, points = [case.machine for case in cases], [case.operating_point for case in cases]
+    batch = simulate_batch(machines, points, order.run, threads=threads)
     rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
