@@ -56,6 +56,8 @@ def generate(
     state = standing(place, marked, overwrite)
     if state is State.FINISHED:
         _log.info("%s holds this data set already, nothing is left to do", place)
+        with place.exclusive():
+            clear(place)  # of a run that was stopped between its last two steps
         return read_json(place, MANIFEST) or {}
     first = _until_a_record(order, marked, executor) if state is State.FREE else []
     tally = Tally()

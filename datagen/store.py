@@ -152,8 +152,9 @@ def finish(place: Place, manifest: Mapping[str, Any]) -> None:
 def clear(place: Place) -> None:
     """Take out what an unfinished data set has beside a finished one; the mark goes first, since a run that finds it
     would take a missing receipt for a missing shard."""
-    place.delete([ORDER])
-    place.delete([name for name in place.names() if name.startswith(f"{UNFINISHED}/")])
+    left = [name for name in place.names() if name.startswith(f"{UNFINISHED}/")]
+    if left:
+        place.delete(sorted(left, key=lambda name: name != ORDER))
 
 
 def _check_ours(place: Place, held: list[str], ours: bool) -> None:
