@@ -59,7 +59,8 @@ class RayExecutor(Executor):
             while True:
                 # Anew each time: nodes come and go.
                 room = self.workers or _AHEAD * max(1, int(ray.cluster_resources().get("CPU", 1)))
-                running += [remote.remote(shared, number) for number in itertools.islice(waiting, room - len(running))]
+                more = itertools.islice(waiting, max(0, room - len(running)))
+                running += [remote.remote(shared, number) for number in more]
                 if not running:
                     return
                 done, running = ray.wait(running, num_returns=1)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import random
+import signal
+import time
 from collections.abc import Callable, Generator, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar, TypeVar
 
 import pytest
 
 from datagen.executors import EXECUTORS, Executor, ExecutorError, LocalExecutor, RayExecutor, make_executor
 from datagen.generate import generate, head
-from datagen.make_shard import MakeShard, make_shard
+from datagen.make_shard import MakeShard, Shard, make_shard
 from datagen.places import StoreError
 from indexer_env.errors import ParameterError
+from indexer_env.sensors import Sensor
 
 from .test_generate import contents
 
@@ -106,3 +112,70 @@ def test_ray_that_is_not_installed_is_one_sentence(order, tmp_path, monkeypatch)
     with pytest.raises(ExecutorError, match=r"pip install 'indexer-diagnosis\[ray\]'"):
         generate(order, tmp_path / "set", executor=RayExecutor())
     assert not (tmp_path / "set").exists()
+
+
+@pytest.fixture
+def cluster():
+    """A head without cores and two nodes of one core each; gives the cluster and its two nodes."""
+    ray = pytest.importorskip("ray", reason="needs the extra [ray]")
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
+    nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
+    yield cluster, nodes
+    ray.shutdown()
+    cluster.shutdown()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_a_cluster_that_loses_a_worker_and_a_node_makes_the_same_data_set(cluster, order, tmp_path, monkeypatch):
+    """20 shards; a worker process is killed after the third and a node after the sixth."""
+    ray_cluster, nodes = cluster
+    order = replace(order, count=40, shard_items=2)
+    lost = []
+
+    def losing(self, place, publish=Shard.publish):
+        if self.receipt.number >= 3 and not lost:
+            lost.append(kill_a_worker())
+        elif len(lost) == 1 and self.receipt.number >= 6:
+            ray_cluster.remove_node(nodes[0], allow_graceful=False)
+            lost.append("node")
+        return publish(self, place)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("datagen.make_shard.Shard.publish", losing)
+        generate(order, tmp_path / "ray", executor=RayExecutor(ray_cluster.address))
+    assert lost == ["worker", "node"]
+    generate(order, tmp_path / "local")
+    assert contents(tmp_path / "ray") == contents(tmp_path / "local")
+
+
+def kill_a_worker() -> str:
+    """End a worker process of the cluster that is at a task of ours."""
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        for process in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if b"ray::_answer" in (process / "cmdline").read_bytes():
+                    os.kill(int(process.name), signal.SIGKILL)
+                    return "worker"
+        time.sleep(0.001)
+    raise AssertionError("no worker was at work for a minute")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_an_error_on_a_cluster_is_the_same_sentence(cluster, order, tmp_path):
+    with pytest.raises(ParameterError, match="fastest mode"):
+        coarse = replace(order, sensor=Sensor(), run=replace(order.run, sample_rate=50.0, step=0.02))
+        generate(coarse, tmp_path / "ray", executor=RayExecutor(cluster[0].address))
+    assert not (tmp_path / "ray").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_no_cluster_is_one_sentence(order, tmp_path):
+    pytest.importorskip("ray", reason="needs the extra [ray]")
+    with pytest.raises(ExecutorError, match=r"no Ray cluster answers at address auto .*start one with `ray start"):
+        generate(order, tmp_path / "set", executor=RayExecutor("auto"))
