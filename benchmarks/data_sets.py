@@ -54,8 +54,8 @@ def measure(*, quick: bool) -> list[Row]:
     minutes = done.duration / 60.0 * COUNT / count
     return [
         Row(
-            f"end to end, {count} records of table2 simulated, sensed, written and checksummed, {CORES} cores, start of Python "
-            "included, as a share of the bare simulator's turns/s",
+            f"end to end, {count} records of table2 simulated, sensed, written and checksummed, {CORES} cores, start "
+            "of Python included, as a share of the bare simulator's turns/s",
             "≥ 80 %",
             f"{share:.0%} ({number(turns / done.duration)} of {number(bare.per_second)} turns/s); "
             f"{processor_share:.0%} by processor time",

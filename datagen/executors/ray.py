@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
@@ -90,7 +91,7 @@ def _ray(address: str) -> Any:
         ) from None
     if not ray.is_initialized():
         try:
-            ray.init(address, logging_level="WARNING", log_to_driver=False)
+            ray.init(address, logging_level=logging.WARNING, log_to_driver=False)
         except (ConnectionError, ValueError) as error:
             remedy = "start one with `ray start --head`, or take address=local for one on this machine"
             cause = str(error).strip().partition("\n")[0]
