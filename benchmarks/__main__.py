@@ -1,4 +1,4 @@
-"""`python -m benchmarks [accuracy|speed|environment|datagen|peers|all] [--quick]`: measure, print, write the results."""
+"""`python -m benchmarks [accuracy|speed|environment|datagen|peers|all] [--quick]`: measure and write the results."""
 
 from __future__ import annotations
 

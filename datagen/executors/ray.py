@@ -66,9 +66,10 @@ class RayExecutor(Executor):
                     return
                 done, running = ray.wait(running, num_returns=1)
                 yield ray.get(done[0])
-        except ray.exceptions.RayTaskError as error:
-            raise error.cause from None
         except ray.exceptions.RayError as error:
+            task_error = isinstance(error, ray.exceptions.RayTaskError)
+            if task_error and not isinstance(error.cause, ray.exceptions.RayError):
+                raise error.cause from None
             cause = str(error).strip().partition("\n")[0]
             remedy = "see that its nodes live, then run the same command again, which goes on where this run stopped"
             raise ExecutorError(f"the Ray cluster at address {self.address} has failed ({cause}); {remedy}.") from None
