@@ -36,9 +36,11 @@ def progress_made(folder: Path) -> bool:
 @pytest.mark.slow
 def test_killed_at_random_instants(tmp_path):
     chance = random.Random(20)
-    begin = time.monotonic()
-    assert start(tmp_path / "whole").wait() == 0
-    duration = time.monotonic() - begin
+    # The first run may have a kernel to compile; the second takes as long as those that are killed.
+    for name in ("whole", "again"):
+        begin = time.monotonic()
+        assert start(tmp_path / name).wait() == 0
+        duration = time.monotonic() - begin
     reference = contents(tmp_path / "whole")
 
     kills = killed_in_work = data_sets = 0
