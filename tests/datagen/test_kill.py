@@ -29,37 +29,44 @@ def start(folder: Path) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder.parent, env={**os.environ, "PYTHONPATH": str(root)}, **keywords)
 
 
-def progress_made(folder: Path) -> bool:
-    return (folder / "unfinished" / "order.json").exists()
+def receipts(folder: Path) -> int:
+    """Shards that an unfinished data set has."""
+    return len(list((folder / "unfinished").glob("shard-*.json")))
+
+
+def wait_for_the_instant(process: subprocess.Popen, folder: Path, chance: random.Random) -> None:
+    """One time in five an instant of the first second, before or while the folder is taken; else some milliseconds
+    after up to thirty more shards, however fast the machine is, which near the end is while the run ends."""
+    if chance.random() < 0.2:
+        time.sleep(chance.uniform(0.0, 1.0))
+        return
+    goal, left = min(receipts(folder) + chance.randint(1, 30), 100), chance.uniform(0.0, 0.05)
+    while process.poll() is None and receipts(folder) < goal:
+        time.sleep(0.001)
+    time.sleep(left)
 
 
 @pytest.mark.slow
 def test_killed_at_random_instants(tmp_path):
     chance = random.Random(20)
-    # The first run may have a kernel to compile; the second takes as long as those that are killed.
-    for name in ("whole", "again"):
-        begin = time.monotonic()
-        assert start(tmp_path / name).wait() == 0
-        duration = time.monotonic() - begin
+    assert start(tmp_path / "whole").wait() == 0
     reference = contents(tmp_path / "whole")
 
-    kills = killed_in_work = data_sets = 0
+    kills = in_work = data_sets = 0
     while kills < KILLS:
         data_sets += 1
         folder = tmp_path / f"killed-{data_sets}"
         while True:
             process = start(folder)
-            try:
-                process.wait(timeout=chance.uniform(0.0, 1.1 * duration))
-            except subprocess.TimeoutExpired:
-                process.send_signal(signal.SIGKILL)
+            wait_for_the_instant(process, folder, chance)
+            process.send_signal(signal.SIGKILL)
             code = process.wait()
             assert code in (0, -signal.SIGKILL), process.stderr.read().decode()
             process.stderr.close()
             if code == 0:
                 break
             kills += 1
-            killed_in_work += progress_made(folder)
+            in_work += receipts(folder) > 0
         assert contents(folder) == reference
-    print(f"{kills} kills, {killed_in_work} of them of a run that had begun to write, {data_sets} data sets")
-    assert killed_in_work > KILLS // 10
+    print(f"{kills} kills, {in_work} of them with shards in the folder, {data_sets} data sets")
+    assert in_work > KILLS // 2
