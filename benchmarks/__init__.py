@@ -13,6 +13,7 @@ accuracy         the simulator against the reference
 speed            turns per second, beside a JAX scan of the same scheme
 environment      environment steps per second, one machine and many, beside Gymnasium's own
 diagnosis        how often baselines of the diagnosis environment are right, against cost; a command of its own
+data_sets        the generator end to end, beside the bare simulator; ray_cluster times a cluster for it
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
 report           rows with their verdicts, results.json, the table of README.md

@@ -6,7 +6,8 @@ import datetime
 import importlib.metadata
 import os
 import platform
-from pathlib import Path
+
+from datagen.run_log import processor
 
 CORES = 2
 """The table's numbers are for two cores, whatever the machine has."""
@@ -33,18 +34,9 @@ def description() -> dict[str, str]:
     versions = ", ".join(f"{package} {version(package) or 'not installed'}" for package in _PACKAGES)
     used = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
-        "processor": _processor(),
+        "processor": processor(),
         "cores": f"{used} of {os.cpu_count()} cores",
         "versions": f"{platform.system()}, Python {platform.python_version()}, {versions}",
         "date": datetime.date.today().isoformat(),
         "load": f"{os.getloadavg()[0]:.1f}",
     }
-
-
-def _processor() -> str:
-    information = Path("/proc/cpuinfo")
-    if information.is_file():
-        for line in information.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

@@ -10,8 +10,9 @@ import numpy as np
 
 from classifier.codes import CodeBook
 from datagen.campaign import SUBSETS
+from datagen.places.local import file_sha256
 from datagen.shard import read_shards
-from datagen.store import MANIFEST, sha256
+from datagen.store import MANIFEST
 from indexer_env.errors import SignalError
 
 
@@ -92,7 +93,7 @@ def load_dataset(path: str | Path) -> Dataset:
         unit=_one(table, "unit", folder),
         provenance={
             "folder": str(path),
-            "manifest_sha256": sha256(folder / MANIFEST),
+            "manifest_sha256": file_sha256(folder / MANIFEST),
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },

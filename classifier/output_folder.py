@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from datagen.command import check_flag
-from datagen.store import StoreError, check_place
+from datagen.places import StoreError
+from datagen.places.local import check_place
 from indexer_env.errors import refuse
 
 

@@ -18,8 +18,13 @@ In reading order, along the data flow:
     rows           a machine, sensor and run as columns, and back
     schema         every column with type, unit and one sentence
     shard          rows <-> Parquet; `read_shards(folder)`
-    store          whole files, the manifest, whom a folder belongs to
-    generate       an order -> a folder: shards, rejected items, example, manifest
+    places/        a folder on this machine or behind a URL, in which files appear whole or not at all
+    store          the files of a data set, whom a folder belongs to
+    receipts       what became of a shard's items; all receipts together are the manifest
+    make_shard     an order and a number -> a shard and its receipt: the task of every executor
+    executors/     who does the tasks: threads of this process, a Ray cluster
+    run_log        run.json: when, on what, with how many interruptions
+    generate       an order -> a folder: shards, rejected items, example, manifest; goes on where it was stopped
     example        example.csv, as a data logger would write it, and its truth
     remake         a row -> its record again, bit for bit
     formats/       measured files of all formats as named columns, one reader a file

@@ -8,7 +8,8 @@ from hydra.core.hydra_config import HydraConfig
 from rich.console import Console
 from rich.table import Table
 
-from datagen.command import check_flag, hydra_command, job_folder
+from datagen.command import check_flag, hydra_command, job_place
+from datagen.executors import make_executor
 from datagen.generate import generate
 from datagen.order import Order, order_from
 from datagen.quantities import path_of
@@ -21,11 +22,12 @@ def main(config: dict[str, Any]) -> None:
     """Generate the data set of a composed configuration and say what it holds."""
     overwrite = config["overwrite"]
     check_flag("datagen", "overwrite", overwrite)
-    folder = job_folder("datagen", config["out"])
+    folder = job_place("datagen", config["out"])
     order = order_from(config)
     _refuse_idle(order)
-    manifest = generate(order, folder, overwrite=overwrite)
-    _say(manifest, str(folder))
+    executor = make_executor(config["executor"], config["workers"], config["address"])
+    manifest = generate(order, folder, overwrite=overwrite, executor=executor)
+    _say(manifest, folder)
 
 
 def _refuse_idle(order: Order) -> None:

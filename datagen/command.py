@@ -26,6 +26,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
+from datagen.places import is_url
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
@@ -132,22 +133,35 @@ def job_folder(command: str, out: object) -> Path:
         `out` is no path.
     """
     folder = path_given(command, "out", out)
-    if HydraConfig.initialized() and HydraConfig.get().mode is RunMode.MULTIRUN:
-        return Path(HydraConfig.get().runtime.output_dir)
-    return folder
+    return Path(HydraConfig.get().runtime.output_dir) if _in_sweep() else folder
+
+
+def job_place(command: str, out: object) -> str:
+    """As `job_folder`, for a command that writes to URLs as well."""
+    if not is_url(out):
+        return str(job_folder(command, out))
+    return f"{out}/{HydraConfig.get().job.num}" if _in_sweep() else str(out)
+
+
+def _in_sweep() -> bool:
+    return HydraConfig.initialized() and HydraConfig.get().mode is RunMode.MULTIRUN
 
 
 def _sweep_folder(out: object) -> str:
     """The folder of a sweep, as conf/command.yaml asks for it before the first job starts."""
     if out is None:
         raise refuse("command", "out", "one folder in a sweep, for OUT/<job number>", None, "add out=FOLDER")
+    if is_url(out):
+        return "."
     folder = path_given("command", "out", out)
     if any(place.is_file() for place in (folder, *folder.parents)):
         raise refuse("command", "out", "a folder", str(folder), "a file stands there, choose another name")
     return str(folder)
 
 
+# Hydra makes a folder for each job itself; for a URL it gets the working folder, which is there.
 OmegaConf.register_new_resolver("sweep_folder", _sweep_folder, replace=True)
+OmegaConf.register_new_resolver("sweep_job", lambda out, number: "." if is_url(out) else str(number), replace=True)
 
 
 def explain(error: Exception, config_name: str) -> str:
@@ -184,8 +198,8 @@ def explain(error: Exception, config_name: str) -> str:
 def _reported(action: Callable[[], object], config_name: str) -> None:
     try:
         action()
-    except KeyboardInterrupt:
-        print("stopped from the keyboard", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(": ".join(["stopped from the keyboard", *map(str, stop.args)]), file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     except (IndexerError, HydraException, OmegaConfBaseException) as error:
         _refuse(explain(error, config_name))

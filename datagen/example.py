@@ -3,20 +3,19 @@ set, and example.json, its truth."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from datagen.order import Order
+from datagen.places import Place
 from datagen.produce import produce
 from datagen.seeds import Part
-from datagen.store import whole_file, write_json
+from datagen.store import as_json
 
 DIGITS = 6
 """Significant digits of a sample: a 16-bit logger has under five, so none is lost."""
 
 
-def write_example(order: Order, folder: Path) -> None:
+def write_example(order: Order, place: Place) -> None:
     """Write example.csv and example.json into a data set's folder; nothing, where the example's machine was
     rejected."""
     item = order.campaign.example(order.base, order.seed)
@@ -24,11 +23,10 @@ def write_example(order: Order, folder: Path) -> None:
     if not rows:
         return
     row, record = rows[0], records[0]
-    with whole_file(folder / "example.csv") as temporary:
-        temporary.write_text(_csv(record, row["sample_rate"], row["unit"]), encoding="utf-8")
+    place.publish("example.csv", _csv(record, row["sample_rate"], row["unit"]).encode())
     truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw")}
     note = "The truth about example.csv; it is drawn apart from the items of the data set."
-    write_json(folder / "example.json", {"note": note, **truth})
+    place.publish("example.json", as_json({"note": note, **truth}))
 
 
 def _csv(record: np.ndarray, sample_rate: float, unit: str) -> str:

@@ -1,38 +1,43 @@
-"""From an order to a data set on disk: simulated, sensed and written a shard at a time, so memory stays that
-of one shard.
+"""From an order to a data set in a folder or behind a URL: shards are made side by side and published one by one, each
+with a receipt, so memory stays that of the few in work and a stopped run loses no more than these.
 
-Nothing is written before the first shard with a record has been simulated, so an order that cannot be
-carried out leaves the folder as it was. Items that have no record are rows of rejected.parquet with the reason.
-The manifest comes last: without it there is no data set.
+Nothing is written before the first shard with a record has been made, so an order that cannot be carried out leaves the
+folder as it was. Items that have no record are rows of rejected.parquet with the reason. The same order into the same
+folder goes on where it was stopped; the manifest comes last, from the receipts of all shards, and is the same whoever
+made them, in whatever order and after however many interruptions.
 """
 
 from __future__ import annotations
 
 import contextlib
-import itertools
-from collections import Counter
-from collections.abc import Iterator
+import json
+import logging
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-
-from datagen.campaign import SUBSETS, Campaign
 from datagen.example import write_example
+from datagen.executors import Executor, LocalExecutor
+from datagen.make_shard import MakeShard, Shard
 from datagen.order import Order
-from datagen.produce import Produced, produce
-from datagen.progress import Advance, progress
-from datagen.rows import version_columns
-from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
-from datagen.shard import to_table, write_parquet
-from datagen.store import REJECTED, check_free, finish, making, sha256, shard_name, whole_file
+from datagen.places import Place, open_place
+from datagen.places.base import GO_ON
+from datagen.progress import progress
+from datagen.receipts import Tally, earlier_receipts
+from datagen.rows import made_with
+from datagen.run_log import RunLog
+from datagen.schema import FORMAT, SCHEMA_VERSION
+from datagen.store import MANIFEST, REJECTED, State, check_ours, clear, finish, making, read_json, standing
 from indexer_env.errors import ParameterError
 
+_log = logging.getLogger(__name__)
 
-def generate(order: Order, out: str | Path, *, overwrite: bool = False) -> dict[str, Any]:
-    """Generate a data set into the folder `out` and return its manifest.
+
+def generate(
+    order: Order, out: str | Path, *, overwrite: bool = False, executor: Executor | None = None
+) -> dict[str, Any]:
+    """Generate a data set into the folder or URL `out` and return its manifest.
+
+    Where `out` holds the same order unfinished the run goes on; where it holds it finished nothing is done.
 
     Raises
     ------
@@ -40,102 +45,87 @@ def generate(order: Order, out: str | Path, *, overwrite: bool = False) -> dict[
         The order as a whole cannot be simulated, or none of its items can; a single item that cannot is
         recorded in rejected.parquet.
     StoreError
-        `out` holds something (see `datagen.store.check_free`), is being written to or cannot be written.
+        `out` holds something else (see `datagen.store.standing`), is being written to or cannot be written.
+    ExecutorError
+        The executor cannot be had or has broken down.
+    KeyboardInterrupt
+        Stopped from the keyboard; its text says what is done and how to go on.
     """
-    folder = Path(out)
-    check_free(folder, overwrite)
-    tally = _Tally()
-    shards: list[dict[str, Any]] = []
-    with progress("simulating", order.count, "records") as advance:
-        chunks = _chunks(order, advance)
-        beginning = _until_a_record(chunks, order)
-        with making(folder, _head(order), overwrite):
-            with _rejects(folder) as rejects:
-                for number, (rows, records, rejected) in enumerate(itertools.chain(beginning, chunks)):
-                    tally.add(rows, rejected)
-                    if rejected:
-                        rejects.write_table(pa.Table.from_pylist(rejected, schema=rejected_schema()))
-                    if rows:
-                        shards.append(_write_shard(folder, shard_name(number), rows, records))
-            write_example(order, folder)
-            manifest = {**_head(order), **tally.summary(order.campaign), "shards": shards}
-            finish(folder, manifest)
+    executor = executor or LocalExecutor()
+    place, marked = open_place(out), head(order)
+    state = standing(place, marked, overwrite)
+    if state is State.FINISHED:
+        _log.info("%s holds this data set already, nothing is left to do", place)
+        with place.exclusive():
+            clear(place)  # of a run that was stopped between its last two steps
+        return read_json(place, MANIFEST) or {}
+    first = _until_a_record(order, marked, executor) if state is State.FREE else []
+    tally = Tally()
+    with making(place, marked, overwrite):
+        run = RunLog(place, executor.describe())
+        for receipt in earlier_receipts(place, order.fingerprint):
+            tally.add(receipt)
+        earlier = tally.items
+        try:
+            for shard in first:
+                tally.add(shard.publish(place))
+            _make_the_rest(order, marked, place, executor, tally)
+            write_example(order, place)
+            place.publish(REJECTED, tally.rejected_table(place))
+            manifest = {**marked, **tally.summary(order.campaign.classes())}
+            check_ours(place, marked)
+            finish(place, manifest)
+        except KeyboardInterrupt:
+            run.end(tally.items - earlier)
+            done = f"{tally.items} of {order.count} items are done and kept in {place}"
+            raise KeyboardInterrupt(f"{done}; {GO_ON}") from None
+        run.end(tally.items - earlier)
+        clear(place)
     return manifest
 
 
-def _chunks(order: Order, advance: Advance) -> Iterator[Produced]:
-    for first in range(0, order.count, order.shard_items):
-        indices = range(first, min(first + order.shard_items, order.count))
-        yield produce(order, [order.campaign.item(index, order.base, order.seed) for index in indices])
-        advance(len(indices))
+def head(order: Order) -> dict[str, Any]:
+    """What the manifest says before anything is made; it marks the folder of an unfinished data set as this order's."""
+    mapping = {
+        "format": FORMAT,
+        "schema_version": SCHEMA_VERSION,
+        "campaign": order.campaign.name,
+        "seed": order.seed,
+        "count": order.count,
+        "versions": made_with(),
+        "config": dict(order.config),
+        "order_sha256": order.fingerprint,
+    }
+    # As it is read back: a tuple is a list there.
+    return json.loads(json.dumps(mapping))
 
 
-def _until_a_record(chunks: Iterator[Produced], order: Order) -> list[Produced]:
-    """The chunks up to the first with a record; an order without one is a mistake in the order."""
-    taken: list[Produced] = []
-    for chunk in chunks:
-        taken.append(chunk)
-        if chunk[0]:
-            return taken
-    first = taken[0][2][0]
+def _until_a_record(order: Order, marked: dict[str, Any], executor: Executor) -> list[Shard]:
+    """The shards up to the first with a record; an order without one is a mistake in the order."""
+    made: list[Shard] = []
+    for number in range(order.shards):
+        made += executor.map(MakeShard(order, marked, threads=executor.threads(1)), [number])
+        if made[-1].receipt.shard is not None:
+            return made
+    first = made[0].receipt.rejected[0]
     raise ParameterError(
         f"datagen must be given an order with at least one item that can be simulated, got none of {order.count}; "
         f"item {first['item']}: {first['reason']}"
     )
 
 
-@contextlib.contextmanager
-def _rejects(folder: Path) -> Iterator[pq.ParquetWriter]:
-    """The table of rejected items; it stands in every data set, without a row where nothing was rejected."""
-    with whole_file(folder / REJECTED) as temporary, pq.ParquetWriter(temporary, rejected_schema()) as writer:
-        yield writer
-
-
-def _write_shard(folder: Path, name: str, rows: list[dict[str, Any]], records: np.ndarray) -> dict[str, Any]:
-    with whole_file(folder / name) as temporary:
-        write_parquet(to_table(rows, records), temporary)
-        entry = {
-            "name": name,
-            "rows": len(rows),
-            "first_item": rows[0]["item"],
-            "last_item": rows[-1]["item"],
-        }
-        return {**entry, "bytes": temporary.stat().st_size, "sha256": sha256(temporary)}
-
-
-def _head(order: Order) -> dict[str, Any]:
-    versions = version_columns()
-    return {
-        "format": FORMAT,
-        "schema_version": SCHEMA_VERSION,
-        "campaign": order.campaign.name,
-        "seed": order.seed,
-        "count": order.count,
-        "versions": {name.removesuffix("_version"): versions[name] for name in versions if name != "schema_version"},
-        "config": dict(order.config),
-    }
-
-
-class _Tally:
-    """Counts of records and rejected items, kept as they pass."""
-
-    def __init__(self) -> None:
-        self.classes: Counter[str] = Counter()
-        self.subsets: Counter[str] = Counter()
-        self.rejected = 0
-        self.unsettled = 0
-
-    def add(self, rows: list[dict[str, Any]], rejected: list[dict[str, Any]]) -> None:
-        self.classes.update(row["class_name"] for row in rows)
-        self.subsets.update(row["subset"] for row in rows)
-        self.rejected += len(rejected)
-        self.unsettled += sum(not row["warmup_settled"] for row in rows)
-
-    def summary(self, campaign: Campaign) -> dict[str, Any]:
-        return {
-            "records": self.subsets.total(),
-            "rejected": self.rejected,
-            "not_settled": self.unsettled,
-            "classes": {name: self.classes[name] for name in campaign.classes()},
-            "subsets": {name: self.subsets[name] for name in SUBSETS},
-        }
+def _make_the_rest(order: Order, marked: dict[str, Any], place: Place, executor: Executor, tally: Tally) -> None:
+    """Have the shards made and published that the tally lacks, and count them in."""
+    missing = [number for number in range(order.shards) if number not in tally.numbers]
+    task_publishes = executor.here or place.shared
+    task = MakeShard(order, marked, place if task_publishes else None, executor.threads(len(missing)))
+    with (
+        progress("simulating", order.count, "records", done=tally.items) as advance,
+        contextlib.closing(executor.map(task, missing)) as made,
+    ):
+        for shard in made:
+            if not task_publishes:
+                check_ours(place, marked)
+                shard.publish(place)
+            tally.add(shard.receipt)
+            advance(shard.receipt.items)

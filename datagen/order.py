@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,6 +28,9 @@ from indexer_env.simulate import Run
 
 QUANTITY = "table_acceleration"
 """What a record is; a channel of `Run`."""
+
+NOT_OF_THE_ORDER = ("out", "overwrite", "executor", "workers", "address")
+"""Keys of conf/datagen.yaml that change no byte of a record: where the data set goes and who makes it."""
 
 LARGEST_SHARD = 2**31 - 1
 """Samples in one shard: Arrow counts those of a list column in 32 bits."""
@@ -81,6 +87,38 @@ class Order:
         """The sensor of the base; items may vary it."""
         return self.base.sensor
 
+    @property
+    def shards(self) -> int:
+        """Number of shards, those without a record included."""
+        return -(-self.count // self.shard_items)
+
+    def items_of(self, number: int) -> range:
+        """Numbers of the items of a shard."""
+        first = number * self.shard_items
+        return range(first, min(first + self.shard_items, self.count))
+
+    @functools.cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of all that decides the bytes, `config` left out: it says the same in the user's words."""
+        fields = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self) if entry.name != "config"}
+        return hashlib.sha256(json.dumps(_plain(fields)).encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """The value in JSON's types; a dataclass keeps the name of its class, so that equal fields of two kinds differ."""
+    if dataclasses.is_dataclass(value):
+        fields = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
+        return {"": type(value).__qualname__, **_plain(fields)}
+    if isinstance(value, Mapping):
+        return {str(key): _plain(below) for key, below in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(below) for below in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, str | int | float):
+        return value
+    raise TypeError(f"{type(value).__name__} cannot be part of an order, got {value!r}")
+
 
 def order_from(config: Mapping[str, Any]) -> Order:
     """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
@@ -99,5 +137,5 @@ def order_from(config: Mapping[str, Any]) -> Order:
         count=campaign.size if plain["count"] is None else plain["count"],
         seed=plain["seed"],
         shard_items=plain["shard_items"],
-        config={key: value for key, value in config.items() if key not in ("out", "overwrite")},
+        config={key: value for key, value in config.items() if key not in NOT_OF_THE_ORDER},
     )

@@ -21,12 +21,14 @@ from indexer_env.sensors import Sensor
 from indexer_env.simulate import simulate_batch
 
 Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
-"""Rows without their records, records of shape (n, samples) in the sensor's unit, rows of the rejected
+"""Rows without their records, records of shape (n, samples) float32 in the sensor's unit, rows of the rejected
 items."""
 
+_READ_TOGETHER = 32
 
-def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> Produced:
-    """Simulate and sense these items together.
+
+def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, threads: int | None = None) -> Produced:
+    """Simulate and sense these items together, on all cores where `threads` is not given.
 
     Raises
     ------
@@ -46,7 +48,8 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
             rejected.append(_rejected(order, item, "machine", str(error)))
     if not cases:
         return [], np.empty((0, 0)), rejected
-    batch = simulate_batch([case.machine for case in cases], [case.operating_point for case in cases], order.run)
+    machines, points = [case.machine for case in cases], [case.operating_point for case in cases]
+    batch = simulate_batch(machines, points, order.run, threads=threads)
     rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
@@ -81,17 +84,17 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR) -> P
 def _read(
     sensors: Sequence[Sensor], accelerations: np.ndarray, sample_rate: float, noises: Sequence[np.random.Generator]
 ) -> np.ndarray:
-    """Each acceleration as its own sensor reads it, those of one sensor together."""
+    """Each acceleration as its own sensor reads it, as it is stored; those of one sensor together, a few at a time so
+    that the intermediate results stay in the cache."""
     rows: dict[Sensor, list[int]] = {}
     for row, sensor in enumerate(sensors):
         rows.setdefault(sensor, []).append(row)
-    if len(rows) == 1:
-        return sensors[0].read_batch(accelerations, sample_rate, noises)
     records: list[np.ndarray] = [np.empty(0)] * len(sensors)
     for sensor, own in rows.items():
-        read = sensor.read_batch(accelerations[own], sample_rate, [noises[row] for row in own])
-        for row, record in zip(own, read, strict=True):
-            records[row] = record
+        for block in (own[first : first + _READ_TOGETHER] for first in range(0, len(own), _READ_TOGETHER)):
+            read = sensor.read_batch(accelerations[block], sample_rate, [noises[row] for row in block])
+            for row, record in zip(block, read.astype(np.float32), strict=True):
+                records[row] = record
     return np.stack(records)
 
 

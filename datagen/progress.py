@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 LOG_INTERVAL = 10.0
 """Least time between two log lines [s]."""
@@ -20,40 +20,36 @@ _log = logging.getLogger(__name__)
 
 
 @contextlib.contextmanager
-def progress(title: str, total: int, noun: str) -> Iterator[Advance]:
-    """Give a function that is told how many more of `total` are done."""
+def progress(title: str, total: int, noun: str, *, done: int = 0) -> Iterator[Advance]:
+    """Give a function that is told how many more of `total` are done; `done` are before it begins, which the rate and
+    the time left do not count."""
     if sys.stderr.isatty():
-        with _bar(title, total, noun) as advance:
+        with _bar(title, total, noun, done) as advance:
             yield advance
     else:
-        yield _log_lines(title, total, noun)
+        yield _log_lines(title, total, noun, done)
 
 
 @contextlib.contextmanager
-def _bar(title: str, total: int, noun: str) -> Iterator[Advance]:
-    rate = TextColumn("{task.fields[rate]}")
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        rate,
-        TimeRemainingColumn(),
-    )
+def _bar(title: str, total: int, noun: str, before: int) -> Iterator[Advance]:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[speed]}"))
     with Progress(*columns, console=Console(stderr=True)) as bars:
-        task = bars.add_task(title, total=total, rate="")
-        start, done = time.monotonic(), 0
+        task = bars.add_task(title, total=total, completed=before, speed="")
+        start, done = time.monotonic(), before
 
         def advance(more: int) -> None:
             nonlocal done
             done += more
-            bars.update(task, advance=more, rate=_rate(done, start, noun))
+            bars.update(task, advance=more, speed=_speed(done - before, total - done, start, noun))
 
         yield advance
 
 
-def _log_lines(title: str, total: int, noun: str) -> Advance:
+def _log_lines(title: str, total: int, noun: str, before: int) -> Advance:
     start = last = time.monotonic()
-    done = 0
+    done = before
+    if before:
+        _log.info("%s: %d of %d %s are there already", title, before, total, noun)
 
     def advance(more: int) -> None:
         nonlocal done, last
@@ -61,10 +57,14 @@ def _log_lines(title: str, total: int, noun: str) -> Advance:
         now = time.monotonic()
         if done >= total or now - last >= LOG_INTERVAL:
             last = now
-            _log.info("%s: %d of %d %s, %s", title, done, total, noun, _rate(done, start, noun))
+            _log.info("%s: %d of %d %s, %s", title, done, total, noun, _speed(done - before, total - done, start, noun))
 
     return advance
 
 
-def _rate(done: int, start: float, noun: str) -> str:
-    return f"{done / max(time.monotonic() - start, 1e-9):.0f} {noun}/s"
+def _speed(done: int, left: int, start: float, noun: str) -> str:
+    """Rate since the start and the time left at this rate."""
+    rate = done / max(time.monotonic() - start, 1e-9)
+    minutes, seconds = divmod(round(left / rate), 60) if rate else (0, 0)
+    hours, minutes = divmod(minutes, 60)
+    return f"{rate:.0f} {noun}/s" + (f", {hours}:{minutes:02d}:{seconds:02d} left" if left else "")

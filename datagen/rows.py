@@ -105,6 +105,12 @@ def version_columns() -> dict[str, Any]:
     }
 
 
+def made_with() -> dict[str, str]:
+    """The same versions by the name of what they are of, without that of the schema."""
+    columns = version_columns()
+    return {name.removesuffix("_version"): columns[name] for name in columns if name != "schema_version"}
+
+
 def machine_of(row: Mapping[str, Any]) -> Machine:
     """The machine of a row, equal to the one it was written from."""
     names = [field.name for field in dataclasses.fields(Machine) if field.name not in _WRITTEN_AS_TEXT]

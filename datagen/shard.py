@@ -26,7 +26,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION, schema
-from datagen.store import MANIFEST, UNFINISHED
+from datagen.store import MANIFEST, ORDER
 from indexer_env.errors import SignalError
 
 ROW_GROUP = 64
@@ -88,7 +88,14 @@ def _value(row: Mapping[str, Any], name: str) -> Any:
     return row.get(name) if COLUMNS[name].may_be_null(row["kind"]) else row[name]
 
 
-def write_parquet(table: pa.Table, path: Path) -> None:
+def parquet_bytes(table: pa.Table) -> bytes:
+    """A table of records as the bytes of a shard."""
+    sink = pa.BufferOutputStream()
+    write_parquet(table, sink)
+    return sink.getvalue().to_pybytes()
+
+
+def write_parquet(table: pa.Table, path: Path | pa.NativeFile) -> None:
     """Write a table of records; the same table gives the same bytes."""
     pq.write_table(
         table,
@@ -115,8 +122,9 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
         raise SignalError(f"{folder} is no folder; give the folder that datagen wrote (out=FOLDER).")
     path = folder / MANIFEST
     if not path.is_file():
-        if (folder / UNFINISHED).is_file():
-            raise SignalError(f"{folder} holds an unfinished data set; generate it again with overwrite=true.")
+        if (folder / ORDER).is_file():
+            remedy = "run the command that began it again, which goes on where it stopped"
+            raise SignalError(f"{folder} holds an unfinished data set; {remedy}.")
         raise SignalError(
             f"{folder} holds no data set (no {MANIFEST}); give the folder that datagen wrote (out=FOLDER)."
         )

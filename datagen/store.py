@@ -1,33 +1,43 @@
-"""Files that appear whole or not at all, and the rule for whom a folder belongs to."""
+"""The files of a data set, and the rule for whom a folder belongs to.
+
+A folder is free, unfinished or finished. `unfinished/order.json` stands from before the first shard until after the
+last file of the finished data set: while it stands, the run that it describes may go on there and no other. Once it
+has gone, the folder is a data set if it holds a manifest.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
-import hashlib
+import enum
 import json
-import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from indexer_env.errors import IndexerError
+from datagen.places import Place, StoreError, open_place
+from datagen.places.base import GO_ON, TEMPORARY
 
 MANIFEST = "manifest.json"
-UNFINISHED = "unfinished.json"
-"""Stands in the folder from the first byte to the manifest, with the same order in it."""
+RUN = "run.json"
+"""When, on what and with how many interruptions: the only file besides the card that two runs do not share."""
 
 REJECTED = "rejected.parquet"
 SHARD_FOLDER = "data"
 """Shards have a folder of their own, so that every tool that opens a folder of Parquet files finds records
 only."""
 
-_OURS = ("example.csv", "example.json", REJECTED, UNFINISHED, MANIFEST)
-_TEMPORARY = ".part"
+UNFINISHED = "unfinished"
+ORDER = f"{UNFINISHED}/order.json"
+
+_OURS = ("example.csv", "example.json", REJECTED, RUN, MANIFEST)
 
 
-class StoreError(IndexerError, OSError):
-    """A folder or file of a data set cannot be written or read as one."""
+class State(enum.Enum):
+    """What a folder is to a run that wants to write there."""
+
+    FREE = "nothing there, or a data set that is to be replaced"
+    UNFINISHED = "the same order, not yet carried out"
+    FINISHED = "the same order, carried out"
 
 
 def shard_name(number: int) -> str:
@@ -35,128 +45,150 @@ def shard_name(number: int) -> str:
     return f"{SHARD_FOLDER}/shard-{number:05d}.parquet"
 
 
-@contextlib.contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path` to write to; it takes its name when the block ends well, else
-    nothing stays."""
-    temporary = path.with_name(path.name + _TEMPORARY)
+def receipt_name(number: int) -> str:
+    """Path of a shard's receipt inside an unfinished data set."""
+    return f"{UNFINISHED}/shard-{number:05d}.json"
+
+
+def as_json(content: Mapping[str, Any]) -> bytes:
+    """A mapping as the bytes of a JSON file."""
+    return (json.dumps(content, indent=2) + "\n").encode()
+
+
+def read_json(place: Place, name: str) -> dict[str, Any] | None:
+    """A JSON file of ours; None where there is none, or one that was cut short or is no mapping."""
+    content = place.read(name)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield temporary
-        os.replace(temporary, path)
-    except OSError as error:
-        if isinstance(error, IndexerError):
-            raise
-        raise StoreError(
-            f"{path} cannot be written ({error.strerror or error}); check the disk and the folder."
-        ) from None
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+        read = json.loads(content) if content else None
+    except (json.JSONDecodeError, UnicodeDecodeError):
+        return None
+    return read if isinstance(read, dict) else None
 
 
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a mapping as JSON, whole or not at all."""
-    with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-
-
-def sha256(path: Path) -> str:
-    """SHA-256 of a file's bytes, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def check_free(folder: Path, overwrite: bool) -> None:
-    """Refuse, without touching anything, a folder that a new data set may not go to.
+def standing(place: Place, head: Mapping[str, Any], overwrite: bool) -> State:
+    """What the folder is to the run with this head, found without touching anything.
 
     Raises
     ------
     StoreError
-        It is a file or cannot be made, holds something, or (with `overwrite`) holds something other than one
-        data set of ours.
+        It holds another order or something other than one data set of ours, or no folder can be there.
     """
-    check_place(folder)
-    if not folder.exists():
-        return
-    held = _held(folder)
+    place.check()
+    held = place.names()
     if not held:
-        return
-    ours = (folder / MANIFEST).is_file() or (folder / UNFINISHED).is_file()
-    if not overwrite:
-        remedy = "add overwrite=true to replace it" if ours else "choose another folder"
-        raise StoreError(f"out must be a new or empty folder, got {folder} with {len(held)} files in it; {remedy}.")
-    if not ours:
+        return State.FREE
+    ours = MANIFEST in held or ORDER in held
+    if overwrite:
+        _check_ours(place, held, ours)
+        return State.FREE
+    if ORDER in held:
+        if key := _difference(read_json(place, ORDER) or {}, head):
+            remedy = "repeat the command that began it, choose another folder, or add overwrite=true to replace it"
+            raise StoreError(f"out {place} holds an unfinished data set of another order ({key}); {remedy}.")
+        return State.UNFINISHED
+    if ours and (manifest := read_json(place, MANIFEST)) is not None:
+        if not (key := _difference({name: manifest.get(name) for name in head}, head)):
+            return State.FINISHED
+        raise StoreError(f"out {place} holds a data set of another order ({key}); add overwrite=true to replace it.")
+    remedy = "add overwrite=true to replace it" if ours else "choose another folder"
+    raise StoreError(f"out must be a new or empty folder, got {place} with {len(held)} files in it; {remedy}.")
+
+
+@contextlib.contextmanager
+def making(out: str | Path | Place, head: Mapping[str, Any], overwrite: bool) -> Iterator[Place]:
+    """Keep a folder to this run while the block lasts: marked as a data set in the making, the one it is to replace
+    taken out, what an earlier run of the same order has left still there.
+
+    Raises
+    ------
+    StoreError
+        As `standing`; another run is writing to the folder; it cannot be made; it holds this order, carried out.
+    """
+    place = open_place(out)
+    with place.exclusive():
+        state = standing(place, head, overwrite)
+        if state is State.FINISHED:
+            raise StoreError(f"out {place} holds the data set already; another run has just finished it.")
+        if state is State.FREE:
+            held = [name for name in place.names() if name != ORDER]
+            if held or place.size(ORDER) is not None:
+                # The mark first: whatever is left when this is stopped is still known to be ours.
+                place.publish(ORDER, as_json(head))
+                place.delete(sorted(held, key=lambda name: (name != MANIFEST, name)))
+            elif not place.claim(ORDER, as_json(head)):
+                standing(place, head, overwrite)
+        yield place
+
+
+def check_ours(place: Place, head: Mapping[str, Any]) -> None:
+    """Refuse to go on where the mark of this run has gone or is another's: the filesystem has vanished, or another run
+    has replaced the data set.
+
+    Raises
+    ------
+    StoreError
+        It has.
+    """
+    if place.read(ORDER) != as_json(head):
         raise StoreError(
-            f"overwrite replaces data sets only, got {folder} without a {MANIFEST}; choose another folder."
+            f"{place}/{ORDER} has gone or is another run's; see that the filesystem is there, then {GO_ON}."
         )
+
+
+def finish(place: Place, manifest: Mapping[str, Any]) -> None:
+    """Publish the data set: from the manifest on it can be read.
+
+    Raises
+    ------
+    StoreError
+        A shard that the manifest lists is not there.
+    """
+    gone = {entry["name"] for entry in manifest["shards"]}.difference(place.names())
+    if gone:
+        raise StoreError(f"{place}/{min(gone)} has gone; see that the filesystem is there, then {GO_ON}.")
+    place.publish(MANIFEST, as_json(manifest))
+
+
+def clear(place: Place) -> None:
+    """Take out what an unfinished data set has beside a finished one; the mark goes first, since a run that finds it
+    would take a missing receipt for a missing shard."""
+    left = [name for name in place.names() if name.startswith(f"{UNFINISHED}/")]
+    if left:
+        place.delete(sorted(left, key=lambda name: name != ORDER))
+
+
+def _check_ours(place: Place, held: list[str], ours: bool) -> None:
+    if not ours:
+        raise StoreError(f"overwrite replaces data sets only, got {place} without a {MANIFEST}; choose another folder.")
     foreign = sorted(name for name in held if not _is_ours(name))
     if foreign:
         raise StoreError(
-            f"overwrite replaces data sets only, got {folder} with {foreign[0]!r} in it; move that file first."
+            f"overwrite replaces data sets only, got {place} with {foreign[0]!r} in it; move that file first."
         )
-
-
-def check_place(folder: Path) -> None:
-    """Refuse, without touching anything, a path where no folder is and none can be made.
-
-    Raises
-    ------
-    StoreError
-        A file stands at the path or at a folder above it, or the place may not be written to.
-    """
-    place = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not place.is_dir():
-        raise StoreError(f"out must be a folder, got {folder} where {place} is a file; choose another name.")
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise StoreError(
-            f"out must be a folder that may be written to, got {folder} in {place}; choose another or change its mode."
-        )
-
-
-@contextlib.contextmanager
-def making(folder: Path, order: Mapping[str, Any], overwrite: bool) -> Iterator[None]:
-    """Keep a folder that passes `check_free` to this run while the block lasts: marked as a data set in the
-    making, the one it held taken out.
-
-    Raises
-    ------
-    StoreError
-        As `check_free`; another run is writing to the folder; it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise StoreError(f"out {folder} cannot be made ({error.strerror}); choose another folder.") from None
-    try:
-        # Held by the system until this process ends, however it ends: a stopped run leaves no stale lock.
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        check_free(folder, overwrite)
-        write_json(folder / UNFINISHED, order)
-        held = [name for name in _held(folder) if name != UNFINISHED]
-        for name in sorted(held, key=lambda name: (name != MANIFEST, name)):
-            (folder / name).unlink()
-        yield
-    except BlockingIOError:
-        raise StoreError(
-            f"out must be a folder that no other run is writing to, got {folder}; wait for it or choose another."
-        ) from None
-    finally:
-        os.close(lock)
-
-
-def finish(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Publish the data set: from the manifest on it can be read."""
-    write_json(folder / MANIFEST, manifest)
-    (folder / UNFINISHED).unlink()
-
-
-def _held(folder: Path) -> list[str]:
-    return [path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()]
 
 
 def _is_ours(name: str) -> bool:
-    name = name.removesuffix(_TEMPORARY)
+    name = name.removesuffix(TEMPORARY)
     folder, _, file = name.rpartition("/")
-    return name in _OURS or (folder == SHARD_FOLDER and file.startswith("shard-") and file.endswith(".parquet"))
+    shard = file.startswith("shard-") and file.endswith((".parquet", ".json"))
+    return name in (*_OURS, ORDER) or (folder in (SHARD_FOLDER, UNFINISHED) and shard)
+
+
+def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    """The first key in which two orders differ, as the user writes it, with both values; empty where they agree."""
+    a, b = _flattened(there), _flattened(here)
+    differing = [key for key in {**b, **a} if a.get(key) != b.get(key)]
+    if not differing:
+        return ""
+    key = min(differing, key=lambda key: not key.startswith("config."))
+    return f"{key.removeprefix('config.')} is {a.get(key)!r} there and {b.get(key)!r} here"
+
+
+def _flattened(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in mapping.items():
+        if isinstance(value, Mapping) and value:
+            flat.update(_flattened(value, f"{prefix}{key}."))
+        else:
+            flat[prefix + key] = value
+    return flat

@@ -21,6 +21,7 @@ EXTRAS = {
     "pygame": "indexer_env.render",
     "stable_baselines3": "indexer_env.stable_baselines",
     "minari": "indexer_env.minari_export",
+    "ray": "datagen.executors.ray",
 }
 """What only an extra installs, and the one module or package that imports it."""
 

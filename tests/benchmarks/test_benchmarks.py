@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks import accuracy, cases, measures, peers, processes, references, report
+from benchmarks import accuracy, cases, data_sets, measures, peers, processes, references, report
 from benchmarks.peers import model_b, scipy_peer
 from benchmarks.picture import best
 from benchmarks.work_precision import Point
@@ -191,6 +191,13 @@ def test_the_readme_holds_the_table_of_the_results() -> None:
     results = json.loads(report.RESULTS.read_text(encoding="utf-8"))
     text = report.README.read_text(encoding="utf-8")
     assert report.with_table(text, report.markdown(results)) == text
+
+
+@pytest.mark.slow
+def test_smoke_the_data_set_section_measures_all_its_rows() -> None:
+    rows = data_sets.measure(quick=True)
+    assert len(rows) == 6 and all(row.met is not None for row in rows[:5])
+    assert rows[4].numbers["best_bytes"] < rows[4].numbers["bytes"] < 12_000
 
 
 def test_importing_the_benchmarks_loads_no_optional_peer() -> None:

@@ -1,5 +1,6 @@
 """A small data set whose three classes ring at 10, 20 and 30 Hz, and a classifier trained on it."""
 
+import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,9 +13,10 @@ from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
 from classifier.train import Result, train
 from classifier.trainers import TrainGdx
+from datagen.places import open_place
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
-from datagen.shard import to_table, write_parquet
-from datagen.store import MANIFEST, sha256, shard_name, write_json
+from datagen.shard import parquet_bytes, to_table
+from datagen.store import MANIFEST, as_json, shard_name
 
 RATE = 200.0
 CODES = CodeBook((1, 2, 3), ("rings at 10 Hz", "rings at 20 Hz", "rings at 30 Hz"), ("011", "101", "110"))
@@ -85,14 +87,13 @@ def write_dataset() -> Callable[..., Path]:
             others = {name: empty[column.type] for name, column in COLUMNS.items() if name != RECORD}
             rows.append({**others, **fixed, **own})
         rows[-1].update(last)
-        shard = folder / shard_name(0)
-        shard.parent.mkdir(parents=True)
-        write_parquet(to_table(rows, dataset.records), shard)
+        place, shard = open_place(folder), parquet_bytes(to_table(rows, dataset.records))
+        place.publish(shard_name(0), shard)
         entry = {
             "name": shard_name(0),
             "rows": len(rows),
-            "bytes": shard.stat().st_size,
-            "sha256": sha256(shard),
+            "bytes": len(shard),
+            "sha256": hashlib.sha256(shard).hexdigest(),
         }
         manifest = {
             "format": FORMAT,
@@ -101,7 +102,7 @@ def write_dataset() -> Callable[..., Path]:
             "seed": 5,
             "count": len(rows),
         }
-        write_json(folder / MANIFEST, {**manifest, "shards": [entry]})
+        place.publish(MANIFEST, as_json({**manifest, "shards": [entry]}))
         return folder
 
     return write

@@ -1,7 +1,7 @@
 import pytest
 
 from classifier.output_folder import check_output_folder, output_folder
-from datagen.store import StoreError
+from datagen.places import StoreError
 from indexer_env.errors import ParameterError
 
 OWN = ("mark.txt", "more.txt")
