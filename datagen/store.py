@@ -95,9 +95,9 @@ def standing(place: Place, head: Mapping[str, Any], overwrite: bool) -> State:
 
 
 @contextlib.contextmanager
-def making(out: str | Path | Place, head: Mapping[str, Any], overwrite: bool) -> Iterator[Place]:
+def making(out: str | Path | Place, head: Mapping[str, Any], overwrite: bool, *, anew: bool = False) -> Iterator[Place]:
     """Keep a folder to this run while the block lasts: marked as a data set in the making, the one it is to replace
-    taken out, what an earlier run of the same order has left still there.
+    taken out, what an earlier run of the same order has left still there or, with `anew`, taken out too.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def making(out: str | Path | Place, head: Mapping[str, Any], overwrite: bool) ->
         state = standing(place, head, overwrite)
         if state is State.FINISHED:
             raise StoreError(f"out {place} holds the data set already; another run has just finished it.")
-        if state is State.FREE:
+        if state is State.FREE or anew:
             held = [name for name in place.names() if name != ORDER]
             if held or place.size(ORDER) is not None:
                 # The mark first: whatever is left when this is stopped is still known to be ours.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,11 +18,12 @@ from datagen.ingest.cut import cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
+from datagen.places import Place, StoreError, open_place
 from datagen.progress import Advance, progress
-from datagen.rows import version_columns
+from datagen.rows import made_with
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
-from datagen.shard import to_table, write_parquet
-from datagen.store import REJECTED, check_free, finish, making, sha256, shard_name, whole_file
+from datagen.shard import parquet_bytes, to_table
+from datagen.store import REJECTED, State, clear, finish, making, shard_name, standing
 from indexer_env.errors import SignalError, refuse
 
 Entry = tuple[Mapping[str, Any], np.ndarray | None]
@@ -45,24 +47,25 @@ def ingest(
     SignalError
         No file gives a single good turn; nothing was written.
     StoreError
-        `out` holds something (see `datagen.store.check_free`), is being written to or cannot be written.
+        `out` holds something (see `datagen.store.standing`), is being written to or cannot be written.
     """
-    folder = Path(out)
-    check_free(folder, overwrite)
+    folder, head = Path(out), _head(settings, config or {}, len(sources))
+    # The same settings do not mean the same files, so nothing that is there is taken over.
+    if standing(open_place(folder), head, overwrite) is State.FINISHED:
+        raise StoreError(f"out must be a new or empty folder, got {folder} with a data set in it; add overwrite=true.")
     inside = next((source.name for source in sources if folder.resolve() in source.path.resolve().parents), None)
     if inside is not None:
         raise refuse("ingest", "out", "a folder without measured files", str(folder), f"{inside} lies in it")
     labels = labels_of(sources, settings.split, settings.seed)
     tally = _Tally()
-    head = _head(settings, config or {}, len(sources))
     with progress("ingesting", len(sources), "files") as advance:
         entries = _entries(sources, labels, settings, tally, advance)
         beginning = _until_a_record(entries, len(sources))
-        with making(folder, head, overwrite):
-            with whole_file(folder / REJECTED) as rejects:
-                shards = _written(folder, rejects, itertools.chain(beginning, entries), settings.shard_items)
+        with making(folder, head, overwrite, anew=True) as place:
+            shards = _written(place, itertools.chain(beginning, entries), settings.shard_items)
             manifest = {**head, **tally.summary(labels), "shards": shards}
-            finish(folder, manifest)
+            finish(place, manifest)
+            clear(place)
     return manifest
 
 
@@ -95,9 +98,9 @@ def _until_a_record(entries: Iterator[Entry], files: int) -> list[Entry]:
     )
 
 
-def _written(folder: Path, rejects: Path, entries: Iterator[Entry], shard_items: int) -> list[dict[str, Any]]:
+def _written(place: Place, entries: Iterator[Entry], shard_items: int) -> list[dict[str, Any]]:
     shards: list[dict[str, Any]] = []
-    number = itertools.count()
+    number, rejects = itertools.count(), pa.BufferOutputStream()
     with pq.ParquetWriter(rejects, rejected_schema()) as writer:
         while chunk := list(itertools.islice(entries, shard_items)):
             rejected = [row for row, record in chunk if record is None]
@@ -106,32 +109,32 @@ def _written(folder: Path, rejects: Path, entries: Iterator[Entry], shard_items:
                 writer.write_table(pa.Table.from_pylist([dict(row) for row in rejected], schema=rejected_schema()))
             if rows:
                 records = np.stack([record for _, record in chunk if record is not None])
-                shards.append(_shard(folder, shard_name(next(number)), rows, records))
+                shards.append(_shard(place, shard_name(next(number)), rows, records))
+    place.publish(REJECTED, rejects.getvalue().to_pybytes())
     return shards
 
 
-def _shard(folder: Path, name: str, rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> dict[str, Any]:
-    with whole_file(folder / name) as temporary:
-        write_parquet(to_table(rows, records), temporary)
-        return {
-            "name": name,
-            "rows": len(rows),
-            "first_item": rows[0]["item"],
-            "last_item": rows[-1]["item"],
-            "bytes": temporary.stat().st_size,
-            "sha256": sha256(temporary),
-        }
+def _shard(place: Place, name: str, rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> dict[str, Any]:
+    content = parquet_bytes(to_table(rows, records))
+    place.publish(name, content)
+    return {
+        "name": name,
+        "rows": len(rows),
+        "first_item": rows[0]["item"],
+        "last_item": rows[-1]["item"],
+        "bytes": len(content),
+        "sha256": hashlib.sha256(content).hexdigest(),
+    }
 
 
 def _head(settings: Settings, config: Mapping[str, Any], files: int) -> dict[str, Any]:
-    versions = version_columns()
     return {
         "format": FORMAT,
         "schema_version": SCHEMA_VERSION,
         "campaign": CAMPAIGN,
         "seed": settings.seed,
         "files": files,
-        "versions": {name.removesuffix("_version"): versions[name] for name in versions if name != "schema_version"},
+        "versions": made_with(),
         "config": dict(config),
     }
 
