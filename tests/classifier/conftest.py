@@ -11,7 +11,7 @@ from classifier.codes import CodeBook
 from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
 from classifier.train import Result, train
-from classifier.trainers import TrainGdx
+from classifier.trainers.traingdx import TrainGdx
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
 from datagen.shard import to_table, write_parquet
 from datagen.store import MANIFEST, sha256, shard_name, write_json
