@@ -53,7 +53,7 @@ class Activation(NamedTuple):
 
 
 ACTIVATIONS = {
-    "logistic": Activation(torch.Tensor.sigmoid_, lambda y: y * (1 - y), 2.0, 0.0, 1.0),
+    "logistic": Activation(torch.Tensor.sigmoid_, lambda y: torch.addcmul(y, y, y, value=-1), 2.0, 0.0, 1.0),
     "tanh": Activation(torch.Tensor.tanh_, lambda y: 1 - y * y, 1.0, -1.0, 1.0),
     "linear": Activation(lambda s: s, torch.ones_like, 1.0, -torch.inf, torch.inf),
 }

@@ -25,7 +25,7 @@ from classifier.trainers.objective import Examples, NetworkError, Point
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 
-STACK = 64
+STACK = 128
 """Most networks moved at once by one thread: what they need for a step stays in the processor's cache."""
 
 MEMORY = 2**30
@@ -169,7 +169,7 @@ class Trainer(ABC):
             record.look(epoch, alive, at.error, control_error)
             better = control_error < lowest
             lowest = torch.where(better, control_error, lowest)
-            kept = torch.where(better[:, None], at.parameters, kept)
+            kept = at.parameters if better.all() else torch.where(better[:, None], at.parameters, kept)
             since = np.where(better.cpu().numpy(), 0, since + 1)
 
             reasons = {

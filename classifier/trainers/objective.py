@@ -138,7 +138,8 @@ class NetworkError:
             layers = network.layers(tile)
             hidden, output = network.forward(layers, inputs)
             miss = output - targets.T
-            miss[:, :, records:] = 0.0
+            if records % 2:
+                miss[:, :, records:] = 0.0
             delta2 = network.functions[1].slope(output).mul_(miss).mul_(2 / (records * network.outputs))
             here = rows.stop - rows.start
             error[rows] = miss.square_().sum(dim=(1, 2))[:here] / (records * network.outputs)
@@ -150,9 +151,12 @@ class NetworkError:
         network, (inputs, targets, records) = self.network, self._control
         error = parameters.new_empty(len(parameters))
         for rows, tile in _tiles(parameters):
-            added = None if offset is None else pad(offset[rows], (0, 0, 0, 0, 0, len(tile) - rows.stop + rows.start))
+            added, missing = None if offset is None else offset[rows], len(tile) - rows.stop + rows.start
+            if added is not None and missing:
+                added = pad(added, (0, 0, 0, 0, 0, missing))
             miss = network.forward(network.layers(tile), inputs, added).output - targets.T
-            miss[:, :, records:] = 0.0
+            if records % 2:
+                miss[:, :, records:] = 0.0
             error[rows] = miss.square_().sum(dim=(1, 2))[: rows.stop - rows.start] / (records * network.outputs)
         return error
 
@@ -167,4 +171,5 @@ def _tiles(parameters: Tensor) -> Iterator[tuple[slice, Tensor]]:
     size = TILE if parameters.device.type == "cpu" else n
     for first in range(0, n, size):
         rows = slice(first, min(first + size, n))
-        yield rows, pad(parameters[rows], (0, 0, 0, first + size - rows.stop))
+        missing = first + size - rows.stop
+        yield rows, pad(parameters[rows], (0, 0, 0, missing)) if missing else parameters[rows]
