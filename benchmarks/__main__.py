@@ -1,4 +1,4 @@
-"""`python -m benchmarks [accuracy|speed|environment|peers|all] [--quick]`: measure, print, and write the results."""
+"""`python -m benchmarks [accuracy|speed|environment|training|peers|all] [--quick]`: measure, print, write."""
 
 from __future__ import annotations
 
@@ -45,6 +45,10 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         from benchmarks import environment
 
         return environment.measure(quick=quick)
+    if name == "training":
+        from benchmarks import training
+
+        return training.measure(quick=quick)
     from benchmarks import picture, work_precision
 
     rows, points = work_precision.measure(quick=quick)
