@@ -24,7 +24,7 @@ from torch.nn.functional import pad
 
 from classifier.network import Mlp
 
-TILE = 32
+TILE = 64
 """Networks evaluated in one go on a CPU: enough to outweigh the cost of a call, few enough for its cache."""
 
 
