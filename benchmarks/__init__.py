@@ -1,7 +1,7 @@
 """How accurate and how fast the simulator is, with the same work done by other solvers.
 
-`python -m benchmarks [accuracy|speed|environment|peers|all] [--quick]` (`make bench`) measures, writes results.json and
-work_precision.png and fills the table of README.md.
+`python -m benchmarks [accuracy|speed|environment|training|peers|all] [--quick]` (`make bench`) measures,
+writes results.json and work_precision.png and fills the table of README.md.
 
 Map, in reading order
 ---------------------
@@ -14,6 +14,7 @@ speed            turns per second, beside a JAX scan of the same scheme
 environment      environment steps per second, one machine and many, beside Gymnasium's own
 diagnosis        how often baselines of the diagnosis environment are right, against cost; a command of its own
 data_sets        the generator end to end, beside the bare simulator; ray_cluster times a cluster for it
+training         many networks trained as one; natural trains the same one after the other
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
 report           rows with their verdicts, results.json, the table of README.md

@@ -1,4 +1,4 @@
-"""`python -m benchmarks [accuracy|speed|environment|datagen|peers|all] [--quick]`: measure and write the results."""
+"""`python -m benchmarks [SECTION|all] [--quick]`: measure, print and write the results of a section of `report`."""
 
 from __future__ import annotations
 
@@ -49,6 +49,10 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         from benchmarks import data_sets
 
         return data_sets.measure(quick=quick)
+    if name == "training":
+        from benchmarks import training
+
+        return training.measure(quick=quick)
     from benchmarks import picture, work_precision
 
     rows, points = work_precision.measure(quick=quick)

@@ -12,7 +12,7 @@ from datagen.run_log import processor
 CORES = 2
 """The table's numbers are for two cores, whatever the machine has."""
 
-_PACKAGES = ("numpy", "numba", "scipy", "jax", "diffrax", "scikit-sundae")
+_PACKAGES = ("numpy", "numba", "scipy", "jax", "diffrax", "scikit-sundae", "torch")
 
 
 def keep_to_cores() -> None:

@@ -4,9 +4,9 @@ Read in this order:
 
     codes          classes <-> binary codes of the outputs; the nearest code wins
     features       records -> PSD features; scaling fitted on the calibration subset alone
-    network        one hidden layer, logistic-logistic, a whole stack of networks at once
-    trainers/      training rules, one file each; base.py holds the loop, early stopping and the leaving of
-                   networks
+    network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
+    trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
+                   and the leaving of networks
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
     evaluate       mean square error [%], misclassified share [%], confusion
     train          features + network + trainer -> classifier and its scores

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import torch
@@ -35,6 +35,9 @@ class _Net:
     """The keys of conf/net; `Mlp` checks their values."""
 
     hidden: int
+    hidden_function: str
+    output_function: str
+    targets: str
 
 
 def results_table(result: Result) -> Table:
@@ -68,7 +71,7 @@ def run(config: dict[str, Any]) -> None:
     out = check_output_folder(job_folder("classifier", config["out"]), FILES, config["overwrite"])
     check_integer("classifier", "threads", config["threads"], low=1)
     torch.set_num_threads(config["threads"])
-    hidden = from_mapping(_Net, config["net"], owner="net").hidden
+    net = from_mapping(_Net, config["net"], owner="net")
     features, trainer = make_features(config["features"]), make_trainer(config["trainer"])
     console = Console()
 
@@ -90,9 +93,10 @@ def run(config: dict[str, Any]) -> None:
             dataset,
             features,
             trainer,
-            hidden=hidden,
             seed=config["seed"],
             restarts=config["restarts"],
+            device=config["device"],
+            **asdict(net),
             progress=progress,
         )
     console.print(results_table(result))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +62,12 @@ class Model:
     metrics: dict[str, Any]
 
     def outputs(self, records: np.ndarray) -> np.ndarray:
-        """Outputs (n, bits), each in [0, 1], for records (n, samples) at the model's rate, in its unit."""
+        """Outputs (n, bits) for records (n, samples) at the model's rate, in its unit, on the scale of the bits:
+        0 and 1 are the targets, whatever the network's own are.
+        """
         scaled = self.scaling.apply(self.features.compute(records, self.sample_rate))
-        return self.network.outputs_of(self.parameters[None], torch.from_numpy(scaled))[0].numpy()
+        outputs = self.network.outputs_of(self.parameters[None], torch.from_numpy(scaled))[0]
+        return self.network.bits_of(outputs).numpy()
 
 
 def save_model(model: Model, folder: Path) -> None:
@@ -78,11 +81,7 @@ def save_model(model: Model, folder: Path) -> None:
             "unit": model.unit,
         },
         "features": describe_features(model.features),
-        "network": {
-            "inputs": model.network.inputs,
-            "hidden": model.network.hidden,
-            "outputs": model.network.outputs,
-        },
+        "network": asdict(model.network),
         "classes": [
             {"class": label, "name": name, "code": code}
             for label, name, code in zip(model.codes.classes, model.codes.names, model.codes.codes, strict=True)

@@ -1,4 +1,4 @@
-"""The network: one hidden layer, logistic both times, written for a whole stack of networks at once.
+"""The network: one hidden layer, written for a whole stack of networks at once.
 
 A stack of n networks of one shape is a matrix of parameters (n, count); row i holds network i:
 
@@ -9,13 +9,15 @@ so that a training rule moves rows and never needs to know about layers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from indexer_env.checks import check_integer
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.errors import refuse
 
 
 class Layers(NamedTuple):
@@ -27,13 +29,51 @@ class Layers(NamedTuple):
     b2: Tensor  # (n, outputs)
 
 
+class Activity(NamedTuple):
+    """Values of all nodes of a stack of n networks for m rows of inputs."""
+
+    hidden: Tensor  # (n, hidden, m)
+    output: Tensor  # (n, outputs, m)
+
+
+class Activation(NamedTuple):
+    """Function of a layer's nodes.
+
+    in_place  replaces the sums s of a tensor by f(s) and returns it
+    slope     f′(s), given f(s)
+    steepness f(s) is a shifted and scaled tanh(s / steepness): 1 for the hyperbolic tangent itself
+    low, high least and greatest value
+    """
+
+    in_place: Callable[[Tensor], Tensor]
+    slope: Callable[[Tensor], Tensor]
+    steepness: float
+    low: float
+    high: float
+
+
+ACTIVATIONS = {
+    "logistic": Activation(torch.Tensor.sigmoid_, lambda y: torch.addcmul(y, y, y, value=-1), 2.0, 0.0, 1.0),
+    "tanh": Activation(torch.Tensor.tanh_, lambda y: 1 - y * y, 1.0, -1.0, 1.0),
+    "linear": Activation(lambda s: s, torch.ones_like, 1.0, -torch.inf, torch.inf),
+}
+"""σ(s) = 1 / (1 + e^(−s)), tanh(s) and s; the last one is for outputs only."""
+
+TARGETS = {"binary": (0.0, 1.0), "bipolar": (-1.0, 1.0)}
+"""Target of an output node where the bit is 0 and where it is 1 (paper fig. 7)."""
+
+
 @dataclass(frozen=True)
 class Mlp:
     """Three-layer feed-forward network (paper §3, §4.1).
 
-        y = σ(W2 σ(W1 x + b1) + b2),   σ(s) = 1 / (1 + e^(−s))
+        y = f2(W2 f1(W1 x + b1) + b2)
 
     inputs, hidden, outputs  number of features, hidden nodes and output nodes
+    hidden_function          f1, "logistic" or "tanh"
+    output_function          f2, "logistic", "tanh" or "linear" (paper fig. 8: logistic or linear)
+    targets                  "binary" (0, 1) or "bipolar" (−1, 1): what the output nodes learn for a bit; a
+                             logistic output cannot reach −1 and is refused
 
     Raises ParameterError.
     """
@@ -41,20 +81,44 @@ class Mlp:
     inputs: int
     hidden: int
     outputs: int
+    hidden_function: str = "logistic"
+    output_function: str = "logistic"
+    targets: str = "binary"
 
     def __post_init__(self) -> None:
         for name in ("inputs", "hidden", "outputs"):
             check_integer("Mlp", name, getattr(self, name), low=1)
+        check_choice("Mlp", "hidden_function", self.hidden_function, [name for name in ACTIVATIONS if name != "linear"])
+        check_choice("Mlp", "output_function", self.output_function, ACTIVATIONS)
+        check_choice("Mlp", "targets", self.targets, TARGETS)
+        if ACTIVATIONS[self.output_function].low > TARGETS[self.targets][0]:
+            rule = "one that reaches bipolar targets, −1 and 1"
+            raise refuse("Mlp", "output_function", rule, self.output_function, "use 'tanh' or 'linear'")
 
     @property
     def count(self) -> int:
         """Number of parameters of one network."""
         return self.hidden * (self.inputs + 1) + self.outputs * (self.hidden + 1)
 
+    @property
+    def functions(self) -> tuple[Activation, Activation]:
+        """f1 and f2."""
+        return ACTIVATIONS[self.hidden_function], ACTIVATIONS[self.output_function]
+
+    def targets_of(self, bits: Tensor) -> Tensor:
+        """Targets of the output nodes for bits of 0 and 1, any shape."""
+        low, high = TARGETS[self.targets]
+        return low + (high - low) * bits
+
+    def bits_of(self, outputs: Tensor) -> Tensor:
+        """Inverse of `targets_of`, for outputs of any value: what they say on the scale of the bits."""
+        low, high = TARGETS[self.targets]
+        return (outputs - low) / (high - low)
+
     def layers(self, parameters: Tensor) -> Layers:
-        """Views of a stack's parameters (n, count) as weights and biases."""
+        """Views of a stack's parameters (n, count or more) as weights and biases; further columns are not used."""
         sizes = (self.hidden * self.inputs, self.hidden, self.outputs * self.hidden, self.outputs)
-        w1, b1, w2, b2 = parameters.split(sizes, dim=1)
+        w1, b1, w2, b2 = parameters[:, : self.count].split(sizes, dim=1)
         return Layers(w1.unflatten(1, (self.hidden, -1)), b1, w2.unflatten(1, (self.outputs, -1)), b2)
 
     def initial(self, networks: int, generator: torch.Generator) -> Tensor:
@@ -62,60 +126,64 @@ class Mlp:
 
         For a layer of H nodes with N inputs in [−1, 1] and hyperbolic tangents, the rule draws each weight
         vector in a random direction with length 0.7 H^(1/N) and each bias uniformly within ± that length, so
-        that the active parts of the nodes share the input space. Inputs here lie in [0, 1] and
-        σ(2z) = (1 + tanh z) / 2, hence W = 4 W' and b = 2 (b' − Σ W').
+        that the active parts of the nodes share the input space. With inputs in [0, 1] and functions
+        f(s) ~ tanh(s / c) (c = 2 for the logistic function) the same holds for W = 2c W' and
+        b = c (b' − Σ W'); with inputs in [−1, 1] for W = c W' and b = c b'. Linear outputs take c = 1.
 
         Networks are drawn one after the other: the first ones do not depend on how many follow.
         Source: D. Nguyen, B. Widrow, Proc. IJCNN 3 (1990) 21–26.
         """
+        first, second = self.functions
+        shapes = (
+            (self.hidden, self.inputs, first.steepness, False),
+            (self.outputs, self.hidden, second.steepness, first.low < 0),
+        )
         rows = []
         for _ in range(networks):
             blocks = []
-            for nodes, inputs in ((self.hidden, self.inputs), (self.outputs, self.hidden)):
+            for nodes, inputs, steepness, bipolar in shapes:
                 length = 0.7 * nodes ** (1 / inputs)
                 # uniform in ±1 per weight, then normalised; uniform in ±length per bias
                 w = 2 * torch.rand(nodes, inputs, generator=generator, dtype=torch.float64) - 1
                 b = length * (2 * torch.rand(nodes, generator=generator, dtype=torch.float64) - 1)
                 w = length * w / w.norm(dim=1, keepdim=True)
-                blocks += [(4 * w).flatten(), 2 * (b - w.sum(dim=1))]
+                if bipolar:
+                    blocks += [(steepness * w).flatten(), steepness * b]
+                else:
+                    blocks += [(2 * steepness * w).flatten(), steepness * (b - w.sum(dim=1))]
             rows.append(torch.cat(blocks))
         return torch.stack(rows)
 
-    def _forward(self, layers: Layers, inputs: Tensor) -> tuple[Tensor, Tensor]:
-        """Hidden (n, hidden, m) and output (n, outputs, m) values; the first layers of all networks are one
-        product.
+    def forward(self, layers: Layers, inputs: Tensor, offset: Tensor | None = None) -> Activity:
+        """Values of all nodes for inputs (m, inputs); the first layers of all networks are one product.
+
+        offset  (n, hidden, m), added to W1 x where given
         """
         n = len(layers.b1)
+        first, second = self.functions
         hidden = layers.w1.reshape(n * self.hidden, self.inputs) @ inputs.T
-        hidden = torch.sigmoid(hidden.view(n, self.hidden, -1) + layers.b1[:, :, None])
-        return hidden, torch.sigmoid(torch.baddbmm(layers.b2[:, :, None], layers.w2, hidden))
+        hidden = hidden.view(n, self.hidden, -1).add_(layers.b1[:, :, None])
+        if offset is not None:
+            hidden.add_(offset)
+        hidden = first.in_place(hidden)
+        return Activity(hidden, second.in_place(torch.baddbmm(layers.b2[:, :, None], layers.w2, hidden)))
 
-    def outputs_of(self, parameters: Tensor, inputs: Tensor) -> Tensor:
-        """Outputs (n, m, outputs), each in [0, 1], of a stack for inputs (m, inputs)."""
-        return self._forward(self.layers(parameters), inputs)[1].transpose(1, 2)
+    def backward(self, layers: Layers, inputs: Tensor, hidden: Tensor, delta2: Tensor) -> Tensor:
+        """Derivatives (n, count) by the parameters of a quantity whose derivatives by the sums of the output
+        nodes are delta2 (n, outputs, m), by back-propagation.
 
-    def error(self, parameters: Tensor, inputs: Tensor, targets: Tensor) -> Tensor:
-        """Mean square error (n,) over the m rows and all outputs, for inputs (m, inputs) and targets (m,
-        outputs).
+        ∂/∂W2 = Δ2 hᵀ    ∂/∂b2 = Σ Δ2    Δ1 = W2ᵀ Δ2 · f1′    ∂/∂W1 = Δ1 xᵀ    ∂/∂b1 = Σ Δ1
         """
-        return (self._forward(self.layers(parameters), inputs)[1] - targets.T).square().mean(dim=(1, 2))
-
-    def error_and_gradient(self, parameters: Tensor, inputs: Tensor, targets: Tensor) -> tuple[Tensor, Tensor]:
-        """Mean square error E (n,) and ∂E/∂parameters (n, count), by back-propagation.
-
-        Δ2 = 2/(m·outputs) (y − t) y (1 − y)      ∂E/∂W2 = Δ2 hᵀ    ∂E/∂b2 = Σ Δ2
-        Δ1 = W2ᵀ Δ2 · h (1 − h)                   ∂E/∂W1 = Δ1 xᵀ    ∂E/∂b1 = Σ Δ1
-        """
-        layers = self.layers(parameters)
-        n, m = len(parameters), len(inputs)
-        h, y = self._forward(layers, inputs)
-        miss = y - targets.T
-        delta2 = (2 / (m * self.outputs)) * miss * y * (1 - y)
-        delta1 = layers.w2.transpose(1, 2) @ delta2 * h * (1 - h)
+        n, m = len(delta2), len(inputs)
+        delta1 = (layers.w2.transpose(1, 2) @ delta2).mul_(self.functions[0].slope(hidden))
         blocks = (
-            (delta1.reshape(n * self.hidden, m) @ inputs).view(n, -1),
+            (delta1.view(n * self.hidden, m) @ inputs).view(n, -1),
             delta1.sum(dim=2),
-            (delta2 @ h.transpose(1, 2)).flatten(1),
+            (delta2 @ hidden.transpose(1, 2)).flatten(1),
             delta2.sum(dim=2),
         )
-        return miss.square().mean(dim=(1, 2)), torch.cat(blocks, dim=1)
+        return torch.cat(blocks, dim=1)
+
+    def outputs_of(self, parameters: Tensor, inputs: Tensor) -> Tensor:
+        """Outputs (n, m, outputs) of a stack for inputs (m, inputs)."""
+        return self.forward(self.layers(parameters), inputs).output.transpose(1, 2)

@@ -16,7 +16,8 @@ from classifier.model import Model
 from classifier.network import Mlp
 from classifier.trainers import Examples, Trainer, Training
 from datagen.versions import versions_of
-from indexer_env.checks import check_integer
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.errors import refuse
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +77,11 @@ def train(
     hidden: int = 20,
     seed: int = 0,
     restarts: int = 10,
+    *,
+    hidden_function: str = Mlp.hidden_function,
+    output_function: str = Mlp.output_function,
+    targets: str = Mlp.targets,
+    device: str = "cpu",
     progress: Callable[[int, float], None] | None = None,
 ) -> Result:
     """Train `restarts` networks from different starts as one stack and keep the best on the control subset.
@@ -84,29 +90,34 @@ def train(
               subset decides when to stop and which restart is kept, its validation subset is only scored
     hidden    nodes of the hidden layer
     seed      of the random start; the networks of a smaller number of restarts are the first ones of a larger
-    progress  called after each epoch with its number and the lowest control error so far
+    hidden_function, output_function, targets  of the network, see `Mlp`
+    device    "cpu" or "cuda": where the networks are trained
+    progress  as in `Trainer.train`
 
     Raises ParameterError.
     """
     check_integer("train", "seed", seed, low=0, high=2**63 - 1)
     check_integer("train", "restarts", restarts, low=1)
+    check_choice("train", "device", device, ("cpu", "cuda"))
+    if device == "cuda" and not torch.cuda.is_available():
+        raise refuse("train", "device", "one that this machine and its PyTorch offer", device, "use 'cpu'")
 
     values = features.compute(dataset.records, dataset.sample_rate)
     calibration = dataset.rows("calibration")
     scaling = Scaling.fit(values[calibration])
-    scaled = torch.from_numpy(scaling.apply(values))
-    targets = torch.from_numpy(dataset.codes.targets(dataset.classes))
-    examples = {subset: Examples(scaled[dataset.rows(subset)], targets[dataset.rows(subset)]) for subset in SUBSETS}
+    scaled = torch.from_numpy(scaling.apply(values)).to(device)
+    network = Mlp(scaled.shape[1], hidden, dataset.codes.bits, hidden_function, output_function, targets)
+    wanted = network.targets_of(torch.from_numpy(dataset.codes.targets(dataset.classes))).to(device)
+    examples = {subset: Examples(scaled[dataset.rows(subset)], wanted[dataset.rows(subset)]) for subset in SUBSETS}
 
-    network = Mlp(inputs=scaled.shape[1], hidden=hidden, outputs=dataset.codes.bits)
-    start = network.initial(restarts, torch.Generator().manual_seed(seed))
+    start = network.initial(restarts, torch.Generator().manual_seed(seed)).to(device)
     training = trainer.train(network, start, examples["calibration"], examples["control"], progress)
 
+    def bits(subset: str) -> np.ndarray:
+        return network.bits_of(network.outputs_of(training.parameters, examples[subset].inputs)).cpu().numpy()
+
     scores = {
-        subset: tuple(
-            score(dataset.codes, outputs, dataset.classes[dataset.rows(subset)])
-            for outputs in network.outputs_of(training.parameters, examples[subset].inputs).numpy()
-        )
+        subset: tuple(score(dataset.codes, one, dataset.classes[dataset.rows(subset)]) for one in bits(subset))
         for subset in SUBSETS
     }
     kept = training.best
@@ -117,7 +128,7 @@ def train(
         scaling=scaling,
         codes=dataset.codes,
         network=network,
-        parameters=training.parameters[kept],
+        parameters=training.parameters[kept].cpu(),
         sample_rate=dataset.sample_rate,
         samples=dataset.records.shape[1],
         quantity=dataset.quantity,

@@ -9,11 +9,13 @@ import sys
 
 import numpy as np
 import pytest
+import torch
 
 from benchmarks import accuracy, cases, data_sets, measures, peers, processes, references, report
 from benchmarks.peers import model_b, scipy_peer
 from benchmarks.picture import best
 from benchmarks.work_precision import Point
+from classifier.trainers import TRAINERS
 from indexer_env import Joint, OperatingPoint, ParameterError
 
 
@@ -204,3 +206,34 @@ def test_importing_the_benchmarks_loads_no_optional_peer() -> None:
     from benchmarks import accuracy, speed, work_precision  # noqa: F401
 
     assert {"jax", "diffrax", "sksundae"}.isdisjoint(sys.modules)
+
+
+def test_training_one_after_the_other_is_the_same_training() -> None:
+    """The loop that speed is compared with ends where the stack ends; seeds 0 and 3."""
+    from benchmarks import natural
+    from classifier.network import Mlp
+    from classifier.trainers import Examples
+    from classifier.trainers.traingdx import TrainGdx
+
+    generator = torch.Generator().manual_seed(3)
+    x = torch.rand(40, 5, generator=generator, dtype=torch.float64)
+    t = (x[:, :1] > 0.5).double()
+    network, calibration, control = Mlp(5, 4, 1), Examples(x[:20], t[:20]), Examples(x[20:], t[20:])
+    start = network.initial(3, torch.Generator().manual_seed(0))
+    for rule in (TrainGdx(rate=0.5, epochs=150, patience=10), TrainGdx(minimum_gradient=0.05)):
+        training = rule.train(network, start, calibration, control)
+        for i, one in enumerate(start):
+            epochs, lowest = natural.train(network, one, calibration, control, rule)
+            assert epochs == training.epochs[i]
+            assert lowest == pytest.approx(np.nanmin(training.control_error[:, i]), rel=1e-9)
+
+
+def test_smoke_the_section_of_training() -> None:
+    from benchmarks import training
+
+    threads = torch.get_num_threads()
+    rows = training.measure(quick=True)
+    assert torch.get_num_threads() == threads
+    assert [row.required for row in rows] == ["≤ 20 s", "≥ 30 ×", "", "≤ 600 s"]
+    assert set(rows[2].numbers["rules"]) == set(TRAINERS)
+    assert all(taken["epochs"] > 0 for taken in rows[2].numbers["rules"].values())

@@ -12,7 +12,7 @@ from classifier.codes import CodeBook
 from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
 from classifier.train import Result, train
-from classifier.trainers import TrainGdx
+from classifier.trainers.traingdx import TrainGdx
 from datagen.places import open_place
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
 from datagen.shard import parquet_bytes, to_table

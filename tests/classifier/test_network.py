@@ -27,17 +27,37 @@ def test_outputs_by_hand():
     assert got.item() == pytest.approx(expected, rel=1e-15)
 
 
-def test_gradient_against_automatic_differentiation(stack):
-    network, parameters, inputs, targets = stack
-    error, gradient = network.error_and_gradient(parameters, inputs, targets)
-    leaf = parameters.clone().requires_grad_()
-    miss = network.outputs_of(leaf, inputs) - targets
-    expected = miss.square().mean(dim=(1, 2))
-    expected.sum().backward()
-    assert torch.allclose(error, expected, rtol=1e-14)
-    assert torch.allclose(error, network.error(parameters, inputs, targets), rtol=0)
-    assert leaf.grad is not None
-    assert torch.allclose(gradient, leaf.grad, rtol=1e-12, atol=1e-16)
+@pytest.mark.parametrize(
+    ("functions", "hidden", "output"),
+    [
+        (("logistic", "linear", "binary"), lambda s: 1 / (1 + math.exp(-s)), lambda s: s),
+        (("tanh", "tanh", "bipolar"), math.tanh, math.tanh),
+    ],
+)
+def test_outputs_of_other_functions_by_hand(functions, hidden, output):
+    network = Mlp(1, 1, 1, *functions)
+    parameters = torch.tensor([[2.0, -1.0, 3.0, 0.5]], dtype=torch.float64)
+    got = network.outputs_of(parameters, torch.tensor([[0.7]], dtype=torch.float64))
+    assert got.item() == pytest.approx(output(3.0 * hidden(2.0 * 0.7 - 1.0) + 0.5), rel=1e-15)
+
+
+def test_targets_and_bits_are_inverse():
+    bits = torch.tensor([0.0, 1.0, 0.25])
+    assert Mlp(1, 1, 1).targets_of(bits).tolist() == bits.tolist()
+    network = Mlp(1, 1, 1, "logistic", "tanh", "bipolar")
+    assert network.targets_of(bits).tolist() == [-1.0, 1.0, -0.5]
+    assert network.bits_of(network.targets_of(bits)).tolist() == bits.tolist()
+
+
+def test_the_activity_of_a_stack_is_that_of_each_network(stack):
+    network, parameters, inputs, _ = stack
+    hidden, output = network.forward(network.layers(parameters), inputs)
+    w1, b1, w2, b2 = network.layers(parameters)
+    assert torch.allclose(hidden[3], torch.sigmoid(w1[3] @ inputs.T + b1[3][:, None]), rtol=1e-14)
+    assert torch.allclose(output[3], torch.sigmoid(w2[3] @ hidden[3] + b2[3][:, None]), rtol=1e-14)
+    offset = torch.ones_like(hidden)
+    shifted = network.forward(network.layers(parameters), inputs, offset).hidden
+    assert torch.allclose(torch.logit(shifted), torch.logit(hidden) + 1, rtol=1e-10)
 
 
 def test_layers_tile_the_parameters(stack):
@@ -57,6 +77,19 @@ def test_the_start_follows_the_rule_of_nguyen_and_widrow():
     assert bias.abs().max() > 0.8 * length
 
 
+@pytest.mark.parametrize(("function", "steepness"), [("logistic", 2.0), ("tanh", 1.0)])
+def test_the_start_fits_the_function_of_the_nodes(function, steepness):
+    """Inputs of the first layer lie in [0, 1]; those of the second in [0, 1] or, from tanh, in [−1, 1]."""
+    network = Mlp(10, 6, 4, function, "linear")
+    layers = network.layers(network.initial(2, torch.Generator().manual_seed(0)))
+    assert torch.allclose(layers.w1.norm(dim=2), torch.tensor(2 * steepness * 0.7 * 6 ** (1 / 10)).double())
+    length = 0.7 * 4 ** (1 / 6)
+    scale = 1.0 if function == "tanh" else 2.0
+    assert torch.allclose(layers.w2.norm(dim=2), torch.tensor(scale * length).double())
+    bias = layers.b2 if function == "tanh" else layers.b2 + layers.w2.sum(dim=2) / 2
+    assert bias.abs().max() <= length
+
+
 def test_the_start_depends_on_the_seed_and_not_on_the_number_of_networks():
     network = Mlp(inputs=3, hidden=4, outputs=2)
     many, few = (network.initial(n, torch.Generator().manual_seed(7)) for n in (4, 2))
@@ -69,3 +102,17 @@ def test_the_start_depends_on_the_seed_and_not_on_the_number_of_networks():
 def test_a_network_without_nodes_is_refused(hidden):
     with pytest.raises(ParameterError, match=r"Mlp\.hidden must be a whole number"):
         Mlp(inputs=3, hidden=hidden, outputs=2)
+
+
+@pytest.mark.parametrize(
+    ("functions", "words"),
+    [
+        ({"hidden_function": "linear"}, "Mlp.hidden_function must be one of logistic, tanh, got 'linear'"),
+        ({"output_function": "logsitic"}, "Mlp.output_function must be one of .*did you mean 'logistic'"),
+        ({"targets": "bi"}, "Mlp.targets must be one of binary, bipolar, got 'bi'"),
+        ({"targets": "bipolar"}, "Mlp.output_function must be one that reaches bipolar targets, .*use 'tanh' or 'lin"),
+    ],
+)
+def test_functions_that_do_not_fit_are_refused(functions, words):
+    with pytest.raises(ParameterError, match=words):
+        Mlp(3, 4, 2, **functions)

@@ -6,7 +6,9 @@ import torch
 
 from classifier.dataset import SUBSETS, load_dataset
 from classifier.evaluate import score
+from classifier.model import load_model, save_model
 from classifier.train import train
+from classifier.trainers import TRAINERS
 from indexer_env.errors import ParameterError, SignalError
 
 
@@ -58,10 +60,43 @@ def test_the_seed_decides(result, dataset, features, trainer):
 
 
 @pytest.mark.parametrize(
+    "net",
+    [
+        {"output_function": "linear"},
+        {"output_function": "linear", "targets": "bipolar"},
+        {"hidden_function": "tanh", "output_function": "tanh", "targets": "bipolar"},
+    ],
+)
+def test_other_functions_and_targets_name_the_classes_too(dataset, features, trainer, net, tmp_path):
+    """Outputs come on the scale of the bits, whatever the targets were, also from a stored model."""
+    result = train(dataset, features, trainer, hidden=6, seed=3, restarts=2, **net)
+    assert result.score("calibration").misclassified_percent == 0.0
+    assert result.score("validation").mse_percent < 5.0
+    save_model(result.model, tmp_path)
+    loaded = load_model(tmp_path)
+    assert loaded.network == result.model.network
+    assert np.array_equal(loaded.outputs(dataset.records), result.model.outputs(dataset.records))
+
+
+@pytest.mark.parametrize("kind", TRAINERS)
+def test_every_rule_learns_the_three_resonances(dataset, features, kind):
+    result = train(dataset, features, TRAINERS[kind](), hidden=6, seed=3, restarts=3)
+    assert result.score("validation").misclassified_percent == 0.0
+    assert result.model.provenance["trainer"]["kind"] == kind
+
+
+def test_a_device_that_is_not_there_is_refused(dataset, features, trainer, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    with pytest.raises(ParameterError, match=r"train.device must be .*, got 'cuda'; use 'cpu'\."):
+        train(dataset, features, trainer, device="cuda")
+
+
+@pytest.mark.parametrize(
     ("change", "words"),
     [
         ({"seed": -1}, "train.seed must be a whole number >= 0"),
         ({"restarts": 0}, "train.restarts must be a whole number >= 1"),
+        ({"device": "gpu"}, "train.device must be one of cpu, cuda"),
         ({"hidden": 0}, "Mlp.hidden must be a whole number >= 1"),
     ],
 )

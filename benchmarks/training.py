@@ -1,0 +1,140 @@
+"""Seconds to train many networks as one, beside one after the other in PyTorch."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+
+from benchmarks import natural, processes
+from benchmarks.report import Row, number
+from benchmarks.session import CORES
+from classifier.dataset import load_dataset
+from classifier.features import Psd, Scaling
+from classifier.network import Mlp
+from classifier.trainers import TRAINERS, Examples
+from classifier.trainers.traingdx import TrainGdx
+
+NETWORKS = 1000
+"""Trainings of the paper's fig. 5."""
+
+ALONE = 20
+"""Networks trained one after the other; their time is scaled to NETWORKS."""
+
+PER_RULE = 100
+
+TRAININGS = {"fig. 4": 1400, "fig. 5": 1000, "fig. 6": 1000, "figs. 7 and 8": 400, "fig. 9": 1000}
+"""Fig. 4: 6 bands and 8 resolutions, fig. 6: 10 numbers of nodes (ours; the paper names none), 100 trainings each."""
+
+CONDITIONS = "126 records in thirds, 20 hidden nodes, PSD 1 Hz, early stopping, sensor=bench"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Examples of the paper's data set and the network for them."""
+
+    network: Mlp
+    calibration: Examples
+    control: Examples
+
+    def start(self, networks: int) -> torch.Tensor:
+        """Random starts, seed 0."""
+        return self.network.initial(networks, torch.Generator().manual_seed(0))
+
+
+def measure(*, quick: bool) -> list[Row]:
+    """All rows of this section; `quick` trains few networks for a few epochs."""
+    many, alone, each = (8, 2, 2) if quick else (NETWORKS, ALONE, PER_RULE)
+    numbers = {"epochs": 20} if quick else {}
+    task, threads = paper_task(), torch.get_num_threads()
+    try:
+        torch.set_num_threads(CORES)
+        stack, stack_row = _stack(task, TrainGdx(**numbers), many)
+        rules = {kind: _timed(_training(task, rule(**numbers), each)) for kind, rule in TRAINERS.items()}
+        torch.set_num_threads(1)
+        beside = _beside(task, TrainGdx(**numbers), alone, many, stack)
+    finally:
+        torch.set_num_threads(threads)
+    return [stack_row, beside, _rules(rules, each), _figures(stack, many, rules, each)]
+
+
+def paper_task() -> Task:
+    """The paper's data set (§4.3), made anew with the sensor of the bench; seed 0."""
+    with tempfile.TemporaryDirectory() as folder:
+        processes.child(["-m", "datagen", "campaign=table2", "sensor=bench", f"out={folder}/table2"])
+        dataset = load_dataset(f"{folder}/table2")
+    values = Psd().compute(dataset.records, dataset.sample_rate)
+    scaled = torch.from_numpy(Scaling.fit(values[dataset.rows("calibration")]).apply(values))
+    targets = torch.from_numpy(dataset.codes.targets(dataset.classes))
+    subsets = (dataset.rows(subset) for subset in ("calibration", "control"))
+    return Task(
+        Mlp(scaled.shape[1], 20, dataset.codes.bits), *(Examples(scaled[rows], targets[rows]) for rows in subsets)
+    )
+
+
+def _timed(action: Callable[[], Any]) -> dict[str, Any]:
+    wall, processor = time.perf_counter(), time.process_time()
+    result = action()
+    return {"wall_s": time.perf_counter() - wall, "processor_s": time.process_time() - processor, "epochs": result}
+
+
+def _training(task: Task, rule: Any, networks: int) -> Callable[[], float]:
+    start = task.start(networks)
+    return lambda: float(np.mean(rule.train(task.network, start, task.calibration, task.control).epochs))
+
+
+def _stack(task: Task, rule: TrainGdx, networks: int) -> tuple[dict[str, Any], Row]:
+    _training(task, rule, 2)()  # what the first call loads is not counted
+    taken = _timed(_training(task, rule, networks))
+    return taken, Row(
+        f"{networks} trainings as in the paper's fig. 5 ({CONDITIONS}, traingdx), {CORES} cores",
+        "≤ 20 s",
+        f"{number(taken['wall_s'])} s ({number(taken['processor_s'])} s of processor time), "
+        f"{taken['epochs']:.0f} epochs each",
+        taken["wall_s"] <= 20.0,
+        taken,
+    )
+
+
+def _beside(task: Task, rule: TrainGdx, alone: int, networks: int, stack: dict[str, Any]) -> Row:
+    start = task.start(alone)
+
+    def one_after_the_other() -> float:
+        examples = (task.calibration, task.control)
+        return float(np.mean([natural.train(task.network, one, *examples, rule)[0] for one in start]))
+
+    taken = _timed(one_after_the_other)
+    scale = networks / alone
+    ratio = taken["wall_s"] * scale / stack["wall_s"]
+    processor = taken["processor_s"] * scale / (stack["processor_s"] / CORES)
+    return Row(
+        f"the same ÷ one after the other in PyTorch ({alone} of them scaled, one thread)",
+        "≥ 30 ×",
+        f"{number(ratio)} × ({number(taken['wall_s'] * scale)} s, {taken['epochs']:.0f} epochs each); "
+        f"by processor time, shared by {CORES} cores, {number(processor)} ×",
+        ratio >= 30.0,
+        {"ratio": ratio, "processor_ratio": processor, "trained": alone, **taken},
+    )
+
+
+def _rules(rules: dict[str, dict[str, Any]], networks: int) -> Row:
+    told = ", ".join(f"{kind} {number(taken['wall_s'])} ({taken['epochs']:.0f})" for kind, taken in rules.items())
+    return Row(f"{networks} trainings by each rule, s (epochs each)", "", told, None, {"rules": rules})
+
+
+def _figures(stack: dict[str, Any], networks: int, rules: dict[str, dict[str, Any]], each: int) -> Row:
+    per_network = stack["wall_s"] / networks
+    fig9 = sum(taken["wall_s"] for taken in rules.values()) * 100 / each
+    gdx = sum(count for figure, count in TRAININGS.items() if figure != "fig. 9") * per_network
+    return Row(
+        f"all of figs. 4 to 9, {sum(TRAININGS.values())} trainings, estimated from the rows above",
+        "≤ 600 s",
+        f"{number(gdx + fig9)} s (fig. 9: {number(fig9)} s)",
+        gdx + fig9 <= 600.0,
+        {"estimate_s": gdx + fig9, "fig_9_s": fig9, "trainings": TRAININGS},
+    )
