@@ -24,8 +24,6 @@ the stiffest base that a step of 0.25 ms resolves."""
 MOST_BACKLASH = 2.0
 """rad at the motor shaft: wear ends there, as `Faults.backlash` does."""
 
-_NEXT_TO_NOTHING = 1e-9
-"""Share of a law's upper end that stands for the least fault drawn [-]."""
 
 _PART_OF = {"cracked_station": "roller_crack", "loose_at": "screw_looseness"}
 """What makes no fault without another attribute."""
@@ -118,7 +116,7 @@ class FaultLaw:
         """Each fault alone at the ends of its law, as its name, its value and its course; what is no fault is left out.
         A cracked station comes with the worst crack, the time at which screws let go with the loosest screws."""
         for field in dataclasses.fields(self):
-            for value in _tried(getattr(self, field.name)):
+            for value in getattr(self, field.name).extremes:
                 values = {field.name: value}
                 if field.name in _PART_OF:
                     whole = _PART_OF[field.name]
@@ -133,14 +131,6 @@ class FaultLaw:
             _course({name: value})
         except ParameterError as error:
             raise ParameterError(f"FaultLaw.{str(error).partition('.')[2]}") from None
-
-
-def _tried(law: Law) -> tuple[Any, ...]:
-    """The ends of a law; where it draws from 0 on, which is no fault, what is next to nothing stands for that."""
-    if law.lists or 0.0 not in law.extremes:
-        return law.extremes
-    most = max(law.extremes)
-    return (_NEXT_TO_NOTHING * most, most)
 
 
 def _course(values: Mapping[str, Any]) -> Course:

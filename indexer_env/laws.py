@@ -26,6 +26,9 @@ from scipy.special import ndtri
 _LEAST, _MOST = 2.0**-54, 1.0 - 2.0**-53
 """Stands for u = 0, where Φ⁻¹ is infinite (half of the smallest step of u); the largest u below 1."""
 
+_NEXT_TO_NOTHING = 1e-9
+"""Share of an interval's upper end that stands for the least value above 0 [-]."""
+
 
 class Law(ABC):
     """A law of chance for one quantity, in that quantity's unit."""
@@ -112,7 +115,8 @@ class _Interval(Law):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        return (self.low, self.high)
+        # 0 often stands for "not there", and what is next to nothing may then be what no check passes.
+        return (self.low, _NEXT_TO_NOTHING * self.high, self.high) if self.low == 0.0 else (self.low, self.high)
 
     def scaled(self, factor: float) -> Law:
         return type(self)(self.low * factor, self.high * factor)

@@ -204,3 +204,6 @@ def test_the_ends_of_a_law_are_tried_once_each_and_no_fault_not_at_all():
     tried = [(name, value) for name, value, _ in law.extremes()]
     assert tried == [("screw_looseness", 0.5), ("backlash", 1e-9 * 0.2), ("backlash", 0.2), ("loose_at", 2.0)]
     assert list(FaultLaw().extremes()) == []
+    mixed = fault_law({"screw_looseness": {"choice": [0.0, {"uniform": [0.1, 1.0]}]}})
+    assert [value for name, value, _ in mixed.extremes() if name == "screw_looseness"] == [0.1, 1.0]
+    IndexerEnv(faults=mixed)
