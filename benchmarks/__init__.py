@@ -1,7 +1,7 @@
 """How accurate and how fast the simulator is, with the same work done by other solvers.
 
-`python -m benchmarks [accuracy|speed|environment|training|peers|all] [--quick]` (`make bench`) measures,
-writes results.json and work_precision.png and fills the table of README.md.
+`python -m benchmarks [SECTION|all] [--quick]` (`make bench`) measures, writes results.json and work_precision.png and
+fills the table of README.md; the sections are those of `report`.
 
 Map, in reading order
 ---------------------
@@ -15,6 +15,9 @@ environment      environment steps per second, one machine and many, beside Gymn
 diagnosis        how often baselines of the diagnosis environment are right, against cost; a command of its own
 data_sets        the generator end to end, beside the bare simulator; ray_cluster times a cluster for it
 training         many networks trained as one; natural trains the same one after the other
+stored           data sets that are read, made once and kept in .cache/
+parquet          ways to store records: size, speed; fills the table of docs/reading.md
+reading          shuffled batches and the check: records per second
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
 report           rows with their verdicts, results.json, the table of README.md

@@ -53,6 +53,14 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         from benchmarks import training
 
         return training.measure(quick=quick)
+    if name == "parquet":
+        from benchmarks import parquet
+
+        return parquet.measure(quick=quick)
+    if name == "reading":
+        from benchmarks import reading
+
+        return reading.measure(quick=quick)
     from benchmarks import picture, work_precision
 
     rows, points = work_precision.measure(quick=quick)

@@ -26,12 +26,17 @@ In reading order, along the data flow:
     run_log        run.json: when, on what, with how many interruptions
     generate       an order -> a folder: shards, rejected items, example, manifest; goes on where it was stopped
     example        example.csv, as a data logger would write it, and its truth
-    remake         a row -> its record again, bit for bit
+    card           README.md with its pictures (`pictures`) and Croissant metadata (`croissant`)
+    batches        a data set -> shuffled PyTorch batches, or single records by place
+    remake         a row -> its record again, bit for bit; a command
+    audit/         what DATA.md promises, asserted
+    check          python -m datagen.check: the verdict on a data set
     formats/       measured files of all formats as named columns, one reader a file
     time_grid      a column of time -> one sampling rate, or the place where it is not even
     measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
     ingest/        measured files -> the same kind of folder, one row a turn; python -m datagen.ingest
     progress       a bar or log lines
+    arguments      the command line around Hydra's reading of it
     command        the Hydra entry point that all commands of the project share
     __main__       python -m datagen
 

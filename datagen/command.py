@@ -1,8 +1,9 @@
 """What all commands of the project share: a Hydra entry point whose every error is one sentence.
 
 `hydra_command("datagen")` reads `datagen.yaml` in the project's configuration folder and gives back a
-`main()` that works as a console script and under `python -m`. Exit codes: 0 done, 2 bad input (one line on
-stderr, in a sweep one for each failed job), 130 stopped from the keyboard. With the environment variable
+`main()` that works as a console script and under `python -m`. Exit codes: 0 done, 1 done and something found
+that should not be (commands that compare), 2 bad input (one line on stderr, in a sweep one for each failed job),
+130 stopped from the keyboard. With the environment variable
 HYDRA_FULL_ERROR=1 the traceback is shown instead of the sentence.
 """
 
@@ -18,7 +19,6 @@ from pathlib import Path
 from typing import NoReturn
 
 import hydra
-import yaml
 from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
@@ -26,19 +26,25 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
+from datagen.arguments import malformed, with_key
 from datagen.places import is_url
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
 
+DIFFERENT = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 
 
-def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callable[[], None]]:
+def hydra_command(
+    config_name: str, positional: str | None = None
+) -> Callable[[Callable[[dict], None]], Callable[[], None]]:
     """Decorate `task(config: dict)` into the `main()` of a command configured by `<config_name>.yaml`.
+
+    `positional` is the key whose value may stand alone as the first argument: `check FOLDER` for `check data=FOLDER`.
 
     The task receives the composed configuration as plain dicts and lists, interpolations resolved and nothing
     missing. In a sweep (`-m`) a job that fails does not stop those after it: each says its sentence, and the
@@ -78,6 +84,7 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
             composed = failed = False
             started_in = os.getpid()
             traceback_wanted = os.environ.get(_FULL_ERROR) == "1"
+            sys.argv = [sys.argv[0], *with_key(positional, sys.argv[1:])]
             if traceback_wanted:
                 command()
                 return
@@ -92,7 +99,7 @@ def hydra_command(config_name: str) -> Callable[[Callable[[dict], None]], Callab
                 # Hydra refuses some malformed overrides so; in a running job it is a defect.
                 if composed:
                     raise
-                _refuse(_malformed(error))
+                _refuse(_one_line(malformed(error, sys.argv[1:])))
             finally:
                 del os.environ[_FULL_ERROR]
                 if before is not None:
@@ -226,17 +233,6 @@ def _answered(config_name: str) -> bool:
         print((config_dir() / f"{config_name}.yaml").read_text(encoding="utf-8"), end="")
         print(f"\nChoices of the defaults and their keys: {config_dir()}")
     return flags.help
-
-
-def _malformed(error: ValueError) -> str:
-    """A sentence for what Hydra refuses without naming it: a group whose value is no name."""
-    for argument in sys.argv[1:]:
-        group, _, value = argument.lstrip("+~").partition("=")
-        folder = config_dir() / group
-        if group and folder.is_dir() and not isinstance(yaml.safe_load(value), str | list):
-            names = sorted(path.stem for path in folder.glob("*.yaml"))
-            return f"{group} must be one of {', '.join(names)}, got {value or None!r}."
-    return _one_line(str(error))
 
 
 def _plain(config: DictConfig, config_name: str) -> dict:

@@ -15,6 +15,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from datagen.card import write_card
 from datagen.example import write_example
 from datagen.executors import Executor, LocalExecutor
 from datagen.make_shard import MakeShard, Shard
@@ -80,6 +81,7 @@ def generate(
             done = f"{tally.items} of {order.count} items are done and kept in {place}"
             raise KeyboardInterrupt(f"{done}; {GO_ON}") from None
         run.end(tally.items - earlier)
+        write_card(place, manifest, run.content())
         clear(place)
     return manifest
 

@@ -2,19 +2,13 @@
 
 `read_shards(folder)` gives all records of a data set as one matrix with their table.
 
-Measured on 512 records of table2 (8200 samples, no noise): bytes a record, records a second written and read:
-    plain list, not compressed                       32.8 kB   12 400   23 500
-    plain list, zstd 1                               12.7 kB   10 900   18 300
-    plain list, byte-stream split, zstd 1 (chosen)   10.1 kB   11 500   20 600
-    plain list, byte-stream split, zstd 9             9.7 kB    3 000   19 800
-    plain list, byte-stream split, lz4               11.0 kB   14 400   21 800
-    fixed-size list, byte-stream split, zstd 1       10.1 kB   11 500   20 200
-Fixed-size lists gain nothing and forbid records of different lengths. Records full of noise shrink to
-26 kB at best.
+Plain lists, byte-stream split, zstd at level 1 and row groups of 256 records were chosen by measuring; the table of
+sizes and speeds stands in docs/reading.md.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,14 +17,16 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION, schema
-from datagen.store import MANIFEST, ORDER
-from indexer_env.errors import SignalError
+from datagen.store import MANIFEST, ORDER, REJECTED
+from indexer_env.errors import IndexerError, SignalError
 
-ROW_GROUP = 64
-"""Records in one row group."""
+GROUP_RECORDS = 256
+GROUP_SAMPLES = 2**22
+"""Records and samples in one row group, at most: what a reader has to hold at once, 17 MB."""
 
 COMPRESSION = "zstd"
 COMPRESSION_LEVEL = 1
@@ -105,8 +101,13 @@ def write_parquet(table: pa.Table, path: Path | pa.NativeFile) -> None:
         compression_level=COMPRESSION_LEVEL,
         use_dictionary=[name for name in table.column_names if name != RECORD],  # pyright: ignore[reportArgumentType]
         column_encoding={f"{RECORD}.list.element": "BYTE_STREAM_SPLIT"},
-        row_group_size=ROW_GROUP,
+        row_group_size=_group_size(table),
     )
+
+
+def _group_size(table: pa.Table) -> int:
+    longest = pc.max(pc.list_value_length(table.column(RECORD))).as_py() or 1  # type: ignore[attr-defined]
+    return max(1, min(GROUP_RECORDS, GROUP_SAMPLES // longest))
 
 
 def read_manifest(folder: str | Path) -> dict[str, Any]:
@@ -168,28 +169,86 @@ def read_shards(path: str | Path) -> Records:
     if not tables:
         raise SignalError(f"{path} holds no record, all items were rejected; see rejected.parquet for the reasons.")
     table = pa.concat_tables(tables)
-    column = table.column(RECORD).combine_chunks()
-    lengths = np.unique(np.diff(column.offsets.to_numpy()))
-    if len(lengths) != 1:
-        raise SignalError(f"{path} must hold records of one length, got {lengths.min()} to {lengths.max()} samples.")
-    records = column.flatten().to_numpy().reshape(len(column), int(lengths[0]))
+    records = record_matrix(table.column(RECORD), str(path))
     return Records(records, table.drop_columns([RECORD]), read_manifest(path))
 
 
-def _read_shard(path: Path, size: int) -> pa.Table:
+def record_matrix(column: pa.ChunkedArray, owner: str) -> np.ndarray:
+    """The records of a column as one matrix, shape (n, samples) float32, without a copy where Arrow holds them in one
+    piece, as it does those of a row group.
+
+    Raises
+    ------
+    SignalError
+        Records of different lengths.
+    """
+    values = column.combine_chunks()
+    lengths = np.unique(np.diff(values.offsets.to_numpy()))
+    if len(lengths) != 1:
+        raise SignalError(f"{owner} must hold records of one length, got {lengths.min()} to {lengths.max()} samples.")
+    return values.flatten().to_numpy().reshape(len(values), int(lengths[0]))
+
+
+@contextlib.contextmanager
+def open_shard(path: Path) -> Iterator[pq.ParquetFile]:
+    """A shard to be read by row groups and columns.
+
+    Raises
+    ------
+    SignalError
+        It is missing or, when opened or while the block lasts, found to be damaged.
+    """
     if not path.is_file():
         raise SignalError(f"{path} is missing but listed in the manifest; generate the data set again.")
-    if path.stat().st_size != size:
+    try:
+        # Not pq.read_table: it would make a column of a folder that is named key=value.
+        with pq.ParquetFile(path, memory_map=True) as file:
+            yield file
+    except (pa.ArrowException, OSError) as error:
+        if isinstance(error, IndexerError):
+            raise
+        raise SignalError(f"{path} is damaged ({str(error).splitlines()[0]}); generate the data set again.") from None
+
+
+def read_rows(folder: str | Path, items: Sequence[int]) -> list[dict[str, Any]]:
+    """The rows of these items, each a mapping of column names with its record as a list.
+
+    Raises
+    ------
+    SignalError
+        As `open_shard`; an item that was rejected or that the data set does not have.
+    """
+    folder = Path(folder)
+    manifest = read_manifest(folder)
+    rows = []
+    for item in items:
+        holders = [entry for entry in manifest["shards"] if entry["first_item"] <= item <= entry["last_item"]]
+        found = [row for entry in holders for row in _rows_of(folder / entry["name"], item)]
+        if not found:
+            rule = f"an item that has a record, 0 to {manifest['count'] - 1} without those of {REJECTED}"
+            raise SignalError(f"item must be {rule}, got {item} of {folder}.")
+        rows += found
+    return rows
+
+
+def _rows_of(path: Path, item: int) -> list[dict[str, Any]]:
+    """The row of an item in a shard, alone in a list, or an empty list."""
+    with open_shard(path) as file:
+        for group in range(file.num_row_groups):
+            items = file.read_row_group(group, ["item"]).column(0).to_numpy()
+            if item in items:
+                return file.read_row_group(group).slice(int(np.flatnonzero(items == item)[0]), 1).to_pylist()
+    return []
+
+
+def _read_shard(path: Path, size: int) -> pa.Table:
+    if path.is_file() and path.stat().st_size != size:
         raise SignalError(
             f"{path} must have {size} bytes, got {path.stat().st_size}; it was cut or changed, "
             "generate the data set again."
         )
-    try:
-        # Not pq.read_table: it would make a column of a folder that is named key=value.
-        with pq.ParquetFile(path) as file:
-            table = file.read()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise SignalError(f"{path} is damaged ({str(error).splitlines()[0]}); generate the data set again.") from None
+    with open_shard(path) as file:
+        table = file.read()
     if not table.schema.equals(schema()):
         different = sorted(set(COLUMNS).symmetric_difference(table.column_names)) or ["the type of a column"]
         raise SignalError(

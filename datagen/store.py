@@ -21,6 +21,10 @@ MANIFEST = "manifest.json"
 RUN = "run.json"
 """When, on what and with how many interruptions: the only file besides the card that two runs do not share."""
 
+CARD = "README.md"
+CROISSANT = "croissant.json"
+PICTURES = "pictures"
+
 REJECTED = "rejected.parquet"
 SHARD_FOLDER = "data"
 """Shards have a folder of their own, so that every tool that opens a folder of Parquet files finds records
@@ -29,7 +33,7 @@ only."""
 UNFINISHED = "unfinished"
 ORDER = f"{UNFINISHED}/order.json"
 
-_OURS = ("example.csv", "example.json", REJECTED, RUN, MANIFEST)
+_OURS = ("example.csv", "example.json", REJECTED, RUN, CARD, CROISSANT, MANIFEST)
 
 
 class State(enum.Enum):
@@ -171,7 +175,8 @@ def _is_ours(name: str) -> bool:
     name = name.removesuffix(TEMPORARY)
     folder, _, file = name.rpartition("/")
     shard = file.startswith("shard-") and file.endswith((".parquet", ".json"))
-    return name in (*_OURS, ORDER) or (folder in (SHARD_FOLDER, UNFINISHED) and shard)
+    picture = folder == PICTURES and file.endswith(".png")
+    return name in (*_OURS, ORDER) or (folder in (SHARD_FOLDER, UNFINISHED) and shard) or picture
 
 
 def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:

@@ -8,6 +8,8 @@ import math
 import sys
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import torch
 
@@ -237,3 +239,27 @@ def test_smoke_the_section_of_training() -> None:
     assert [row.required for row in rows] == ["≤ 20 s", "≥ 30 ×", "", "≤ 600 s"]
     assert set(rows[2].numbers["rules"]) == set(TRAINERS)
     assert all(taken["epochs"] > 0 for taken in rows[2].numbers["rules"].values())
+
+
+def test_the_page_on_data_sets_holds_the_table_of_the_results() -> None:
+    from benchmarks import parquet
+
+    results = json.loads(report.RESULTS.read_text(encoding="utf-8"))
+    rows = [report.Row(**values) for values in results["parquet"]["rows"]]
+    text = parquet.PAGE.read_text(encoding="utf-8")
+    assert report.with_table(text, parquet.page_table(rows)) == text
+    assert str(parquet.CHOSEN) == "plain list, byte-stream split, zstd 1, row groups of 256"
+
+
+def test_ways_to_store_records_are_written_as_they_say() -> None:
+    """The chosen way is that of the shards; a fixed-size list comes back as one."""
+    from benchmarks import parquet
+
+    records = np.arange(24, dtype=np.float32).reshape(3, 8)
+    kind = pa.list_(pa.field("element", pa.float32(), nullable=False))
+    table = pa.table({"record": pa.array(list(records), kind), "item": pa.array([0, 1, 2])})
+    _, content = parquet._write(parquet._with_lists(table, "fixed-size"), parquet.Way(group=2))
+    with pq.ParquetFile(pa.BufferReader(content)) as file:
+        column = file.metadata.row_group(0).column(0)
+        assert file.num_row_groups == 2 and column.compression == "ZSTD" and "BYTE_STREAM_SPLIT" in column.encodings
+        assert pa.types.is_fixed_size_list(file.schema_arrow.field("record").type)

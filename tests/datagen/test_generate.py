@@ -55,8 +55,8 @@ class _OneTooStiff(Table2):
 
 
 def contents(folder) -> dict[str, str]:
-    """Every file's checksum but that of run.json, which holds times."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != "run.json")
+    """Every file's checksum but those of run.json and the card, which hold times."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name not in ("run.json", "README.md"))
     return {path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 

@@ -1,0 +1,26 @@
+"""What stands on the command line of a command, before and after Hydra has tried to read it."""
+
+from __future__ import annotations
+
+import yaml
+
+from indexer_env.presets import config_dir
+
+
+def with_key(key: str | None, arguments: list[str]) -> list[str]:
+    """The arguments, the first of them given its key where it stands alone; quoted, as a path may hold any sign."""
+    if key is None or not arguments or arguments[0].startswith("-") or "=" in arguments[0]:
+        return arguments
+    quoted = arguments[0].replace("\\", "\\\\").replace("'", "\\'")
+    return [f"{key}='{quoted}'", *arguments[1:]]
+
+
+def malformed(error: ValueError, arguments: list[str]) -> str:
+    """A sentence for what Hydra refuses without naming it: a group whose value is no name."""
+    for argument in arguments:
+        group, _, value = argument.lstrip("+~").partition("=")
+        folder = config_dir() / group
+        if group and folder.is_dir() and not isinstance(yaml.safe_load(value), str | list):
+            names = sorted(path.stem for path in folder.glob("*.yaml"))
+            return f"{group} must be one of {', '.join(names)}, got {value or None!r}."
+    return str(error)
