@@ -56,7 +56,8 @@ def wait_for_the_instant(process: subprocess.Popen, folder: Path, chance: random
 @pytest.mark.slow
 def test_killed_at_random_instants(tmp_path):
     chance = random.Random(20)
-    assert start(tmp_path / "whole").wait() == 0
+    with start(tmp_path / "whole") as process:
+        assert process.wait() == 0
     reference = contents(tmp_path / "whole")
 
     kills = in_work = data_sets = 0
@@ -64,12 +65,12 @@ def test_killed_at_random_instants(tmp_path):
         data_sets += 1
         folder = tmp_path / f"killed-{data_sets}"
         while True:
-            before, process = receipts(folder), start(folder)
-            wait_for_the_instant(process, folder, chance)
-            process.send_signal(signal.SIGKILL)
-            code = process.wait()
-            assert code in (0, -signal.SIGKILL), process.stderr.read().decode()
-            process.stderr.close()
+            before = receipts(folder)
+            with start(folder) as process:
+                wait_for_the_instant(process, folder, chance)
+                process.send_signal(signal.SIGKILL)
+                code = process.wait()
+                assert code in (0, -signal.SIGKILL), process.stderr.read().decode()
             if code == 0:
                 break
             kills += 1
