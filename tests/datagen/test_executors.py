@@ -168,7 +168,8 @@ def kill_a_worker() -> str:
 @pytest.mark.filterwarnings("default")
 def test_an_error_on_a_cluster_is_the_same_sentence(cluster, order, tmp_path):
     with pytest.raises(ParameterError, match="fastest mode"):
-        coarse = replace(order, sensor=Sensor(), run=replace(order.run, sample_rate=50.0, step=0.02))
+        base = replace(order.base, sensor=Sensor())
+        coarse = replace(order, base=base, run=replace(order.run, sample_rate=50.0, step=0.02))
         generate(coarse, tmp_path / "ray", executor=RayExecutor(cluster[0].address))
     assert not (tmp_path / "ray").exists()
 
