@@ -29,6 +29,14 @@ ONE = LocalExecutor(workers=1)
 """One worker, so that the n-th step of a run is always the same."""
 
 
+@pytest.fixture(scope="module", autouse=True)
+def plain_pictures():
+    """Data cards whose pictures take no time: some hundred data sets are made here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("datagen.pictures.picture", lambda row: f"picture of item {row['item']}".encode())
+        yield
+
+
 @pytest.fixture(scope="module")
 def small(order):
     return replace(order, run=Run(samples=60, warmup_turns=0), count=5, shard_items=2)
