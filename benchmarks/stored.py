@@ -16,8 +16,8 @@ CACHE = Path(__file__).parent / ".cache"
 
 def data_set(sensor: str, count: int) -> Path:
     """Folder of a data set of campaign table2, seed 0, one turn a record, read by a sensor of conf/sensor."""
-    base = Base(load_machine("reference"), OperatingPoint())
-    order = Order(make_campaign(load_yaml("campaign", "table2")), base, load_sensor(sensor), count=count)
+    base = Base(load_machine("reference"), OperatingPoint(), sensor=load_sensor(sensor))
+    order = Order(make_campaign(load_yaml("campaign", "table2")), base, count=count)
     folder = CACHE / f"table2-{sensor}-{count}"
     generate(order, folder)
     return folder

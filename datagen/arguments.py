@@ -1,8 +1,9 @@
-"""What stands on the command line of a command, before and after Hydra has tried to read it."""
+"""What stands on the command line of a command, before and after Hydra has tried to read it, and what may."""
 
 from __future__ import annotations
 
 import yaml
+from omegaconf import DictConfig, OmegaConf
 
 from indexer_env.presets import config_dir
 
@@ -24,3 +25,17 @@ def malformed(error: ValueError, arguments: list[str]) -> str:
             names = sorted(path.stem for path in folder.glob("*.yaml"))
             return f"{group} must be one of {', '.join(names)}, got {value or None!r}."
     return str(error)
+
+
+def root_keys(config_name: str) -> list[str]:
+    """Keys that a root configuration has, its groups among them."""
+    root = OmegaConf.load(config_dir() / f"{config_name}.yaml")
+    assert isinstance(root, DictConfig)
+    groups = [
+        str(key).removeprefix("override ").removeprefix("/")
+        for entry in root.get("defaults", [])
+        if isinstance(entry, DictConfig)
+        for key in entry
+    ]
+    names = [str(key) for key in root if key != "defaults"] + [group for group in groups if "hydra/" not in group]
+    return [name for name in names if name != "hydra"]

@@ -20,7 +20,7 @@ from datagen.schema import GROUPS, RECORD
 from datagen.store import CARD, CROISSANT, PICTURES, REJECTED, as_json
 
 LICENCE = "mit"
-"""Of the data, as of the program that made them."""
+"""Of simulated data, as of the program that made them; measured ones belong to whoever measured."""
 
 _SHOWN = [RECORD, "class", "class_name", "item", "sample_rate", "quantity", "unit"]
 
@@ -52,7 +52,10 @@ def write_card(place: Place, manifest: Mapping[str, Any], run: Mapping[str, Any]
     samples = _one_row_of_each_class(place, manifest)
     for row in samples:
         place.publish(_picture_name(row), picture(row))
-    place.publish(CROISSANT, as_json(croissant(manifest, title(manifest), _description(manifest))))
+    about = {"name": title(manifest), "description": _description(manifest)}
+    if not _is_measured(manifest):
+        about["license"] = f"https://spdx.org/licenses/{LICENCE.upper()}.html"
+    place.publish(CROISSANT, as_json(croissant(manifest, about)))
     place.publish(CARD, card(place, manifest, samples, run).encode())
 
 
@@ -66,7 +69,7 @@ def card(place: Place, manifest: Mapping[str, Any], samples: list[dict[str, Any]
         "How to read it": _READING,
         "Columns": "\n".join(_columns()),
         "How it was made": _made(manifest),
-        "Licence": "MIT, as the program that made it.",
+        "Licence": "Not stated." if _is_measured(manifest) else "MIT, as the program that made it.",
         "Time and hardware": "\n".join(_sessions(run)),
     }
     body = "\n\n".join(f"## {name}\n\n{text}" if name else text for name, text in sections.items())
@@ -79,11 +82,16 @@ def title(manifest: Mapping[str, Any]) -> str:
     return f"Cam indexing machine, {manifest['campaign']}, seed {manifest['seed']}"
 
 
+def _is_measured(manifest: Mapping[str, Any]) -> bool:
+    """Whether the data set was ingested, from so many files, and not simulated."""
+    return "files" in manifest
+
+
 def _head(manifest: Mapping[str, Any]) -> dict[str, Any]:
     """The YAML head, in the words of the Hub. There is one split only: the subsets stand in a column."""
     return {
         "pretty_name": title(manifest),
-        "license": LICENCE,
+        "license": "unknown" if _is_measured(manifest) else LICENCE,
         "task_categories": ["tabular-classification"],
         "tags": ["time-series", "vibration", "fault-diagnosis", "cam-indexer", "backlash"],
         "size_categories": [next((name for size, name in _SIZES if manifest["records"] < size), "n>10M")],

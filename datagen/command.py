@@ -26,7 +26,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
-from datagen.arguments import malformed, with_key
+from datagen.arguments import malformed, root_keys, with_key
 from datagen.places import is_url
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
@@ -238,7 +238,7 @@ def _answered(config_name: str) -> bool:
 def _plain(config: DictConfig, config_name: str) -> dict:
     plain = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     assert isinstance(plain, dict)
-    known = _root_keys(config_name)
+    known = root_keys(config_name)
     # What `+key` adds and `~key` takes away is for Hydra to accept and for no command to see.
     for key in plain:
         check_choice(config_name, "key", key, known)
@@ -274,24 +274,11 @@ def _unknown_key(key: str, error: Exception, config_name: str) -> str:
         known = [str(entry) for entry in node if entry != "hydra" or owner]
     else:
         owner, name = "", key
-        known = _root_keys(config_name)
+        known = root_keys(config_name)
     full = f"{owner}.{name}" if owner else name
     known_keys = f"known: {', '.join(sorted(known))}" if known else f"write +{key}=VALUE to add it"
     hint = did_you_mean(name, known) or known_keys
     return f"{full} must be a key of {owner or config_name}, got an unknown key; {hint}."
-
-
-def _root_keys(config_name: str) -> list[str]:
-    root = OmegaConf.load(config_dir() / f"{config_name}.yaml")
-    assert isinstance(root, DictConfig)
-    groups = [
-        str(key).removeprefix("override ").removeprefix("/")
-        for entry in root.get("defaults", [])
-        if isinstance(entry, DictConfig)
-        for key in entry
-    ]
-    names = [str(key) for key in root if key != "defaults"] + [group for group in groups if "hydra/" not in group]
-    return [name for name in names if name != "hydra"]
 
 
 def _remedy(name: str, known: Iterable[str]) -> str:

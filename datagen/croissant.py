@@ -56,8 +56,8 @@ _CONTEXT = {
 """The context that version 1.0 prescribes."""
 
 
-def croissant(manifest: Mapping[str, Any], name: str, description: str) -> dict[str, Any]:
-    """The metadata of a data set, as JSON-LD.
+def croissant(manifest: Mapping[str, Any], about: Mapping[str, str]) -> dict[str, Any]:
+    """The metadata of a data set, as JSON-LD; `about` holds its name, description and, where known, its license.
 
     Every shard is a file with its SHA-256; one record set reads all of them, a field for each column, with its unit in
     the description. It holds no date, so that the same order gives the same bytes.
@@ -66,10 +66,8 @@ def croissant(manifest: Mapping[str, Any], name: str, description: str) -> dict[
         "@context": _CONTEXT,
         "@type": "sc:Dataset",
         "conformsTo": CONFORMS_TO,
-        "name": name,
-        "description": description,
+        **about,
         "citeAs": _PAPER,
-        "license": "https://spdx.org/licenses/MIT.html",
         "version": f"{manifest['schema_version']}.0.0",
         "distribution": [
             {

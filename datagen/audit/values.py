@@ -48,6 +48,7 @@ RANGES = {
     "seed": Range(0),
     "item": Range(0),
     "source_rate": Range(0.0, low_open=True),
+    "source_duration": Range(0.0, low_open=True),
     "warmup_turns": Range(0),
     "warmup_difference": Range(0.0),
     "schema_version": Range(SCHEMA_VERSION, SCHEMA_VERSION),
@@ -67,7 +68,7 @@ _JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {
 _PATTERNS = {
     "code": ("characters 0 and 1", r"^[01]+$"),
     "source_sha256": ("64 hexadecimal digits", r"^[0-9a-f]{64}$"),
-    "source": ("a file's name without its folder", r"^[^/\\]+$"),
+    "source": ("a file's path below the folder that was read", r"^[^/]"),
 }
 
 

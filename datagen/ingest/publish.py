@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from datagen.campaign import SUBSETS, Label
+from datagen.card import write_card
 from datagen.ingest.cut import cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
@@ -65,6 +66,7 @@ def ingest(
             shards = _written(place, itertools.chain(beginning, entries), settings.shard_items)
             manifest = {**head, **tally.summary(labels), "shards": shards}
             finish(place, manifest)
+            write_card(place, manifest, {})
             clear(place)
     return manifest
 

@@ -70,7 +70,7 @@ def test_only_the_last_section_depends_on_the_run(card, dataset, tmp_path):
 
 
 def test_rejected_items_stand_in_the_card_with_their_reasons(order, settings, tmp_path):
-    settings["draws"]["output_joint"]["stiffness"]["half_width"] = 1.5
+    settings["draws"]["machine"]["output_joint"]["stiffness"]["around"] = 1.5
     manifest = generate(replace(order, campaign=make_campaign(settings), count=40), tmp_path / "wild")
     text = (tmp_path / "wild" / "README.md").read_text(encoding="utf-8")
     section = text.split("## Rejected items")[1].split("\n## ")[0]

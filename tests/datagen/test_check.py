@@ -285,7 +285,7 @@ def test_a_sound_data_set_has_no_fault(dataset):
 
 
 def test_a_data_set_with_rejected_items_has_no_fault(order, settings, tmp_path):
-    settings["draws"]["output_joint"]["stiffness"]["half_width"] = 1.5
+    settings["draws"]["machine"]["output_joint"]["stiffness"]["around"] = 1.5
     generate(replace(order, campaign=make_campaign(settings), count=40), tmp_path / "wild")
     verdict = check(tmp_path / "wild")
     assert verdict.faults == [] and 0 < verdict.records < 40

@@ -38,7 +38,8 @@ def _written(folder, changes):
                 "subset": "calibration", "machine_draw": 0, "campaign": "measured", "seed": 0,
                 "item": 2 * number + place,
                 "source": "bench.csv", "source_sha256": "0" * 64, "source_channel": "a", "source_rate": 2000.0,
-                "source_start": 8.2 * place, "groups": '{"sensor": "A"}', **version_columns(), **quality, **changes,
+                "source_start": 8.2 * place, "source_duration": 8.2, "groups": '{"sensor": "A"}',
+                **version_columns(), **quality, **changes,
             }
             for place, quality in enumerate(quality_columns(records))
         ]  # fmt: skip
@@ -50,7 +51,7 @@ def _written(folder, changes):
         })  # fmt: skip
     pq.write_table(rejected_schema().empty_table(), folder / "rejected.parquet")
     manifest = {
-        "format": FORMAT, "schema_version": SCHEMA_VERSION, "campaign": "measured", "seed": 0, "count": 4,
+        "format": FORMAT, "schema_version": SCHEMA_VERSION, "campaign": "measured", "files": 1, "seed": 0, "count": 4,
         "records": 4, "rejected": 0, "versions": made_with(), "config": {}, "classes": {"whole": 2, "cracked": 2},
         "subsets": {"calibration": 4, "control": 0, "validation": 0}, "shards": shards,
     }  # fmt: skip
@@ -64,6 +65,7 @@ def test_a_measured_data_set_is_sound_and_has_a_card(measured):
     verdict = check(folder)
     assert (verdict.faults, verdict.records, verdict.remade) == ([], 4, 0)
     text = (folder / "README.md").read_text(encoding="utf-8")
+    assert "license: unknown\n" in text and "license" not in json.loads((folder / "croissant.json").read_text())
     assert "| cracked | 2 |" in text and text.endswith("Not recorded.\n")
     assert read_rows(folder, [3])[0]["source_start"] == 8.2
     assert pa.types.is_null(pa.array([read_rows(folder, [0])[0]["step"]]).type)
@@ -72,7 +74,7 @@ def test_a_measured_data_set_is_sound_and_has_a_card(measured):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"source": "/home/me/bench.csv"}, "source must be a file's name without its folder"),
+        ({"source": "/home/me/bench.csv"}, "source must be a file's path below the folder that was read"),
         ({"source_sha256": "abc"}, "source_sha256 must be 64 hexadecimal digits, got 'abc'"),
         ({"source_rate": 0.0}, "source_rate must be > 0, got 0.0"),
         ({"groups": "[]"}, "groups must be a JSON mapping, got '[]'"),

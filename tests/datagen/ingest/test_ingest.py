@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from datagen.check import check
 from datagen.ingest.publish import ingest
 from datagen.ingest.settings import Known, Pulse, Settings
 from datagen.ingest.sources import sources_of
@@ -228,3 +229,15 @@ def test_a_real_measurement_is_ingested(tmp_path):
     row = read_shards(tmp_path / "set").row(1)
     assert (row["source_rate"], row["source_channel"], row["record"].shape) == (1000.0, "vir", (3000,))
     assert 0.1 < np.std(row["record"]) < 10.0
+
+
+def test_an_ingested_data_set_passes_the_check_and_has_its_card(dataset, tmp_path):
+    verdict = check(dataset)
+    assert verdict.faults == [] and verdict.records > 10
+    card = (dataset / "README.md").read_text(encoding="utf-8")
+    assert "license: unknown\n" in card and card.endswith("Not recorded.\n")
+    files = bench(tmp_path / "files")
+    (files / "healthy" / "broken.wav").write_bytes(b"RIFF")
+    ingest(sources_of(str(files), None), SETTINGS, tmp_path / "set")
+    assert check(tmp_path / "set").faults == []
+    assert "1 of " in (tmp_path / "set" / "README.md").read_text(encoding="utf-8").split("## Rejected items")[1]
