@@ -37,6 +37,7 @@ In reading order, along the data flow:
     ingest/        measured files -> the same kind of folder, one row a turn; python -m datagen.ingest
     progress       a bar or log lines
     arguments      the command line around Hydra's reading of it
+    job_paths      the paths and URLs that commands are given, and where each job of a sweep writes
     command        the Hydra entry point that all commands of the project share
     __main__       python -m datagen
 

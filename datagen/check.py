@@ -16,7 +16,8 @@ from datagen.audit.records import record_faults
 from datagen.audit.together import Together
 from datagen.audit.values import value_faults
 from datagen.audit.words import Faults
-from datagen.command import DIFFERENT, hydra_command, path_given
+from datagen.command import DIFFERENT, hydra_command
+from datagen.job_paths import path_given
 from datagen.progress import progress
 from datagen.schema import RECORD
 from datagen.shard import open_shard, read_manifest

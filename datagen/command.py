@@ -15,7 +15,6 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import NoReturn
 
 import hydra
@@ -26,8 +25,8 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
+import datagen.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from datagen.arguments import malformed, root_keys, with_key
-from datagen.places import is_url
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
@@ -116,59 +115,6 @@ def check_flag(command: str, key: str, value: object) -> None:
     """Refuse what is not true or false."""
     if not isinstance(value, bool):
         raise refuse(command, key, "true or false", value)
-
-
-def path_given(command: str, key: str, value: object) -> Path:
-    """The path that a key of a command holds.
-
-    Raises
-    ------
-    ParameterError
-        Not a text or an empty one: a number, true or null would become a folder of that name.
-    """
-    if not isinstance(value, str) or not value.strip():
-        raise refuse(command, key, "a path", value, f"write {key}=./NAME for a name that reads as something else")
-    return Path(value)
-
-
-def job_folder(command: str, out: object) -> Path:
-    """The folder a job writes to: `out` itself, or `out/<job number>` for each job of a sweep (`-m`).
-
-    Raises
-    ------
-    ParameterError
-        `out` is no path.
-    """
-    folder = path_given(command, "out", out)
-    return Path(HydraConfig.get().runtime.output_dir) if _in_sweep() else folder
-
-
-def job_place(command: str, out: object) -> str:
-    """As `job_folder`, for a command that writes to URLs as well."""
-    if not is_url(out):
-        return str(job_folder(command, out))
-    return f"{out}/{HydraConfig.get().job.num}" if _in_sweep() else str(out)
-
-
-def _in_sweep() -> bool:
-    return HydraConfig.initialized() and HydraConfig.get().mode is RunMode.MULTIRUN
-
-
-def _sweep_folder(out: object) -> str:
-    """The folder of a sweep, as conf/command.yaml asks for it before the first job starts."""
-    if out is None:
-        raise refuse("command", "out", "one folder in a sweep, for OUT/<job number>", None, "add out=FOLDER")
-    if is_url(out):
-        return "."
-    folder = path_given("command", "out", out)
-    if any(place.is_file() for place in (folder, *folder.parents)):
-        raise refuse("command", "out", "a folder", str(folder), "a file stands there, choose another name")
-    return str(folder)
-
-
-# Hydra makes a folder for each job itself; for a URL it gets the working folder, which is there.
-OmegaConf.register_new_resolver("sweep_folder", _sweep_folder, replace=True)
-OmegaConf.register_new_resolver("sweep_job", lambda out, number: "." if is_url(out) else str(number), replace=True)
 
 
 def explain(error: Exception, config_name: str) -> str:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from datagen.command import DIFFERENT, hydra_command, path_given
+from datagen.command import DIFFERENT, hydra_command
+from datagen.job_paths import path_given
 from datagen.places import open_place
 from datagen.rows import remade, version_columns
 from datagen.schema import RECORD
