@@ -20,6 +20,8 @@ parquet          ways to store records: size, speed; fills the table of docs/rea
 reading          shuffled batches and the check: records per second
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
+naming           whether the search for a missing effect names what was hidden; a command of its own
+emps             what that search finds in a measured drive; a command of its own
 report           rows with their verdicts, results.json, the table of README.md
 session          the cores used, and what the header of the table says about the machine
 

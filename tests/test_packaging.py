@@ -58,6 +58,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
         "indexer_env",
         "datagen",
         "classifier",
+        "discrepancy",
         f"indexer_diagnosis-{PROJECT['version']}.dist-info",
     }
     carried = [Path(name).relative_to("indexer_env/conf") for name in names if "indexer_env/conf/" in name]

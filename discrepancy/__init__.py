@@ -1,0 +1,22 @@
+"""Finds which physical effect a model lacks to explain records of a machine, and extends the model by it.
+
+In reading order:
+    model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
+    arrow      normal equations of few global and many local parameters, solved by Schur complement
+    fit        joint fit of the parameters and of every window's start state
+    scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
+    blackbox   the control: what a model without physics predicts
+    naming     which effect is missing, none, or which ones cannot be told apart
+    explain    name, add and look again until no gap is left
+    indexer/   the cam indexing machine as such a model
+    emps       a measured drive as such a model
+
+Units are SI and rad. Residuals are (simulated - measured)/noise, so a level (their rms) of 1 is the noise floor.
+Arrays are (window, sample); global parameters g, local ones l, windows w.
+"""
+
+from discrepancy.explain import Explanation, explain
+from discrepancy.model import NONE, Hypothesis, Model, Parameter
+from discrepancy.naming import Naming, name_effect
+
+__all__ = ["NONE", "Explanation", "Hypothesis", "Model", "Naming", "Parameter", "explain", "name_effect"]

@@ -1,0 +1,101 @@
+"""Name, add, and look again: effects are found one after the other until no gap is left or none earns its place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.naming import SLIGHT, Candidate, Naming, name_effect
+
+_OPEN = 0.15
+"""Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
+
+_ROUNDS = 3
+"""Most effects looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """What the records are explained by.
+
+    Attributes
+    ----------
+    verdict : str
+        One of `naming.VERDICTS`.
+    effects : tuple of Hypothesis
+        The effects found, in the order in which they were.
+    rounds : tuple of Naming
+        What each round found.
+    before, after : float
+        Level (rms over noise) on the records held out, of the model as it came and with the effects.
+    model : Model
+        The model extended by the effects, with the records fitted.
+    reason : str
+    """
+
+    verdict: str
+    effects: tuple[Hypothesis, ...]
+    rounds: tuple[Naming, ...]
+    before: float
+    after: float
+    model: Model
+    reason: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects, the last one with those it cannot be told from."""
+        return tuple(h.name for h in self.effects)
+
+    @property
+    def closed_share(self) -> float:
+        """Share of the closable gap that was closed on the records held out; NaN where there was none."""
+        gap = self.before**2 - 1.0
+        return (self.before**2 - self.after**2) / gap if gap > 0.0 else math.nan
+
+    @property
+    def best(self) -> Candidate:
+        """The last candidate that was accepted, or the base model."""
+        return self.rounds[-1].candidates[0] if self.effects else _none(self.rounds[0])
+
+
+def explain(model: Model, held_out: Model) -> Explanation:
+    """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
+    rounds = [name_effect(model, held_out)]
+    before, box = _none(rounds[0]).held_out, rounds[0].black_box
+    effects: list[Hypothesis] = []
+    after, ambiguous = before, False
+    while rounds[-1].verdict in ("named", "ambiguous"):
+        best = rounds[-1].candidates[0]
+        effects.append(best.place.hypothesis)
+        after, ambiguous = best.held_out, rounds[-1].verdict == "ambiguous"
+        model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
+        if ambiguous or best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
+            break
+        following = name_effect(model, held_out, best.place)
+        if following.verdict not in ("named", "ambiguous"):
+            break
+        rounds.append(following)
+    verdict, reason = _judged(rounds[-1], effects, ambiguous, before, after, box)
+    return Explanation(verdict, tuple(effects), tuple(rounds), before, after, model, reason)
+
+
+def _none(naming: Naming) -> Candidate:
+    return next(c for c in naming.candidates if c.name == NONE.name)
+
+
+def _judged(
+    last: Naming, effects: list[Hypothesis], ambiguous: bool, before: float, after: float, box: float
+) -> tuple[str, str]:
+    if not effects:
+        return last.verdict, last.reason
+    if after > box:
+        return (
+            "unexplained",
+            f"a black box predicts the records held out better ({box:.2f}) than the effects ({after:.2f})",
+        )
+    if after**2 - 1.0 > max(_OPEN * (before**2 - 1.0), SLIGHT):
+        return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
+    if ambiguous:
+        return "ambiguous", last.reason
+    return "named", last.reason

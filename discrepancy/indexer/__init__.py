@@ -1,0 +1,15 @@
+"""The cam indexing machine as a model whose records can be explained.
+
+windows     records, and the windows they are cut into: one cam turn each, begun in the dwell
+states      start states of windows from a few numbers
+parameters  the machine's own parameters and how well they are known
+library     the effect library as hypotheses
+model       IndexerModel, which simulates windows in batches
+extend      the machine extended by what was found, as YAML that every command loads
+"""
+
+from discrepancy.indexer.extend import extended_machine, machine_yaml
+from discrepancy.indexer.model import IndexerModel
+from discrepancy.indexer.windows import Experiment
+
+__all__ = ["Experiment", "IndexerModel", "extended_machine", "machine_yaml"]

@@ -1,0 +1,44 @@
+"""The machine extended by what was found, as YAML that `indexer_env`, `datagen` and a second search load as it is."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from discrepancy.fit import Point
+from discrepancy.indexer.model import IndexerModel
+from indexer_env.machine import Joint, Machine
+from indexer_env.motion_law import MotionLaw, TableLaw
+
+
+def extended_machine(model: IndexerModel, place: Point) -> Machine:
+    """The machine with its calibrated parameters and the effects found, those of the sensor left out."""
+    return model.machine_at(place.hypothesis, place.z)[0]
+
+
+def machine_yaml(machine: Machine) -> str:
+    """A machine as the YAML text that `load_machine` reads back equal (a law given as a table: to the last digits, as
+    its angles stand in degrees)."""
+    import yaml
+
+    content: dict[str, Any] = {}
+    for field in dataclasses.fields(machine):
+        value = getattr(machine, field.name)
+        if field.name == "effects":
+            content["effects"] = {effect.name: dataclasses.asdict(effect) for effect in value}
+        elif isinstance(value, MotionLaw):
+            content[field.name] = _law(value)
+        elif isinstance(value, Joint):
+            content[field.name] = dataclasses.asdict(value)
+        else:
+            content[field.name] = value
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def _law(law: MotionLaw) -> str | dict[str, Any]:
+    if not isinstance(law, TableLaw):
+        return law.name
+    columns = (law.cam_angle, law.follower_angle)
+    cam, follower = ([math.degrees(angle) for angle in column] for column in columns)
+    return {"name": law.name, "cam_angle_deg": cam, "follower_angle_deg": follower}

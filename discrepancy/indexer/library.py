@@ -1,0 +1,102 @@
+"""The effect library as hypotheses: which parameters of an effect a fit may move, and where it may begin.
+
+A phase would make a fit begin at several places. Sizes are therefore laid out as the scan of `naming` needs them: a
+ladder for the parameter that has a null value, a few places for those that give its shape.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+from discrepancy.model import Hypothesis, Parameter
+from indexer_env.effects import EFFECTS
+from indexer_env.machine import Machine
+
+_TURN = 2.0 * math.pi
+_PHASES = tuple(_TURN * k / 6 for k in range(6))
+_PLACES = (0.05, 0.12, 0.19, 0.26, 0.33, 0.4, 0.47)
+
+
+@dataclass(frozen=True)
+class Move:
+    """How a fit may move one parameter: `scale` of a step, bounds, values to begin with."""
+
+    scale: float
+    starts: tuple[float, ...]
+    low: float | None = None
+    high: float | None = None
+
+
+def _ladder(unit: float, steps: int, *, both: bool = False) -> tuple[float, ...]:
+    up = tuple(unit * 3.0**k for k in range(steps))
+    return up + tuple(-size for size in up) if both else up
+
+
+_HALF_WIDTHS = Move(0.03, (0.06, 0.12), 0.01, 0.3)
+_PHASE = Move(0.5, _PHASES)
+
+MOVES: Mapping[str, Mapping[str, Move]] = {
+    "friction.coulomb": {"torque": Move(10.0, _ladder(3.0, 5))},
+    "friction.viscous": {"coefficient": Move(10.0, _ladder(3.0, 5))},
+    "friction.stribeck": {"torque": Move(10.0, _ladder(5.0, 4)), "speed": Move(0.05, (0.05, 0.2), 0.01, 0.4)},
+    "load.imbalance": {"torque": Move(10.0, _ladder(10.0, 4)), "phase": _PHASE},
+    "load.process": {
+        "torque": Move(10.0, _ladder(20.0, 3, both=True)),
+        "centre": Move(0.05, (0.55, 0.65, 0.75, 0.85, 0.95), 0.5, 1.0),
+        "half_width": _HALF_WIDTHS,
+    },
+    "drive.slip": {"compliance": Move(0.05, _ladder(0.05, 5), 1e-3)},
+    "drive.speed_ripple": {"depth": Move(0.002, _ladder(0.001, 4), 0.0, 0.1), "phase": _PHASE},
+    "drive.transmission_error": {"amplitude": Move(1e-4, _ladder(1e-4, 4), 0.0, 0.01), "phase": _PHASE},
+    "drive.mesh_stiffness": {"depth": Move(0.05, (0.05, 0.15, 0.4), 0.0, 0.9), "phase": _PHASE},
+    "cam.profile_error": {
+        "height": Move(1e-4, _ladder(1.5e-4, 3, both=True), -0.01, 0.01),
+        "centre": Move(0.02, _PLACES, 0.0, 0.5),
+        "half_width": _HALF_WIDTHS,
+    },
+    "cam.station_spacing": {"error": Move(3e-4, _ladder(3e-4, 4, both=True), -0.03, 0.03)},
+    "roller.crack": {"severity": Move(0.05, (0.05, 0.15, 0.4, 0.7), 0.0, 0.95)},
+    "roller.crack_single": {"severity": Move(0.05, (0.1, 0.3, 0.7), 0.0, 0.95)},
+    "input.backlash": {"play": Move(2e-4, _ladder(2e-4, 5), 0.0, 0.05)},
+    "output.backlash": {"play": Move(1e-4, _ladder(3e-5, 5), 0.0, 0.01)},
+    "output.cubic_stiffness": {"stiffness": Move(1e8, _ladder(1e8, 5), 0.0, 1e12)},
+    "base.looseness": {
+        "compliance": Move(5e-8, tuple(5e-8 * 2.0**k for k in range(8)), 1e-8, 1e-5),
+        "damping_ratio": Move(0.05, (0.05,), 0.0, 1.0),
+    },
+    "sensor.gain": {"error": Move(0.02, (0.03, -0.03, 0.1, -0.1))},
+    "sensor.lowpass": {"time_constant": Move(5e-4, _ladder(1e-3, 3), 4e-4, 0.05)},
+    "sensor.bracket_resonance": {
+        "inverse_square": Move(2e-7, tuple(1.0 / (_TURN * f) ** 2 for f in (30, 45, 65, 90, 130, 180)), 2.6e-7, 1e-3),
+        "damping": Move(0.02, (0.03,), 0.002, 0.3),
+    },
+    "sensor.mains_hum": {"amplitude": Move(0.1, (0.1, 0.5)), "phase": _PHASE},
+    "sensor.offset_drift": {"rate": Move(0.01, (0.02, -0.02))},
+}
+
+_CHOICES = {"cam.station_spacing": "station", "roller.crack_single": "station"}
+
+
+def library(machine: Machine, known: tuple[str, ...]) -> dict[str, tuple[Hypothesis, ...]]:
+    """Hypotheses of each effect but those the machine already has (`known`)."""
+    found: dict[str, tuple[Hypothesis, ...]] = {}
+    for name, moves in MOVES.items():
+        if name in known:
+            continue
+        parameters = tuple(_parameter(name, field, move) for field, move in moves.items())
+        starts = tuple(itertools.product(*(move.starts for move in moves.values())))
+        choice = _CHOICES.get(name)
+        fixed = [{choice: k} for k in range(machine.stations)] if choice else [{}]
+        found[name] = tuple(Hypothesis(name, parameters, values, starts) for values in fixed)
+    return found
+
+
+def _parameter(effect: str, name: str, move: Move) -> Parameter:
+    rules = next(field.metadata for field in fields(EFFECTS[effect]) if field.name == name)
+    low = max(move.low if move.low is not None else -math.inf, -math.inf if rules["low"] is None else rules["low"])
+    high = min(move.high if move.high is not None else math.inf, math.inf if rules["high"] is None else rules["high"])
+    start = rules["null"] if rules["null"] is not None else move.starts[0]
+    return Parameter(f"{effect}.{name}", rules["unit"], min(max(start, low), high), move.scale, low, high)

@@ -1,0 +1,62 @@
+"""The indexing machine's own parameters: how well each is known, and the machine that a set of values stands for."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from discrepancy.model import Parameter
+from indexer_env.errors import refuse
+from indexer_env.machine import Machine
+
+UNCERTAINTY = {
+    "input_joint.stiffness": 0.12, "input_joint.damping": 0.3, "input_joint.backlash": 0.15,
+    "output_joint.stiffness": 0.12, "output_joint.damping": 0.3,
+    "table_inertia": 0.1, "cam_inertia": 0.1, "follower_inertia": 0.1,
+}  # fmt: skip
+"""Relative standard deviation (of ln) of each parameter where the user states none: stiffnesses come from catalogues,
+damping from experience, inertias from drawings with unknown fixtures on the table."""
+
+_UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "inertia": "kg m²"}
+
+_REACH = 3.0
+"""Standard deviations to which a parameter is bounded: what lies beyond is not this machine, but an effect."""
+
+
+def base_parameters(machine: Machine, uncertainty: dict[str, float]) -> tuple[Parameter, ...]:
+    """The machine's parameters with their uncertainties; a play or damping that is nominally 0 stays 0."""
+    if machine.model != "B":
+        raise refuse("Machine", "model", "'B'", machine.model, "a loose base is found as the effect base.looseness")
+    parameters = []
+    for name, spread in {**UNCERTAINTY, **uncertainty}.items():
+        nominal = read(machine, name)
+        if nominal == 0.0:
+            continue
+        unit = next(unit for ending, unit in _UNITS.items() if name.endswith(ending))
+        reach = math.exp(_REACH * spread)
+        low, high, rough = nominal / reach, nominal * reach, name.endswith("backlash")
+        parameters.append(Parameter(name, unit, nominal, spread, low, high, known=True, logarithmic=True, rough=rough))
+    return tuple(parameters)
+
+
+def read(machine: Machine, name: str) -> float:
+    """Value of a parameter, ``joint.field`` or ``field``."""
+    owner: object = machine
+    for part in name.split("."):
+        owner = getattr(owner, part)
+    return float(owner)  # type: ignore[arg-type]
+
+
+def changed(machine: Machine, values: dict[str, float]) -> Machine:
+    """The machine with these values of its parameters."""
+    fields: dict[str, object] = {}
+    joints: dict[str, dict[str, float]] = {}
+    for name, value in values.items():
+        joint, _, field = name.rpartition(".")
+        if joint:
+            joints.setdefault(joint, {})[field] = value
+        else:
+            fields[name] = value
+    for joint, changes in joints.items():
+        fields[joint] = dataclasses.replace(getattr(machine, joint), **changes)
+    return dataclasses.replace(machine, **fields)

@@ -1,0 +1,103 @@
+"""Start states of windows, from a few numbers each: deflection and rate of the input and of the output joint, and the
+housing's on a loose base."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from discrepancy.model import Parameter
+from indexer_env.kernels import layout
+
+LOCAL = (
+    Parameter("deflection_1", "rad", 0.0, 1e-4),
+    Parameter("deflection_rate_1", "rad/s", 0.0, 1e-2),
+    Parameter("deflection_2", "rad", 0.0, 1e-5),
+    Parameter("deflection_rate_2", "rad/s", 0.0, 1e-3),
+    Parameter("housing_angle", "rad", 0.0, 1e-6),
+    Parameter("housing_rate", "rad/s", 0.0, 1e-4),
+)
+"""δ1, δ̇1; δ2 beyond where the load holds the table at rest, δ̇2; θ and θ̇, on a loose base alone."""
+
+_C = layout.COEFFICIENT_NAMES.index
+_S = layout.STATE_NAMES.index
+_SCALES = np.array([p.scale for p in LOCAL])
+
+
+def start_states(
+    rows: np.ndarray, drive: np.ndarray, rate: np.ndarray, turn: np.ndarray, local: np.ndarray
+) -> np.ndarray:
+    """States (n, STATE_ROWS) as the kernel takes them.
+
+    Parameters
+    ----------
+    rows : ndarray (n, COEFFICIENT_ROWS)
+    drive, rate : ndarray (n,)
+        Drive side τγ [rad] and its rate [rad/s]; the motor's command is its rate.
+    turn : ndarray (n,)
+        Cam turn whose index follows.
+    local : ndarray (n, 4) or (n, 6)
+        Scaled values of LOCAL, without those of the housing where it is fixed.
+    """
+    values = np.zeros((len(rows), len(LOCAL)))
+    values[:, : local.shape[1]] = local * _SCALES[: local.shape[1]]
+    d1, v1, d2, v2, housing, housing_rate = values.T
+    column = rows.T
+    motor, motor_rate = drive / column[_C("reduction")], rate / column[_C("reduction")]
+    extra, extra_rate = _harmonics(column, motor, motor_rate)
+    following = np.mod(turn, column[_C("stations")]) == column[_C("spacing_station")]
+    rest = turn * column[_C("advance")] + np.where(following, column[_C("spacing_error")], 0.0)
+    d2 = d2 + _resting_deflection(column, rest)
+    states = np.zeros((len(rows), layout.STATE_ROWS))
+    states[:, _S("motor_angle")], states[:, _S("motor_rate")] = motor, motor_rate
+    states[:, _S("motor_command")] = motor_rate
+    states[:, _S("cam_angle")] = drive + extra - d1
+    states[:, _S("cam_rate")] = rate + extra_rate - v1
+    states[:, _S("table_angle")] = rest + d2 + housing
+    states[:, _S("table_rate")] = v2 + housing_rate
+    states[:, _S("housing_angle")], states[:, _S("housing_rate")] = housing, housing_rate
+    states[:, _S("region_1")] = _region(column, 1, d1, v1)
+    states[:, _S("region_2")] = _region(column, 2, d2, v2)
+    states[:, _S("region_3")] = _region(column, 3, housing, housing_rate)
+    states[:, _S("piece")] = -1.0
+    return states
+
+
+def _resting_deflection(column: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Deflection δ2 (n,) [rad] at which load and imbalance hold the table, at rest at `angle` (n,) [rad], against a
+    flank; column (rows, n)."""
+    load = column[_C("load_torque")]
+    load = load + column[_C("imbalance_torque")] * np.sin(angle + column[_C("imbalance_phase")])
+    play = np.maximum(column[_C("edge_2")], 0.0)
+    return -load / column[_C("stiffness_2")] - np.sign(load) * play
+
+
+def _harmonics(column: np.ndarray, motor: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What ripple and transmission error add to the drive side (n,) [rad] and to its rate [rad/s]."""
+    angle, speed = np.zeros_like(motor), np.zeros_like(motor)
+    for name in ("ripple", "transmission"):
+        amplitude, order, phase = (column[_C(f"{name}_{part}")] for part in ("amplitude", "order", "phase"))
+        angle += amplitude * np.sin(order * motor + phase)
+        speed += amplitude * order * rate * np.cos(order * motor + phase)
+    return angle, speed
+
+
+def _region(column: np.ndarray, number: int, deflection: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Region (n,) of a joint: +1 and -1 in contact, 0 inside its play; +1 where it has no edges."""
+    edge = column[_C(f"edge_{number}")]
+    plus = deflection - edge + column[_C(f"release_{number}")] * rate >= 0.0
+    minus = -deflection - edge - column[_C(f"release_minus_{number}")] * rate >= 0.0
+    smooth = np.isneginf(edge)
+    return np.where(smooth | plus, 1.0, np.where(minus, -1.0, 0.0))
+
+
+def play_grid(stiffness: float, inertia: float, backlash: float, along: int, across: int) -> np.ndarray:
+    """Scaled (δ1, δ̇1) (c, 2) over what a cam that rattles in its play can have.
+
+    A flank returns the cam with rates of the order of √(k/J)·g (measured on the reference machine: up to 0.12 of it,
+    from 2′ to 20° of play), and it penetrates the flank by no more than a tenth of the play.
+    """
+    rate = 0.15 * math.sqrt(stiffness / inertia) * backlash
+    deflections, rates = np.meshgrid(np.linspace(-0.58, 0.58, along) * backlash, np.linspace(-rate, rate, across))
+    return np.stack([deflections.ravel(), rates.ravel()], axis=1) / _SCALES[:2]

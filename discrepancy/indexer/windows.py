@@ -1,0 +1,102 @@
+"""Records of an indexing machine and the windows they are cut into: one cam turn each, begun shortly before an index.
+
+In the dwell β' = 0: whatever the cam does inside its play does not reach the table, and the index that follows makes
+contact anew. A window therefore needs only the few numbers of its own start state, however long the record is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from indexer_env.checks import check_number
+from indexer_env.errors import refuse
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.signal import Signal
+
+START_PHASE = 0.97
+"""Cam phase [turns] at which a window starts: in the dwell, near enough to the index that the state is still simple."""
+
+_KEPT = 0.6
+"""Share of a cam turn that the last window of a record must hold to be kept."""
+
+_BINOMIAL_4 = math.sqrt(70.0)
+"""Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
+
+_MAD = 0.6745
+"""Median absolute value of a standard normal."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """One record and what was known when it was taken.
+
+    Attributes
+    ----------
+    signal : Signal
+        The table's acceleration.
+    operating_point : OperatingPoint
+        Motor speed, load torque and the cam angle at the first sample.
+    noise : float or None
+        Standard deviation of the measuring noise [unit of the signal], > 0; estimated from the record where not given.
+    """
+
+    signal: Signal
+    operating_point: OperatingPoint
+    noise: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.signal, Signal):
+            raise refuse("Experiment", "signal", "a Signal", self.signal)
+        if not isinstance(self.operating_point, OperatingPoint):
+            raise refuse("Experiment", "operating_point", "an OperatingPoint", self.operating_point)
+        if self.noise is not None:
+            check_number("Experiment", "noise", self.noise, low=0.0, low_open=True, unit=self.signal.unit)
+
+    @property
+    def noise_level(self) -> float:
+        """Standard deviation of the noise [unit of the signal], given or estimated."""
+        return self.noise if self.noise is not None else white_noise(self.signal.values)
+
+
+def white_noise(values: np.ndarray) -> float:
+    """Standard deviation of the white part of a record [its unit], from its fourth differences, which a vibration far
+    below the sampling rate hardly enters."""
+    return float(np.median(np.abs(np.diff(values, 4)))) / (_MAD * _BINOMIAL_4)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """All windows of all experiments.
+
+    Attributes
+    ----------
+    record, first, count, turn : ndarray (w,) of int
+        Which record; its first sample and how many; the cam turn, counted from angle 0, whose index it holds.
+    """
+
+    record: np.ndarray
+    first: np.ndarray
+    count: np.ndarray
+    turn: np.ndarray
+
+
+def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:
+    """Windows of records of so many samples, the drive side turning by `steps` [rad per sample] from `starts` [rad]."""
+    rows = []
+    for record, (length, step, start) in enumerate(zip(lengths, steps, starts, strict=True)):
+        turn = math.ceil(start / (2.0 * math.pi) - START_PHASE)
+        edges = []
+        while True:
+            sample = math.ceil(((turn + START_PHASE) * 2.0 * math.pi - start) / step)
+            if sample >= length:
+                break
+            edges.append((sample, turn + 1))
+            turn += 1
+        ends = [*(sample for sample, _ in edges[1:]), length][: len(edges)]
+        for (first, number), end in zip(edges, ends, strict=True):
+            if (end - first) * step >= _KEPT * 2.0 * math.pi:
+                rows.append((record, first, end - first, number))
+    return Windows(*np.array(rows, dtype=np.int64).reshape(-1, 4).T)

@@ -1,0 +1,177 @@
+"""What a model must offer so that its records can be explained: parameters, effects as hypotheses, windows, residuals.
+
+Nothing here knows which machine it is about. A fit works in scaled coordinates z: a parameter's value is
+nominal + scale·z, or nominal·exp(scale·z) where it is logarithmic; z = ±1 is one unit of uncertainty.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from indexer_env.checks import check_number
+from indexer_env.errors import refuse
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a fit may move.
+
+    Attributes
+    ----------
+    name, unit : str
+    nominal : float
+        Value [unit] at z = 0; > 0 where logarithmic.
+    scale : float
+        Change per unit of z, > 0: [unit], or relative (one standard deviation of ln) where logarithmic.
+    low, high : float
+        Bounds of the value [unit].
+    known : bool
+        True where the scale is the uncertainty with which the nominal value is known (a normal prior); False where the
+        scale only says how far is far, and nothing is held against a value within the bounds.
+    logarithmic : bool
+    rough : bool
+        True where the records do not depend on it smoothly (a play): it is held while the fit is cautious.
+    of_record : bool
+        True where the parameter belongs to one record alone and is fitted anew on a record held out.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    scale: float
+    low: float = -math.inf
+    high: float = math.inf
+    known: bool = False
+    logarithmic: bool = False
+    rough: bool = False
+    of_record: bool = False
+
+    def __post_init__(self) -> None:
+        owner = f"Parameter {self.name}"
+        low = 0.0 if self.logarithmic else None
+        check_number(owner, "nominal", self.nominal, low=low, low_open=self.logarithmic, unit=self.unit)
+        check_number(owner, "scale", self.scale, low=0.0, low_open=True)
+        if not self.low <= self.nominal <= self.high:
+            raise refuse(owner, "nominal", f"within [{self.low:g}, {self.high:g}] {self.unit}", self.nominal)
+
+    def value(self, z: float) -> float:
+        """Value [unit] at the scaled coordinate z, kept within the bounds."""
+        value = self.nominal * math.exp(self.scale * z) if self.logarithmic else self.nominal + self.scale * z
+        return min(max(value, self.low), self.high)
+
+    def coordinate(self, value: float) -> float:
+        """Scaled coordinate of a value [unit]."""
+        if self.logarithmic:
+            return math.log(value / self.nominal) / self.scale
+        return (value - self.nominal) / self.scale
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Bounds of z."""
+        low = -math.inf if self.logarithmic and self.low <= 0.0 else self.low
+        ends = (low if math.isinf(low) else self.coordinate(low)), self.high
+        return ends[0], ends[1] if math.isinf(ends[1]) else self.coordinate(ends[1])
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One answer to "what is missing": an effect with its own parameters, or none.
+
+    Attributes
+    ----------
+    name : str
+        "none", the name of an effect, or several joined by " + ".
+    parameters : tuple of Parameter
+        The effect's own, nominal at its null value.
+    fixed : mapping
+        Discrete choices (a station, say) this hypothesis has made.
+    starts : tuple of tuple of float
+        Values of the parameters [units] from which its fit may begin; the best few are chosen by a scan.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...] = ()
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    starts: tuple[tuple[float, ...], ...] = ((),)
+
+    def coordinates(self, values: Sequence[float]) -> np.ndarray:
+        """Scaled coordinates of parameter values [units]."""
+        return np.array([p.coordinate(v) for p, v in zip(self.parameters, values, strict=True)])
+
+
+NONE = Hypothesis("none")
+"""Nothing is missing: the base model alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class Jobs:
+    """Windows to simulate: job i takes window `window[i]` with global parameters `points[point[i]]`, from `states[i]`.
+
+    Attributes
+    ----------
+    points : ndarray (p, g)
+        Scaled global parameters: the model's own, then the hypothesis's.
+    point, window : ndarray (n,) of int
+    states : ndarray (n, l)
+        Scaled local parameters: the unknown state in which a window starts.
+    """
+
+    points: np.ndarray
+    point: np.ndarray
+    window: np.ndarray
+    states: np.ndarray
+
+
+class Model(ABC):
+    """A model of a machine together with records of it, cut into windows.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        The base model's global parameters.
+    counts : ndarray (w,)
+        Samples of each window.
+    groups : ndarray (w,) of int
+        The record each window belongs to.
+    """
+
+    parameters: tuple[Parameter, ...]
+    counts: np.ndarray
+    groups: np.ndarray
+
+    @abstractmethod
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        """The library: for each effect's name its hypotheses, one per discrete choice."""
+
+    @abstractmethod
+    def extended(self, hypothesis: Hypothesis) -> Model:
+        """The model with an effect added to its base; the effect's parameters come after those it had."""
+
+    @abstractmethod
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        """(simulated - measured)/noise of each job (n, samples); 0 beyond a window's end."""
+
+    @abstractmethod
+    def features(self) -> np.ndarray:
+        """What a black box may predict residuals from: functions of the known inputs (w, samples, f)."""
+
+    def states_for(self, hypothesis: Hypothesis, states: np.ndarray) -> np.ndarray:
+        """Scaled states (w, k) found under another hypothesis, with as many local parameters as this one has."""
+        size = self.local_count(hypothesis)
+        kept = states[:, :size]
+        return np.concatenate([kept, np.zeros((len(states), size - kept.shape[1]))], axis=1)
+
+    @abstractmethod
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        """Local parameters l of each window: what is unknown about the state it starts in, 0 where nothing is; those
+        that hypotheses share come first, and z = 0 is where a search begins."""
+
+    @abstractmethod
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        """Scaled local parameters (c, k) among which a window's start may have to be looked for; the first k local
+        parameters take part. No rows where nothing has to be looked for."""

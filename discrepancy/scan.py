@@ -1,0 +1,108 @@
+"""Where a hypothesis's fit should begin: every start of the library tried at once around the calibrated base model.
+
+For each start the effect is simulated at full size, and base parameters and window states are moved by the base model's
+own linearisation as far as their priors allow. What is left is the cost by which starts are ranked; unlike a
+sensitivity at size zero it sees effects that begin at a threshold or saturate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.arrow import arrow
+from discrepancy.fit import Point, Problem
+from discrepancy.model import NONE, Hypothesis, Model
+
+_DAMPING = 1e-2
+_SHARES = (0.5, 0.25)
+"""Shares of the way to the next start of the library at which a start is looked for more closely, round by round."""
+
+_CHUNK = 24
+"""Starts simulated in one call: enough to fill the cores, few enough to stay in memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A place from which a hypothesis may be fitted, and the cost that the linearisation promises there."""
+
+    hypothesis: Hypothesis
+    place: Point
+    promised: float
+
+
+class Scanner:
+    """The linearised base model at its calibrated place."""
+
+    def __init__(self, model: Model, base: Point, caution: float) -> None:
+        self.model, self.base = model, base
+        self.problem = Problem(model, NONE, caution=caution).eased(base)
+        self.residual, self.by_global, self.by_local = self.problem.linearised(base)
+
+    def starts(self, hypothesis: Hypothesis) -> list[Start]:
+        """All starts of a hypothesis, best first by what the linearisation promises."""
+        return self._tried(hypothesis, hypothesis.starts)
+
+    def sharpened(self, start: Start) -> Start:
+        """A start, its parameters moved one at a time halfway to their neighbours in the library's list as long as that
+        promises more."""
+        hypothesis = start.hypothesis
+        ladders = [sorted(set(column)) for column in zip(*hypothesis.starts, strict=True)]
+        for share in _SHARES:
+            values = self._values(start)
+            nearby = []
+            for k, ladder in enumerate(ladders):
+                for other in _neighbours(values[k], ladder, share):
+                    nearby.append((*values[:k], other, *values[k + 1 :]))
+            start = min([start, *self._tried(hypothesis, tuple(nearby))], key=lambda s: s.promised)
+        return start
+
+    def _values(self, start: Start) -> tuple[float, ...]:
+        own = start.place.z[len(self.base.z) :]
+        return tuple(p.value(z) for p, z in zip(start.hypothesis.parameters, own, strict=True))
+
+    def _tried(self, hypothesis: Hypothesis, starts: tuple[tuple[float, ...], ...]) -> list[Start]:
+        problem = Problem(self.model, hypothesis)
+        found = []
+        for first in range(0, len(starts), _CHUNK):
+            values = starts[first : first + _CHUNK]
+            z = np.array([np.concatenate([self.base.z, hypothesis.coordinates(v)]) for v in values])
+            states = np.repeat(self.model.states_for(hypothesis, self.base.states)[None], len(z), axis=0)
+            if states.shape[2] > self.base.states.shape[1]:
+                # the base model's linearisation does not know these states, so they are refined beforehand
+                states = np.stack([problem.settled(place).states for place in problem.points(z, states)])
+            residuals = problem.residuals(z, states)
+            found += [self._start(problem, z[k], states[k], residuals[k]) for k in range(len(z))]
+        return sorted(found, key=lambda start: start.promised)
+
+    def _start(self, problem: Problem, z: np.ndarray, states: np.ndarray, residual: np.ndarray) -> Start:
+        count = len(self.base.z)
+        weights = self.problem.weights((residual**2).sum(axis=1))
+        for _ in range(2):
+            system = arrow(residual, self.by_global, self.by_local, weights)
+            system = self.problem.informed(system, self.base.z)
+            step, local = system.step(_DAMPING, self.problem.movable & (np.diag(system.A) > 1e-12))
+            step = np.clip(self.base.z + step, self.problem.low, self.problem.high) - self.base.z
+            left = (
+                residual + np.einsum("g,gwn->wn", step, self.by_global) + np.einsum("wl,lwn->wn", local, self.by_local)
+            )
+            squares = (left**2).sum(axis=1)
+            weights = self.problem.weights(squares)
+        promised = self.problem.cost(squares) + self.problem.prior(self.base.z + step)
+        moved = z.copy()
+        moved[:count] += step
+        states = states.copy()
+        states[:, : local.shape[1]] += local
+        place = Point(problem.hypothesis, moved, states, squares, promised)
+        return Start(problem.hypothesis, place, promised)
+
+
+def _neighbours(value: float, ladder: list[float], share: float) -> list[float]:
+    """Values a share of the way from `value` to the next ones of a ladder; in proportion where both have one sign."""
+    below, above = [v for v in ladder if v < value * (1 - 1e-9)], [v for v in ladder if v > value * (1 + 1e-9)]
+    found = []
+    for other in below[-1:] + above[:1]:
+        steady = value * other > 0.0
+        found.append(value * (other / value) ** share if steady else value + share * (other - value))
+    return found

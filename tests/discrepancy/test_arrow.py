@@ -1,0 +1,36 @@
+"""The eliminated system gives the step that the full one gives."""
+
+import numpy as np
+import pytest
+
+from discrepancy.arrow import arrow
+
+
+@pytest.mark.parametrize("size", [0, 2])
+def test_step_solves_the_full_least_squares_problem(size: int) -> None:
+    """Seed 3; 5 windows of 30 samples, 3 globals: equal to one dense solve, weights included."""
+    rng = np.random.default_rng(3)
+    residual = rng.standard_normal((5, 30))
+    by_global, by_local = rng.standard_normal((3, 5, 30)), rng.standard_normal((size, 5, 30))
+    weights = rng.uniform(0.2, 1.0, 5)
+    step, local = arrow(residual, by_global, by_local, weights).step(0.0, np.ones(3, dtype=bool))
+
+    full = np.zeros((5, 30, 3 + 5 * size))
+    full[:, :, :3] = np.moveaxis(by_global, 0, 2)
+    for window in range(5):
+        full[window, :, 3 + size * window : 3 + size * (window + 1)] = by_local[:, window].T
+    root = np.sqrt(weights)[:, None, None]
+    dense = np.linalg.lstsq((full * root).reshape(150, -1), -(residual[:, :, None] * root).ravel(), rcond=None)[0]
+    assert step == pytest.approx(dense[:3], rel=1e-4, abs=1e-6)
+    assert local.ravel() == pytest.approx(dense[3:], rel=1e-3, abs=1e-5)
+
+
+def test_held_parameters_stay() -> None:
+    """Seed 4: what is not free does not move, and the others move as if it were not there."""
+    rng = np.random.default_rng(4)
+    residual, by_global = rng.standard_normal((4, 20)), rng.standard_normal((3, 4, 20))
+    none = np.zeros((0, 4, 20))
+    step, _ = arrow(residual, by_global, none, np.ones(4)).step(0.0, np.array([True, False, True]))
+    alone, _ = arrow(residual, by_global[[0, 2]], none, np.ones(4)).step(0.0, np.ones(2, dtype=bool))
+    assert step[1] == 0.0
+    assert step[[0, 2]] == pytest.approx(alone)

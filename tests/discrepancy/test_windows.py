@@ -1,0 +1,36 @@
+"""Records, their noise and their windows."""
+
+import math
+
+import numpy as np
+import pytest
+
+from discrepancy.indexer.windows import START_PHASE, Experiment, cut, white_noise
+from indexer_env import OperatingPoint, Signal
+from indexer_env.errors import ParameterError
+
+
+def test_windows_begin_in_the_dwell_and_hold_one_cam_turn_each() -> None:
+    step, start = 2.0 * math.pi / 1000.0, 1.0
+    windows = cut([4200], [step], [start])
+    phases = (start + step * windows.first) / (2.0 * math.pi) % 1.0
+    assert np.all((phases >= START_PHASE) & (phases < START_PHASE + 1.01e-3))
+    assert windows.turn.tolist() == [1, 2, 3]  # the record ends too early in the fourth
+    assert windows.count.tolist() == [1000, 1000, 1000]
+
+
+def test_a_record_without_a_whole_index_gives_no_window() -> None:
+    assert len(cut([300], [2.0 * math.pi / 1000.0], [1.0]).first) == 0
+
+
+def test_noise_is_told_from_vibration() -> None:
+    """Seed 1: noise of 0.1 on a vibration of 10 at 30 Hz, within 5 %."""
+    time = np.arange(8000) / 1000.0
+    values = 10.0 * np.sin(2.0 * math.pi * 30.0 * time) + 0.1 * np.random.default_rng(1).standard_normal(8000)
+    assert white_noise(values) == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_noise_of_zero_is_refused() -> None:
+    signal = Signal(np.sin(np.arange(100.0)), 1000.0, unit="rad/s^2")
+    with pytest.raises(ParameterError, match=r"Experiment\.noise must be .* > 0 rad/s\^2, got 0\.0"):
+        Experiment(signal, OperatingPoint(), noise=0.0)
