@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from indexer_env.checks import check_number
+from indexer_env.coefficients import law_table
+from indexer_env.effects.drive import Slip
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.kernels import control as kernel
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.turns import LEAST_SPEED
 
 RATE_MARGIN = 2.0
 """The encoder's range over the table's peak rate of rigid motion at the highest speed [-]."""
@@ -188,6 +192,21 @@ def task_numbers(task: ControlTask, limits: Limits, reading: float) -> np.ndarra
     return row
 
 
+def check_drive(machine: Machine, operating_point: OperatingPoint, task: ControlTask) -> None:
+    """Refuse a motor that slips so much under load and full brake that it stands still where the cam is steepest.
+
+    Share of the commanded speed left there, motion taken as slow: 1 - c τ β'_max (|T_L| + brake) / ω.
+    """
+    compliance = next((effect.compliance for effect in machine.effects if isinstance(effect, Slip)), 0.0)
+    steepest = law_table(machine.motion_law, machine.stations, machine.motion_share).steepest
+    torque = machine.reduction * steepest * (abs(operating_point.load_torque) + task.brake_torque)
+    share = 1.0 - compliance * torque / operating_point.motor_speed
+    if share < LEAST_SPEED:
+        rule = f"one that keeps {LEAST_SPEED:.0%} of the commanded speed under its load and the full brake"
+        remedy = "lower the load, brake_torque or drive.slip's compliance"
+        raise refuse("IndexerEnv", "machine", rule, f"{machine.name} with {share:.0%}", remedy)
+
+
 def reward_bounds(task: ControlTask) -> tuple[float, float]:
     """Lowest and highest reward of a step."""
     lowest = -max(TERMINATION_PENALTY, task.vibration_weight * kernel.MOST_VIBRATION)
@@ -205,14 +224,19 @@ def checked_actions(owner: str, given: object, shape: tuple[int, ...], high: Seq
         raise refuse(owner, "action", f"of shape {shape}", given if actions.size < 9 else actions.shape)
     if len(shape) == 1:  # a single environment's few numbers are checked faster one by one
         for place, value in enumerate(actions.tolist()):
-            if not 0.0 <= value <= high[place]:  # NaN fails too
+            if not 0.0 <= value <= high[place] and not _within(value, high[place]):  # NaN fails too
                 raise _out_of_box(owner, place, value, high)
     else:
         good = (actions >= 0.0) & (actions <= np.asarray(high))
-        if not good.all():
+        if not good.all() and not (good := good | _within(actions, np.asarray(high))).all():
             item, place = np.argwhere(~good)[0].tolist()
             raise _out_of_box(f"{owner} (item {item})", place, float(actions[item, place]), high)
     return actions.astype(np.float64)
+
+
+def _within(values: Any, high: Any) -> Any:
+    """Whether values are in the box as the space counts it: its bounds are the float32 next to what was asked for."""
+    return (values >= 0.0) & (np.asarray(values, dtype=np.float32) <= np.asarray(high, dtype=np.float32))
 
 
 def _out_of_box(owner: str, place: int, value: float, high: Sequence[float]) -> ParameterError:

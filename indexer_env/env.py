@@ -151,6 +151,7 @@ class IndexerEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         if not self._running:
             raise ResetNeeded("IndexerEnv.step must follow a reset, at first and after each end; call reset.")
         actions = checked_actions("IndexerEnv", action, (len(self._high),), self._high)
+        self._running = False  # a step that is broken off leaves nothing that could go on
         period = self._fleet.step(actions[np.newaxis], None, (self.np_random,))
         terminated = bool(period.terminated[0])
         self._running = not terminated

@@ -86,8 +86,12 @@ def _episode(
     observation, _ = env.reset(seed=seed)
     observations, actions, steps = [observation], [], []
     while not steps or not (steps[-1][1] or steps[-1][2]):
-        chosen = env.action_space.sample() if policy is None else policy(observation)
-        action = np.asarray(chosen, dtype=env.action_space.dtype)  # what the row holds is what the machine was told
+        chosen = env.action_space.sample() if policy is None else policy(observation.copy())
+        kind = np.asarray(chosen).dtype.kind
+        if isinstance(chosen, np.ma.MaskedArray) or kind not in "fiu":
+            raise refuse("record_episodes", "policy", "one whose actions are plain arrays of numbers", chosen)
+        # A copy of its own, as policies reuse their arrays: what the row holds is what the machine was told.
+        action = np.array(chosen, dtype=env.action_space.dtype)
         observation, *step, _ = env.step(action)
         observations.append(observation)
         actions.append(action)

@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 
 from indexer_env.build import from_mapping
 from indexer_env.checks import did_you_mean
-from indexer_env.control import ControlTask, Limits, check_start_angle, limits_of
+from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, limits_of
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fault_law import FaultLaw, fault_law
 from indexer_env.kernels.control import OBSERVED
@@ -63,6 +63,7 @@ class Scenario:
         point = loaded("IndexerEnv", "operating_point", operating_point, OperatingPoint, load_operating_point)
         limits = limits_of(ordered, point, chain, numbers)
         scenario = Scenario(ordered, point, _faults(faults), chain, numbers, limits)
+        check_drive(ordered, point, numbers)
         check_faults([scenario])
         return scenario
 
@@ -121,7 +122,9 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
         else:
             hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)
             raise ParameterError(f"IndexerEnv.reset has no option {key!r}; {hint}.")
-    return dataclasses.replace(scenario, **changes)
+    changed = dataclasses.replace(scenario, **changes)
+    check_drive(changed.machine, changed.operating_point, changed.task)
+    return changed
 
 
 def loaded(owner: str, name: str, given: Any, cls: type, load: Any) -> Any:

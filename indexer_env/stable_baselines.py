@@ -51,12 +51,21 @@ class StableBaselinesVecEnv(VecEnv):
 
     def reset(self) -> np.ndarray:
         """Start all episodes; item i has the seed s + i after `seed(s)`."""
-        observations, _ = self._env.reset(seed=self._seeds)
+        first, *others = self._options
+        if any(other != first for other in others):
+            raise refuse("StableBaselinesVecEnv", "set_options", "the same for all items", self._options)
+        observations, _ = self._env.reset(seed=self._seeds, options=first)
         self._reset_seeds()
+        self._reset_options()
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Keep the actions (n, k) until `step_wait`."""
+        """Keep the actions (n, k) until `step_wait`; raises ParameterError for another shape or what is not finite."""
+        shape = (self.num_envs, *self.action_space.shape)  # type: ignore[misc]
+        given = np.asarray(actions)
+        if given.shape != shape or given.dtype.kind not in "fiu" or not np.isfinite(given).all():
+            rule = f"finite numbers of shape {shape}"
+            raise refuse("StableBaselinesVecEnv", "action", rule, given if given.size < 9 else given.shape)
         self._actions = environment_action(actions, self._high)
 
     def step_wait(self) -> VecEnvStepReturn:

@@ -36,7 +36,7 @@ _APPROACHES, _NEAR_TURN_END, _AT_TURN_END = 40, 1e-3, 1e-9
 _SHARE_OF_TURN = 0.99
 """Share of the last turn's time after which the end of the next is approached; all that is compared lies before it."""
 
-_LEAST_SPEED = 0.2
+LEAST_SPEED = 0.2
 """Share of the commanded speed below which a slipping motor counts as stalled."""
 
 _LEAST_COMPARED = 16
@@ -172,12 +172,12 @@ class TurnGroup:
         """Items (n,) whose motor keeps up; one that stalls is rejected, as the end of its turn never comes."""
         travelled = self.pack.states[:, _CAM] - start[:, _CAM]
         share = travelled / (self.pack.states[:, _TIME] - start[:, _TIME]) / self.commanded
-        moving = share >= _LEAST_SPEED
+        moving = share >= LEAST_SPEED
         for k in np.flatnonzero(~moving):
             index = int(self.items[k])
             batch.rejected[index] = (
                 f"{self.machines[index].name} (item {index}) stalls: under its load the motor turns at {share[k]:.0%} "
-                f"of the commanded speed, less than {_LEAST_SPEED:.0%}; lower the load or drive.slip's compliance."
+                f"of the commanded speed, less than {LEAST_SPEED:.0%}; lower the load or drive.slip's compliance."
             )
         return moving
 

@@ -190,6 +190,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
                 f'Episodes {which} have ended; reset them with options={{"reset_mask": …}} before a step.'
             )
         checked = checked_actions("IndexerVectorEnv", actions, (self.num_envs, len(self._high)), self._high)
+        self._started[:] = False  # a step that is broken off leaves nothing that could go on
         period = self._fleet.step(checked, np.flatnonzero(~ended) if any_ended else None, self._rngs)
         observations, rewards, terminations = period.observations, period.rewards, period.terminated
         self._elapsed += 1
@@ -201,19 +202,15 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             observations[index] = self._fleet.observations[index]
             rewards[index], terminations[index], truncations[index] = 0.0, False, False
         self._ended = terminations | truncations
+        infos: dict[str, Any] = {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
-            return self._same_step(observations, rewards, terminations, truncations, readings)
-        return observations, rewards, terminations, truncations, self._infos(readings, np.ones_like(ended))
+            infos = self._same_step(observations, readings)
+        infos.update(self._infos(readings, np.ones_like(ended)))
+        self._started[:] = True
+        return observations, rewards, terminations, truncations, infos
 
-    def _same_step(
-        self,
-        observations: np.ndarray,
-        rewards: np.ndarray,
-        terminations: np.ndarray,
-        truncations: np.ndarray,
-        readings: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Start the episodes that this step ended; what they ended with goes to final_obs and final_info."""
+    def _same_step(self, observations: np.ndarray, readings: np.ndarray) -> dict[str, Any]:
+        """Start the episodes that this step ended, in place; what they ended with, as final_obs and final_info."""
         ended = self._ended.copy()
         index = np.flatnonzero(ended)
         final = np.full(self.num_envs, None, dtype=object)
@@ -225,8 +222,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         }  # fmt: skip
         readings[index] = self._start(index)
         observations[index] = self._fleet.observations[index]
-        infos.update(self._infos(readings, np.ones_like(ended)))
-        return observations, rewards, terminations, truncations, infos
+        return infos
 
     def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> np.ndarray:
         """Start items anew; readings (k, m)."""

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from gymnasium.utils import RecordConstructorArgs
 
-from indexer_env.checks import check_number
+from indexer_env.checks import check_integer, check_number
 from indexer_env.env import IndexerEnv
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -104,7 +104,7 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
         self._rate = indexer.task.sample_rate
         if self._rate != round(self._rate):
             raise refuse("PowerSpectrum", "env", "sampled at a whole number of Hz", f"{self._rate:g} Hz")
-        check_number("PowerSpectrum", "highest_hz", highest_hz, low=1.0, high=self._rate / 2.0, unit="Hz")
+        check_integer("PowerSpectrum", "highest_hz", highest_hz, low=1, high=int(self._rate / 2.0))
         space = self.env.observation_space
         assert space.shape is not None
         if space.shape[0] < self._rate:

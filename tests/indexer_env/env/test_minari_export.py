@@ -82,3 +82,24 @@ def test_what_cannot_be_recorded(env, episodes, said, tmp_path):
         record_episodes(env(), None, episodes, "indexer/test-v0", **ABOUT)
     assert str(caught.value).startswith(said)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_policy_may_reuse_its_arrays_and_write_into_what_it_sees():
+    action, told = np.zeros(1, dtype=np.float32), []
+
+    def policy(observation):
+        observation *= 0.0
+        action[0] = 0.5 + 0.01 * len(told)
+        told.append(float(action[0]))
+        return action
+
+    record_episodes(made(), policy, 1, "indexer/reusing-v0", seed=1, **ABOUT)
+    (episode,) = minari.load_dataset("indexer/reusing-v0").iterate_episodes()
+    assert episode.actions[:, 0].tolist() == told and len(set(told)) == STEPS
+    assert episode.observations.any(axis=1).all()
+
+
+@pytest.mark.parametrize("chosen", [np.ma.array([0.5], mask=[True]), ["0.5"], [True]])
+def test_what_is_no_plain_number_is_not_recorded(chosen):
+    with pytest.raises(ParameterError, match="policy must be one whose actions are plain arrays of numbers"):
+        record_episodes(made(), lambda _: chosen, 1, "indexer/refused-v0", **ABOUT)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from indexer_env import ParameterError, load_machine, load_sensor
+from indexer_env import ParameterError, load_machine, load_sensor, make_effect
 from indexer_env.env import IndexerEnv
 from indexer_env.vector_env import IndexerVectorEnv
 from indexer_env.wrappers import DomainRandomisation, TurnWindow
@@ -209,3 +209,51 @@ def test_options_that_are_no_mapping(options):
 def test_a_window_that_no_memory_holds(turns):
     with pytest.raises(ParameterError, match=r"TurnWindow\.turns must be at most 1\.22e\+03, 10000000 samples, got "):
         TurnWindow(IndexerEnv(), turns)
+
+
+@pytest.mark.parametrize("share", [0.7, 0.9, 1.3, 1.4])
+def test_the_bound_that_was_asked_for_is_in_the_box(share):
+    """The float32 next to it, which the space has, may lie below."""
+    env, many = IndexerEnv(highest_share=share), IndexerVectorEnv(2, highest_share=share)
+    env.reset(seed=0)
+    many.reset(seed=0)
+    env.step(np.array([share]))
+    many.step(np.full((2, 1), share))
+    for refused in (lambda: env.step(np.array([share + 1e-6])), lambda: many.step(np.full((2, 1), share + 1e-6))):
+        with pytest.raises(ParameterError, match="must be finite and within"):
+            refused()
+
+
+def test_a_motor_that_cannot_turn_its_load_is_refused():
+    """What counts is the static share of the speed where the cam is steepest."""
+    slipping = load_machine("reference").with_effects(make_effect("drive.slip", {"compliance": 10.0}))
+    peak = 10.0 * 1.7596 / 8 / 0.5 / 25.625 * (2.0 + 500.0) / (50.0 * math.pi)
+    IndexerEnv(machine=slipping, brake_torque=500.0)
+    said = f"must be one that keeps 20% of the commanded speed .* got 'reference with {1.0 - 2.0 * peak:.0%}"
+    weaker = load_machine("reference").with_effects(make_effect("drive.slip", {"compliance": 20.0}))
+    for make in (IndexerEnv, lambda **given: IndexerVectorEnv(2, **given)):
+        with pytest.raises(ParameterError, match=said):
+            make(machine=weaker, brake_torque=500.0)
+    env = IndexerEnv(brake_torque=500.0)
+    with pytest.raises(ParameterError, match=said):
+        env.reset(options={"machine": weaker})
+
+
+@pytest.mark.parametrize("make", [IndexerEnv, lambda: IndexerVectorEnv(3)])
+def test_a_step_that_is_broken_off_asks_for_a_reset(make, monkeypatch):
+    env = make()
+    env.reset(seed=0)
+    action = np.ones(env.action_space.shape)
+
+    def broken(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("indexer_env.fleet.Fleet.step", broken)
+        with pytest.raises(KeyboardInterrupt):
+            env.step(action)
+    with pytest.raises(ResetNeeded):
+        env.step(action)
+    first = env.reset(seed=0)[0]
+    np.testing.assert_array_equal(first, make().reset(seed=0)[0])
+    env.step(action)

@@ -91,3 +91,24 @@ def test_what_it_does_not_take(env, said):
     with pytest.raises(ParameterError) as caught:
         StableBaselinesVecEnv(env())
     assert str(caught.value).startswith(f"StableBaselinesVecEnv.env must be {said}")
+
+
+@pytest.mark.parametrize(
+    "actions", [np.zeros((COUNT, 1)), np.zeros(2 * COUNT), np.full((COUNT, 2), np.nan), [["a", "b"]] * COUNT]
+)
+def test_actions_of_another_shape_or_kind_are_refused(actions):
+    adapted = StableBaselinesVecEnv(native(brake_torque=20.0))
+    adapted.reset()
+    with pytest.raises(ParameterError, match=r"StableBaselinesVecEnv\.action must be finite numbers of shape \(3, 2\)"):
+        adapted.step(actions)
+
+
+def test_options_are_those_of_the_next_reset():
+    adapted, plain = StableBaselinesVecEnv(native()), native()
+    adapted.seed(3)
+    adapted.set_options({"start_angle": 3.0})
+    np.testing.assert_array_equal(adapted.reset(), plain.reset(seed=3, options={"start_angle": 3.0})[0])
+    np.testing.assert_array_equal(adapted.reset(), plain.reset()[0])
+    adapted.set_options([{"start_angle": 3.0}, {}, {}])
+    with pytest.raises(ParameterError, match="must be the same for all items"):
+        adapted.reset()

@@ -132,7 +132,8 @@ def test_noise_has_its_density_and_respects_the_range():
     ("make", "said"),
     [
         (lambda env: TurnWindow(env, 0.0), r"TurnWindow\.turns must be a finite number > 0, got 0\.0"),
-        (lambda env: PowerSpectrum(env, 600), r"PowerSpectrum\.highest_hz must be a finite number >= 1 and <= 500 Hz"),
+        (lambda env: PowerSpectrum(env, 50.7), r"PowerSpectrum\.highest_hz must be a whole number"),
+        (lambda env: PowerSpectrum(env, 600), r"PowerSpectrum\.highest_hz must be a whole number >= 1 and <= 500"),
         (lambda env: PowerSpectrum(env, turns=0.1), r"PowerSpectrum\.turns must be long enough for a window of 1 s"),
         (lambda env: DomainRandomisation(env, 0.7), r"DomainRandomisation\.half_width must be a finite number >= 0"),
         (lambda env: SensorNoise(env, -1.0), r"SensorNoise\.density must be a finite number >= 0"),
