@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import logging
+import functools
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 
 import datagen.__main__ as command
 from datagen.command import BAD_INPUT, INTERRUPTED
@@ -19,26 +18,11 @@ SHORT = ["run.samples=200", "run.warmup_turns=1", "count=6"]
 
 
 @pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
+def call(tmp_path, monkeypatch, run_command):
     """Run the command in an empty working folder; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["datagen", *arguments])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as error:
-            code = int(error.code or 0)
-        finally:
-            GlobalHydra.instance().clear()
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    yield run
-    root.handlers[:], root.level = handlers, level
+    return functools.partial(run_command, command)
 
 
 def test_a_data_set_and_nothing_else_in_the_folder(call, tmp_path):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import shutil
-import sys
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 
 import datagen.check
 import datagen.remake
@@ -22,25 +19,9 @@ from indexer_env.errors import SignalError
 
 
 @pytest.fixture
-def call(monkeypatch, capsys):
+def call(run_command):
     """Run one of the two commands; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
-
-    def run(module, *arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["command", *arguments])
-        code = 0
-        try:
-            module.main()
-        except SystemExit as error:
-            code = int(error.code or 0)
-        finally:
-            GlobalHydra.instance().clear()
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    yield run
-    root.handlers[:], root.level = handlers, level
+    return run_command
 
 
 def changed(dataset, tmp_path, name, value):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import logging
-import sys
+import functools
 
 import numpy as np
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 
 import datagen.ingest.__main__ as command
 from datagen.shard import read_manifest, read_shards
@@ -15,30 +13,15 @@ from tests.datagen.formats.samples import written
 
 
 @pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
+def call(tmp_path, monkeypatch, run_command):
     """Run the command in a folder with files/<class>/a.csv; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
     monkeypatch.chdir(tmp_path)
     for place, name in enumerate(("intact", "worn")):
         (tmp_path / "files" / name).mkdir(parents=True)
         values = np.random.default_rng(place).normal(size=1100)
         written("csv", tmp_path / "files" / name, values, np.zeros(1100), 1000.0)
 
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["ingest", *arguments])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as error:
-            code = int(error.code or 0)
-        finally:
-            GlobalHydra.instance().clear()
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    yield run
-    root.handlers[:], root.level = handlers, level
+    return functools.partial(run_command, command)
 
 
 GOOD = ("files=files", "out=set", "period=0.5", "read.signal_column=acc")
