@@ -1,19 +1,24 @@
 """Data sets as PyTorch sees them: shuffled batches streamed from the shards, or single records by their place.
 
     stream = RecordStream("data/table2", columns=("code",), subset="calibration")
-    loader = DataLoader(stream, batch_size=None, num_workers=2)  # the stream makes whole batches itself
     for epoch in range(10):
         stream.set_epoch(epoch)
-        for batch in loader:
+        for batch in stream:
             batch["record"], batch["code"]  # (256, samples) and (256, outputs), float32
 
+The stream makes whole batches itself, `threads` windows at once. In a DataLoader with worker processes it stands with
+``batch_size=None``; that is slower, as every batch then crosses from one process to another in memory of its own.
 Numbers come as tensors (null: NaN), texts as lists of str, and `code` as 0.0 and 1.0 of shape (n, outputs).
 """
 
 from __future__ import annotations
 
+import itertools
+from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -35,10 +40,10 @@ class RecordStream(IterableDataset[Batch]):
     """All records of a data set once an epoch, as shuffled batches.
 
     The shards are put in random order and their records cut into windows of `window` records; each window is read a
-    row group at a time and shuffled whole. So memory is that of one window in each worker of a DataLoader, 67 MB for
-    2048 records of 8200 samples; records of far apart places meet in a batch where a window spans several shards. The
-    batches of an epoch follow from `seed`, epoch and sizes alone: more workers give the same ones in another order.
-    Only the last of them may be shorter.
+    row group at a time and shuffled whole; records of far apart places meet in a batch where a window spans several
+    shards. The batches of an epoch follow from `seed`, epoch and sizes alone: more threads give the same ones in the
+    same order, worker processes of a DataLoader in another. Only the last of them may be shorter. A window takes 67 MB
+    at 2048 records of 8200 samples; memory is that of one with one thread, else of two for each thread.
 
     Parameters
     ----------
@@ -54,6 +59,8 @@ class RecordStream(IterableDataset[Batch]):
         Records shuffled together, a multiple of `batch_size`.
     seed : int
         Of the shuffling, >= 0.
+    threads : int
+        Windows read at once, >= 1; worker processes of a DataLoader read one each.
 
     Raises
     ------
@@ -73,14 +80,16 @@ class RecordStream(IterableDataset[Batch]):
         batch_size: int = 256,
         window: int = 2048,
         seed: int = 0,
+        threads: int = 2,
     ) -> None:
         check_integer("RecordStream", "batch_size", batch_size, low=1)
+        check_integer("RecordStream", "threads", threads, low=1)
         check_integer("RecordStream", "seed", seed, low=0)
         check_integer("RecordStream", "window", window, low=batch_size)
         if window % batch_size:
             raise refuse("RecordStream", "window", f"a multiple of batch_size ({batch_size})", window)
         self._rows = _Rows(folder, columns, subset)
-        self._batch_size, self._window, self._seed = batch_size, window, seed
+        self._batch_size, self._window, self._seed, self._threads = batch_size, window, seed, threads
         # Shared memory, so that workers that outlive an epoch see the next one's number.
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()
 
@@ -98,11 +107,29 @@ class RecordStream(IterableDataset[Batch]):
         number, workers = (worker.id, worker.num_workers) if worker else (0, 1)
         epoch = int(self._epoch)
         shards = np.random.default_rng((self._seed, epoch)).permutation(len(self._rows.shards))
-        buffer = np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32)
-        for place, begin in enumerate(range(0, len(self._rows), self._window)):
-            if place % workers == number:
-                order = np.random.default_rng((self._seed, epoch, place))
-                yield from self._batches(self._fill(buffer, shards, begin), buffer, order)
+        windows = range(-(-len(self._rows) // self._window))[number::workers]
+        threads = 1 if worker else min(self._threads, len(windows))
+        spare: SimpleQueue[np.ndarray] = SimpleQueue()
+        for _ in range(threads):
+            spare.put(np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32))
+
+        def batches(place: int) -> Iterator[Batch]:
+            buffer, order = spare.get(), np.random.default_rng((self._seed, epoch, place))
+            yield from self._batches(self._fill(buffer, shards, place * self._window), buffer, order)
+            spare.put(buffer)
+
+        if threads == 1:
+            yield from itertools.chain.from_iterable(map(batches, windows))
+            return
+        pool = ThreadPoolExecutor(threads, thread_name_prefix="records")
+        waiting = iter(windows)
+        try:
+            ahead = deque(pool.submit(list, batches(place)) for place in itertools.islice(waiting, threads))
+            while ahead:
+                yield from ahead.popleft().result()
+                ahead.extend(pool.submit(list, batches(place)) for place in itertools.islice(waiting, 1))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
     def _fill(self, buffer: np.ndarray, shards: np.ndarray, begin: int) -> pa.Table:
         """Read the window that begins at this place of the epoch: the records into the buffer, the other columns as a
@@ -120,14 +147,15 @@ class RecordStream(IterableDataset[Batch]):
         return pa.concat_tables(tables).combine_chunks()
 
     def _batches(self, table: pa.Table, buffer: np.ndarray, order: np.random.Generator) -> Iterator[Batch]:
-        records = torch.from_numpy(buffer).unbind()
+        records = torch.from_numpy(buffer).unbind() if get_worker_info() else buffer
         columns = {name: values_of(table.column(name), name) for name in self._rows.columns}
         shuffled = order.permutation(len(table))
         for first in range(0, len(table), self._batch_size):
             places = shuffled[first : first + self._batch_size]
-            # In a worker this copies straight into memory that the training process shares.
-            batch = default_collate([records[place] for place in places])
-            yield {RECORD: batch, **{name: _taken(values, places) for name, values in columns.items()}}
+            yield {
+                RECORD: _stacked(records, places),
+                **{name: _taken(values, places) for name, values in columns.items()},
+            }
 
 
 class RecordTable(Dataset[Batch]):
@@ -224,6 +252,14 @@ def values_of(column: pa.ChunkedArray, name: str) -> torch.Tensor | list[str]:
         return column.to_pylist()
     # A copy: Arrow's own memory is read-only, of which PyTorch warns.
     return torch.from_numpy(column.to_numpy().copy())
+
+
+def _stacked(records: np.ndarray | tuple[torch.Tensor, ...], places: np.ndarray) -> torch.Tensor:
+    """The records at these places as one tensor of its own memory."""
+    if isinstance(records, np.ndarray):
+        return torch.from_numpy(np.take(records, places, axis=0))
+    # In a worker process this copies straight into memory that the training process shares.
+    return default_collate([records[place] for place in places])
 
 
 def _taken(values: torch.Tensor | list[str], places: np.ndarray) -> torch.Tensor | list[str]:
