@@ -13,13 +13,13 @@ Numbers come as tensors (null: NaN), texts as lists of str, and `code` as 0.0 an
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -27,10 +27,13 @@ import torch
 from torch.utils.data import Dataset, IterableDataset, default_collate, get_worker_info
 
 from datagen.campaign import SUBSETS
+from datagen.places import Place, open_place
 from datagen.schema import COLUMNS, RECORD
 from datagen.shard import open_shard, read_manifest, record_matrix
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import SignalError, refuse
+
+T = TypeVar("T")
 
 Batch = dict[str, Any]
 """`record`, shape (n, samples) float32, and n values of each column asked for."""
@@ -43,11 +46,11 @@ class RecordStream(IterableDataset[Batch]):
     row group at a time and shuffled whole; records of far apart places meet in a batch where a window spans several
     shards. The batches of an epoch follow from `seed`, epoch and sizes alone: more threads give the same ones in the
     same order, worker processes of a DataLoader in another. Only the last of them may be shorter. A window takes 67 MB
-    at 2048 records of 8200 samples; memory is that of one with one thread, else of two for each thread.
+    at 2048 records of 8200 samples; each thread fills one while another is cut into batches.
 
     Parameters
     ----------
-    folder : path
+    folder : path or URL
         The data set.
     columns : sequence of str
         Columns that a batch holds beside `record`, e.g. ("code",) or ("fault_backlash", "item").
@@ -73,7 +76,7 @@ class RecordStream(IterableDataset[Batch]):
 
     def __init__(
         self,
-        folder: str | Path,
+        folder: str | Path | Place,
         columns: Sequence[str] = ("code",),
         subset: str | None = None,
         *,
@@ -109,27 +112,18 @@ class RecordStream(IterableDataset[Batch]):
         shards = np.random.default_rng((self._seed, epoch)).permutation(len(self._rows.shards))
         windows = range(-(-len(self._rows) // self._window))[number::workers]
         threads = 1 if worker else min(self._threads, len(windows))
-        spare: SimpleQueue[np.ndarray] = SimpleQueue()
-        for _ in range(threads):
-            spare.put(np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32))
+        ahead = threads if threads > 1 else 0
+        buffers = itertools.cycle(
+            np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32)
+            for _ in range(ahead + 1)
+        )
 
-        def batches(place: int) -> Iterator[Batch]:
-            buffer, order = spare.get(), np.random.default_rng((self._seed, epoch, place))
-            yield from self._batches(self._fill(buffer, shards, place * self._window), buffer, order)
-            spare.put(buffer)
+        def fill(place: int, buffer: np.ndarray) -> tuple[int, np.ndarray, pa.Table]:
+            return place, buffer, self._fill(buffer, shards, place * self._window)
 
-        if threads == 1:
-            yield from itertools.chain.from_iterable(map(batches, windows))
-            return
-        pool = ThreadPoolExecutor(threads, thread_name_prefix="records")
-        waiting = iter(windows)
-        try:
-            ahead = deque(pool.submit(list, batches(place)) for place in itertools.islice(waiting, threads))
-            while ahead:
-                yield from ahead.popleft().result()
-                ahead.extend(pool.submit(list, batches(place)) for place in itertools.islice(waiting, 1))
-        finally:
-            pool.shutdown(cancel_futures=True)
+        with contextlib.closing(_ahead(fill, zip(windows, buffers, strict=False), ahead)) as filled:
+            for place, buffer, table in filled:
+                yield from self._batches(table, buffer, np.random.default_rng((self._seed, epoch, place)))
 
     def _fill(self, buffer: np.ndarray, shards: np.ndarray, begin: int) -> pa.Table:
         """Read the window that begins at this place of the epoch: the records into the buffer, the other columns as a
@@ -165,7 +159,9 @@ class RecordTable(Dataset[Batch]):
     they touch once. `RecordStream` is faster wherever records are shuffled. Parameters and errors are as there.
     """
 
-    def __init__(self, folder: str | Path, columns: Sequence[str] = ("code",), subset: str | None = None) -> None:
+    def __init__(
+        self, folder: str | Path | Place, columns: Sequence[str] = ("code",), subset: str | None = None
+    ) -> None:
         self._rows = _Rows(folder, columns, subset)
         self._ends = np.cumsum([len(rows) for rows in self._rows.rows])
 
@@ -197,14 +193,14 @@ class RecordTable(Dataset[Batch]):
 class _Rows:
     """The rows of a data set that were asked for, in the order of the items."""
 
-    def __init__(self, folder: str | Path, columns: Sequence[str], subset: str | None) -> None:
+    def __init__(self, folder: str | Path | Place, columns: Sequence[str], subset: str | None) -> None:
         for name in columns:
             check_choice("data set", "columns", name, [name for name in COLUMNS if name != RECORD])
         if subset is not None:
             check_choice("data set", "subset", subset, SUBSETS)
-        self.folder = Path(folder)
+        self.place = open_place(folder)
         self.columns = list(columns)
-        shards = read_manifest(folder)["shards"]
+        shards = read_manifest(self.place)["shards"]
         self.shards = [entry["name"] for entry in shards]
         self.rows = [self._chosen(entry, subset) for entry in shards]
         if not len(self):
@@ -220,13 +216,13 @@ class _Rows:
         """Rows of a shard that belong to the subset."""
         if subset is None:
             return np.arange(entry["rows"])
-        with open_shard(self.folder / entry["name"]) as file:
+        with open_shard(self.place, entry["name"]) as file:
             return np.flatnonzero(np.array(file.read(["subset"]).column(0).to_pylist()) == subset)
 
     def read(self, shard: int, rows: np.ndarray) -> Iterator[tuple[pa.Table, np.ndarray]]:
         """These rows of a shard, ascending, a row group at a time: the columns asked for and the records."""
         name = self.shards[shard]
-        with open_shard(self.folder / name) as file:
+        with open_shard(self.place, name) as file:
             end = 0
             for group in range(file.num_row_groups):
                 begin, end = end, end + file.metadata.row_group(group).num_rows
@@ -240,6 +236,22 @@ class _Rows:
                     inside = rows[low:high] - begin
                     table, records = table.take(pa.array(inside)), records[inside]
                 yield table, records
+
+
+def _ahead(function: Callable[..., T], arguments: Iterable[tuple[Any, ...]], threads: int) -> Generator[T]:
+    """Results in order, each being worked on by a thread while those before it are used; without threads when asked."""
+    if not threads:
+        yield from itertools.starmap(function, arguments)
+        return
+    pool, waiting = ThreadPoolExecutor(threads, thread_name_prefix="records"), iter(arguments)
+    try:
+        running = deque(pool.submit(function, *each) for each in itertools.islice(waiting, threads))
+        while running:
+            result = running.popleft().result()
+            running.extend(pool.submit(function, *each) for each in itertools.islice(waiting, 1))
+            yield result
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def values_of(column: pa.ChunkedArray, name: str) -> torch.Tensor | list[str]:
