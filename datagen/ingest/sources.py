@@ -58,7 +58,7 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
     SignalError
         The labels table cannot be read as one.
     """
-    root, paths = _found(files)
+    root, paths = find_files(files)
     table = None if labels is None else labels.resolve()
     named = {path.relative_to(root).as_posix(): path for path in paths if path.resolve() != table}
     if labels is None:
@@ -81,7 +81,9 @@ def _check_folders(named: Mapping[str, Path]) -> None:
         raise refuse("ingest", "files", "files in folders named by their class", f"{beside[0]} beside them", remedy)
 
 
-def _found(files: str) -> tuple[Path, list[Path]]:
+def find_files(files: str) -> tuple[Path, list[Path]]:
+    """The measured files of a folder or a pattern in the order of their names, and the folder that all lie in; raises
+    ParameterError for none."""
     folder = Path(files)
     if folder.is_dir():
         every = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
