@@ -22,7 +22,7 @@ from safetensors.torch import save as save_tensors
 from torch import Tensor
 
 from classifier.codes import CodeBook
-from classifier.features import Psd, Scaling, describe_features, make_features
+from classifier.features import Features, Scaling, describe_features, make_features
 from classifier.network import Mlp
 from indexer_env.errors import IndexerError
 
@@ -48,7 +48,7 @@ class Model:
     metrics              scores per subset
     """
 
-    features: Psd
+    features: Features
     scaling: Scaling
     codes: CodeBook
     network: Mlp
