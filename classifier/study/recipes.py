@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
+from datagen.campaign import SUBSETS
 from datagen.generate import generate
 from datagen.order import order_from
 from datagen.shard import read_shards
@@ -39,13 +43,13 @@ class Labelled:
 
     records      (n, samples) float32
     targets      (n, bits) in [0, 1]
-    subsets      (n,) calibration, control or validation
+    subsets      calibration, control and validation: a mask (n,) of the rows of each
     sample_rate  [Hz]
     """
 
     records: np.ndarray
     targets: np.ndarray
-    subsets: np.ndarray
+    subsets: Mapping[str, np.ndarray]
     sample_rate: float
 
 
@@ -54,7 +58,9 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
 
     Raises as `datagen.generate.generate` does.
     """
-    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+    # Within a command Hydra stands on the same folder already.
+    standing = GlobalHydra.instance().is_initialized()
+    with contextlib.nullcontext() if standing else initialize_config_dir(str(config_dir()), version_base="1.3"):
         config = OmegaConf.to_container(compose("datagen", [*recipe.overrides, f"seed={seed}", "out=."]), resolve=True)
     assert isinstance(config, dict)
     place = folder / f"{recipe.name}-{seed}"
@@ -77,4 +83,10 @@ def labelled_by_code(folder: Path) -> Labelled:
     """Records of a data set with the bits of their classes as targets."""
     records, table, rate = read(folder)
     targets = np.array([[float(bit) for bit in code] for code in column(table, "code")])
-    return Labelled(records, targets, column(table, "subset"), rate)
+    return Labelled(records, targets, masks(table), rate)
+
+
+def masks(table: pa.Table) -> dict[str, np.ndarray]:
+    """The rows (n,) of each subset."""
+    subsets = column(table, "subset")
+    return {subset: subsets == subset for subset in SUBSETS}

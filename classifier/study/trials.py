@@ -73,8 +73,7 @@ class Trained:
             }
             for network in range(len(outputs))
         ]
-        for subset in ("calibration", "control", "validation"):
-            chosen = self.data.subsets == subset
+        for subset, chosen in self.data.subsets.items():
             for row, error, share in zip(
                 rows, errors[:, chosen].mean(axis=(1, 2)), wrong[:, chosen].mean(axis=1), strict=True
             ):
@@ -100,7 +99,7 @@ def train(data: Labelled, variant: Variant, networks: int, seed: int) -> Trained
     Scaling and weights are fitted to the calibration subset; the control subset decides when to stop.
     """
     values = variant.features.compute(data.records, data.sample_rate)
-    scaling = Scaling.fit(values[data.subsets == "calibration"])
+    scaling = Scaling.fit(values[data.subsets["calibration"]])
     scaled = torch.from_numpy(scaling.apply(values))
     network = Mlp(
         scaled.shape[1],
@@ -111,7 +110,7 @@ def train(data: Labelled, variant: Variant, networks: int, seed: int) -> Trained
         variant.targets,
     )
     wanted = network.targets_of(torch.from_numpy(data.targets))
-    subsets = (torch.from_numpy(data.subsets == subset) for subset in ("calibration", "control"))
+    subsets = (torch.from_numpy(data.subsets[subset]) for subset in ("calibration", "control"))
     examples = [Examples(scaled[rows], wanted[rows]) for rows in subsets]
     start = network.initial(networks, torch.Generator().manual_seed(seed))
     began = time.process_time()
