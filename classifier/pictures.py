@@ -4,11 +4,9 @@ nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,33 +15,11 @@ from classifier.dataset import SUBSETS, Dataset
 from classifier.diagnose import Diagnosis
 from classifier.diagnose.report import CaseReport
 from classifier.model import Model
+from classifier.style import COLOURS as _COLOURS
+from classifier.style import DARK as _DARK
+from classifier.style import GREY as _GREY
+from classifier.style import style as _style
 from classifier.train import Result
-
-# Okabe and Ito's colours, told apart by colour-blind readers too; black and grey are kept for what is no
-# class.
-_COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#8A7A00")
-_GREY, _DARK = "0.75", "0.25"
-_STYLE: Any = {
-    "figure.dpi": 130,
-    "savefig.dpi": 130,
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "lines.linewidth": 1.0,
-}
-
-
-@contextmanager
-def _style() -> Iterator[None]:
-    with matplotlib.rc_context(_STYLE):
-        yield
-
 
 def _colour(position: int) -> str:
     return _COLOURS[position % len(_COLOURS)]
