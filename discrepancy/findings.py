@@ -175,9 +175,9 @@ def findings(model: Model, place: Point) -> Findings:
 
 
 def _estimate(parameter: Parameter, z: float, spread: float) -> Estimate:
-    low, high = (parameter.value(z + sign * _NORMAL_95 * spread) for sign in (-1.0, 1.0))
-    moved = z if parameter.known else None
-    return Estimate(parameter.name, parameter.unit, parameter.value(z), low, high, parameter.nominal, moved)
+    low, value, high = (float(parameter.value(z + sign * _NORMAL_95 * spread)) for sign in (-1.0, 0.0, 1.0))
+    moved = float(z) if parameter.known else None
+    return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
 
 
 def _renamed(estimate: Estimate, effect: str) -> Estimate:
