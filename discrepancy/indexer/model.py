@@ -56,6 +56,8 @@ class IndexerModel(Model):
         Relative standard deviations that replace those of `parameters.UNCERTAINTY`.
     known : tuple of Hypothesis
         Effects the machine is known to have, their parameters to be fitted.
+    without : tuple of str
+        Effects that are not looked for.
     """
 
     def __init__(
@@ -65,8 +67,9 @@ class IndexerModel(Model):
         sensor: Sensor | None = None,
         uncertainty: Mapping[str, float] | None = None,
         known: tuple[Hypothesis, ...] = (),
+        without: tuple[str, ...] = (),
     ) -> None:
-        self.machine, self.experiments, self.known = machine, tuple(experiments), known
+        self.machine, self.experiments, self.known, self.without = machine, tuple(experiments), known, without
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         for experiment in self.experiments:
             if experiment.signal.unit != self.sensor.unit:
@@ -102,10 +105,11 @@ class IndexerModel(Model):
 
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
         names = [effect.name for effect in self.machine.effects] + [h.name for h in self.known]
-        return library(self.machine, tuple(names))
+        return library(self.machine, (*names, *self.without))
 
     def extended(self, hypothesis: Hypothesis) -> IndexerModel:
-        return IndexerModel(self.machine, self.experiments, self.sensor, self.uncertainty, (*self.known, hypothesis))
+        known = (*self.known, hypothesis)
+        return IndexerModel(self.machine, self.experiments, self.sensor, self.uncertainty, known, self.without)
 
     def features(self) -> np.ndarray:
         """Fourier series over the cam phase, constant and growing with the square of the speed."""
