@@ -72,7 +72,7 @@ class Point:
 class Problem:
     """One hypothesis about a model's records, with the operations a fit is made of.
 
-    `caution` multiplies the priors: a model that lacks an effect is wrong in many samples alike, which are then no
+    `caution` multiplies the machine's priors: a model that lacks an effect is wrong in many samples alike, which are then no
     independent evidence against what is known of its parameters; rough parameters are held while it is above 1. With
     `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
     """
@@ -83,6 +83,8 @@ class Problem:
         held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
         self.movable = ~np.array(held)
         self.known = np.array([p.known for p in self.parameters])
+        of_record = np.array([p.of_record for p in self.parameters])
+        self.precision = self.known * np.where(of_record, 1.0, caution)
         bounds = np.array([p.bounds for p in self.parameters])
         self.low, self.high = bounds[:, 0], bounds[:, 1]
         self.all = np.arange(len(model.counts))
@@ -120,8 +122,8 @@ class Problem:
         return problem
 
     def prior(self, z: np.ndarray) -> float:
-        """Σ z² over the parameters that are known to their scale."""
-        return self.caution * float((z[self.known] ** 2).sum())
+        """Σ z² over the parameters that are known to their scale, times the caution where they are the machine's."""
+        return float((self.precision * z**2).sum())
 
     def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
@@ -151,8 +153,7 @@ class Problem:
 
     def informed(self, system: Arrow, z: np.ndarray) -> Arrow:
         """Normal equations at z with the priors added."""
-        precision = self.caution * self.known
-        return Arrow(system.A + np.diag(precision), system.a + precision * z, system.B, system.b, system.C)
+        return Arrow(system.A + np.diag(self.precision), system.a + self.precision * z, system.B, system.b, system.C)
 
     def free(self, place: Point, system: Arrow) -> np.ndarray:
         """Globals (g,) that may move: not those at a bound that the cost pushes against."""

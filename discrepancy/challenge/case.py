@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from discrepancy.challenge.draw import HIDDEN, Draw, Order, draw
+from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, draw
 from discrepancy.challenge.records import read_records, write_records
 from discrepancy.explain import Explanation, explain
 from discrepancy.findings import Estimate
@@ -32,9 +32,10 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
         write_records(drawn, Path(folder))
         made = time.process_time()
         fitted, held = read_records(Path(folder))
-        model = IndexerModel(drawn.nominal, fitted, without=drawn.removed)
+        told = {"uncertainty": KNOWN_TO, "without": drawn.removed}
+        model = IndexerModel(drawn.nominal, fitted, **told)
         wall = time.perf_counter()
-        answer = explain(model, IndexerModel(drawn.nominal, held, without=drawn.removed))
+        answer = explain(model, IndexerModel(drawn.nominal, held, **told))
         wall = time.perf_counter() - wall
         spent = time.process_time() - made
     return {

@@ -24,6 +24,9 @@ PLAYS = ("healthy", "none", "5", "20")
 _SPREAD = 0.1
 """Half width of the uniform law of each machine parameter, relative."""
 
+KNOWN_TO = dict.fromkeys(UNCERTAINTY, _SPREAD / math.sqrt(3.0))
+"""What the search is told of it: the law's relative standard deviation."""
+
 _TURN = 2.0 * math.pi
 _STATION = "station"
 
@@ -50,7 +53,7 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "sensor.gain": {"error": 0.02},
     "sensor.lowpass": {"time_constant": 4e-3},
     "sensor.bracket_resonance": {"inverse_square": 6e-6, "damping": (0.01, 0.06)},
-    "sensor.mains_hum": {"amplitude": 0.2, "phase": (0.0, _TURN)},
+    "sensor.mains_hum": {"amplitude": 0.2},
     "sensor.offset_drift": {"rate": 0.015},
 }
 """Law of each parameter: the first one is the size at which the base model is left with a gap of about 1.4 (as much

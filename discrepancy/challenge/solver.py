@@ -136,8 +136,8 @@ def crossing(p: Plant, y: np.ndarray, turn: float, regions, h: float, edge: int,
 
 @numba.njit(cache=True)
 def solved(p: Plant, start_angle: float, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
-    """Table accelerations (samples,) [rad/s²], `before` samples run first; a run that leaves the physical range holds
-    NaN from there on."""
+    """Table accelerations [rad/s²] and motor angles [rad] (2, samples), `before` samples run first; a run that leaves
+    the physical range holds NaN from there on."""
     y, new, k = np.zeros(8), np.empty(8), np.empty((6, 8))
     turn = math.floor(start_angle / TURN)
     y[0], y[1], y[6], y[7] = start_angle, p.tau * p.command, start_angle / p.tau, p.command
@@ -146,14 +146,14 @@ def solved(p: Plant, start_angle: float, before: int, samples: int, interval: fl
     d1, v1, d2, v2 = deflections(p, y, turn)
     regions = np.array([region_of(p.joint_1, p.joint_1.rho, d1, v1), region_of(p.joint_2, softness(p, turn), d2, v2)])
     was, now, rate = np.empty(_EDGES), np.empty(_EDGES), np.empty(8)
-    out = np.full(samples, np.nan)
+    out = np.full((2, samples), np.nan)
     h = interval / steps
     for sample in range(-before, samples):
         if sample >= 0:
             rates(p, y, turn, regions[0], regions[1], rate)
             if not abs(rate[3]) < 1e6:
                 return out
-            out[sample] = rate[3]
+            out[0, sample], out[1, sample] = rate[3], y[6]
         for _ in range(steps):
             left = h
             while left > 1e-15:

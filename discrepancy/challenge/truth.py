@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+
 import numpy as np
 
 from discrepancy.challenge.equations import Bump, Joint, Plant, Wave
@@ -31,8 +34,12 @@ def true_acceleration(machine: Machine, point: OperatingPoint, samples: int, sam
     steps = max(1, round(1000.0 / sample_rate * STEPS_PER_MS))
     out = solved(plant(machine, point), point.start_angle, before, samples, 1.0 / sample_rate, steps)
     if not np.isfinite(out).all():
-        raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(out).sum())}.")
-    return out
+        raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(out[0]).sum())}.")
+    acceleration, motor = out
+    mean = float(motor[-1] - motor[0]) * sample_rate / (samples - 1)
+    turn = 2.0 * math.pi * machine.stations
+    seen = dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]) - turn)
+    return acceleration, seen
 
 
 def _check(machine: Machine) -> None:
