@@ -16,8 +16,11 @@ from indexer_env.motion_law import ModifiedSine
 from indexer_env.operating_point import OperatingPoint
 
 
-def true_acceleration(machine: Machine, point: OperatingPoint, samples: int, sample_rate: float = 1000.0) -> np.ndarray:
-    """Table acceleration φ̈ (samples,) [rad/s²] after one table turn.
+def true_motion(
+    machine: Machine, point: OperatingPoint, samples: int, sample_rate: float
+) -> tuple[np.ndarray, OperatingPoint]:
+    """Table acceleration φ̈ (samples,) [rad/s²] after one table turn at the commanded speed, and the operating point as
+    a once-per-turn pulse shows it: the motor's mean speed over the record, the drive's angle at its first sample.
 
     The machine is Model B with the modified sine, the clipped contact law and any effects of the library that are not
     the sensor's. Validated against `indexer_env.reference.simulate_reference`.

@@ -141,13 +141,15 @@ class IndexerModel(Model):
         extended = [self.machine_at(hypothesis, point) for point in jobs.points]
         acceleration = self._simulate(jobs, [machine for machine, _ in extended])
         out = np.empty_like(acceleration)
+        sensors: dict[Sensor, list[int]] = {}
         for p, (_, sensor) in enumerate(extended):
-            mine = np.flatnonzero(jobs.point == p)
-            out[mine] = self._read(sensor, acceleration[mine], jobs.window[mine])
-        out -= self._measured[jobs.window]
-        for p, (_, sensor) in enumerate(extended):
+            sensors.setdefault(sensor, []).append(p)
+        measured = self._measured[jobs.window]
+        for sensor, points in sensors.items():
+            mine = np.flatnonzero(np.isin(jobs.point, points)) if len(sensors) > 1 else slice(None)
+            out[mine] = self._read(sensor, acceleration[mine], jobs.window[mine]) - measured[mine]
             if sensor.hum_amplitude != self.sensor.hum_amplitude:
-                self._add_hum(sensor, out, np.flatnonzero(jobs.point == p), jobs.window)
+                out[mine] = self._with_hum(sensor, out[mine], jobs.window[mine])
         out /= self._noise[self.windows.record[jobs.window]][:, None]
         np.copyto(out, _BAD, where=~np.isfinite(out))
         np.copyto(out, 0.0, where=~self._inside[jobs.window])
@@ -258,28 +260,31 @@ class IndexerModel(Model):
         rate = float(self._sample_rates[record[0]])
         for section in sensor.sections(rate):
             y = filtered(section, np.where(np.isfinite(y), y, _BAD))
+        if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
+            return y
         time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / rate
         quiet = dataclasses.replace(sensor, hum_amplitude=self.sensor.hum_amplitude)
         return quiet.with_background(y, time)
 
-    def _add_hum(self, sensor: Sensor, difference: np.ndarray, jobs: np.ndarray, window: np.ndarray) -> None:
-        """Add hum to simulated less measured readings (n, samples), in each window with the phase that fits best: the
+    def _with_hum(self, sensor: Sensor, difference: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """Simulated less measured readings (n, samples) with hum, in each window with the phase that fits best: the
         mains frequency wanders, so that no phase holds for a whole record."""
-        rate = self._sample_rates[self.windows.record[window[jobs]]][:, None]
+        rate = self._sample_rates[self.windows.record[window]][:, None]
         angle = 2.0 * math.pi * sensor.hum_hz * np.arange(difference.shape[1]) / rate
-        inside = np.where(self._inside[window[jobs]], np.nan_to_num(difference[jobs]), 0.0)
+        inside = np.where(self._inside[window] & np.isfinite(difference), difference, 0.0)
         cosine, sine = np.cos(angle), np.sin(angle)
         a, b = ((inside * wave).sum(axis=1, keepdims=True) for wave in (cosine, sine))
         size = np.maximum(np.hypot(a, b), 1e-300)
-        difference[jobs] -= (sensor.hum_amplitude - self.sensor.hum_amplitude) * (a * cosine + b * sine) / size
+        amplitude = sensor.hum_amplitude - self.sensor.hum_amplitude
+        return difference - amplitude * (a * cosine + b * sine) / size
 
 
 def _of_record(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
-    """What is free in each record: the drive's angle at its first sample and the mean motor speed, off what was told."""
+    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
     start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
     return (
-        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, of_record=True),
-        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, of_record=True),
+        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
+        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
     )
 
 
