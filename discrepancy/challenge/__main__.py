@@ -19,7 +19,7 @@ def main(config: dict[str, Any]) -> None:
     gap = config["gap"]
     if not isinstance(gap, list):
         raise refuse("challenge", "gap", "two numbers, the lowest and the highest", gap, "write gap=[1,10]")
-    order = Order(config["n"], config["seed"], config["kind"], str(config["play"]), tuple(gap))
+    order = Order(config["n"], config["seed"], config["kind"], str(config["play"]), tuple(gap), config["turns"])
     folder = job_folder("challenge", config["out"])
     table = run_challenge(order, folder, config["executor"], config["processes"])
     console = Console(highlight=False, soft_wrap=True)

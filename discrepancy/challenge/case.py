@@ -29,7 +29,7 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
     drawn = draw(order, number)
     with tempfile.TemporaryDirectory(prefix="challenge-") as folder:
         begin = time.process_time()
-        write_records(drawn, Path(folder))
+        write_records(drawn, order.turns, Path(folder))
         made = time.process_time()
         fitted, held = read_records(Path(folder))
         told = {"uncertainty": KNOWN_TO, "without": drawn.removed}
@@ -39,7 +39,7 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
         wall = time.perf_counter() - wall
         spent = time.process_time() - made
     return {
-        "case": number, "kind": order.kind, "play": order.play, "seed": order.seed,
+        "case": number, "kind": order.kind, "play": order.play, "seed": order.seed, "turns": order.turns,
         "hidden": [_told(effect) for effect in drawn.hidden],
         "verdict": answer.verdict, "names": list(answer.names), "alike": list(answer.rounds[-1].names),
         "reason": answer.reason, "outcome": outcome(drawn, answer),

@@ -74,6 +74,8 @@ class Order:
         Of KINDS and PLAYS.
     gap : tuple of float
         Lowest and highest size, as misfit over noise of the base model; drawn log-uniform between them.
+    turns : float
+        Table turns of each record, >= 0.7, so that a case's records hold two in all.
     """
 
     n: int
@@ -81,6 +83,7 @@ class Order:
     kind: str = "single"
     play: str = "healthy"
     gap: tuple[float, float] = (1.0, 10.0)
+    turns: float = 1.2
 
     def __post_init__(self) -> None:
         check_integer("challenge", "n", self.n, low=1)
@@ -91,6 +94,7 @@ class Order:
             raise refuse("challenge", "gap", "two numbers, the lowest and the highest", self.gap, "write gap=[1,10]")
         check_number("challenge", "gap[0]", self.gap[0], low=0.0, low_open=True)
         check_number("challenge", "gap[1]", self.gap[1], low=self.gap[0])
+        check_number("challenge", "turns", self.turns, low=0.7, unit="table turns")
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
-CONDITIONS = ((1500.0, 2.0, 1.5, False), (1200.0, 2.0, 1.2, False), (1350.0, 20.0, 1.2, True))
-"""Motor speed [rpm], load [N m], table turns, and whether the record is held out."""
+CONDITIONS = ((1500.0, 2.0, False), (1200.0, 2.0, False), (1350.0, 20.0, True))
+"""Motor speed [rpm], load [N m], and whether the record is held out."""
 
 _RATE = 1000.0
 _NOISE = 0.015
@@ -33,8 +33,8 @@ _RPM = 2.0 * math.pi / 60.0
 _TABLE = "records.yaml"
 
 
-def write_records(drawn: Draw, folder: Path) -> None:
-    """Simulate the case and write its files."""
+def write_records(drawn: Draw, turns: float, folder: Path) -> None:
+    """Simulate the case for so many table turns a record, and write its files."""
     import yaml
 
     truth, sensor = drawn.truth, Sensor()
@@ -44,7 +44,7 @@ def write_records(drawn: Draw, folder: Path) -> None:
         elif isinstance(effect, SensorEffect):
             sensor = effect.extend_sensor(sensor)
     noise, rows = math.nan, []
-    for number, (rpm, load, turns, held_out) in enumerate(CONDITIONS):
+    for number, (rpm, load, held_out) in enumerate(CONDITIONS):
         point = OperatingPoint(rpm * _RPM, load, drawn.rng.uniform(0.0, 2.0 * math.pi))
         samples = int(turns * truth.turn_duration(point) * _RATE)
         acceleration, seen = true_motion(truth, point, samples, _RATE)

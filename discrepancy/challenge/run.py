@@ -35,7 +35,7 @@ def run_challenge(order: Order, folder: Path, executor: str = "local", processes
     ----------
     order : Order
     folder : Path
-        Holds cases/<kind>-<play>-<gap>-<seed>-<number>.json, table.md and cases.parquet; orders may share one folder.
+        Holds cases/*.json, each named after its order and number, table.md and cases.parquet; orders may share it.
     executor : str
         "local", or "ray" for one task a case on a cluster.
     processes : int
