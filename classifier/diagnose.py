@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from classifier.model import Model, load_model
-from classifier.output_folder import check_output_folder, output_folder
+from datagen.output_folder import check_output_folder, output_folder
 from datagen.command import check_flag, hydra_command
 from datagen.job_paths import job_folder, path_given
 from datagen.measured import RATE_TOLERANCE, Reading, read_signal
