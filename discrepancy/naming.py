@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.blackbox import black_box_level
+from discrepancy.findings import Ranked, ranked
 from discrepancy.fit import Fit, Point, Problem, fit
 from discrepancy.model import NONE, Model
 from discrepancy.scan import Scanner, Start
@@ -37,6 +38,9 @@ _MARGIN = 30.0
 
 _SHARE = 0.05
 """Share of the winner's gain by which the next effect must stay behind; nearer ones are ambiguous."""
+
+_TEMPER = 5.0
+"""Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
 
 SLIGHT = 0.2
 """Mean square above the noise, in units of it, below which there is hardly a gap: 1.095 in rms."""
@@ -89,6 +93,12 @@ class Naming:
     candidates: tuple[Candidate, ...]
     black_box: float
     reason: str
+
+    @property
+    def ranking(self) -> tuple[Ranked, ...]:
+        """Posterior probabilities, tempered by the misfit that even the best candidate leaves."""
+        rows = [(c.name, c.score, c.held_out) for c in self.candidates]
+        return ranked(rows, max(1.0, self.candidates[0].level ** 2) * _TEMPER)
 
 
 def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Point, bool]:
