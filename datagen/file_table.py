@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import glob
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from datagen.formats import SUFFIXES
@@ -74,20 +74,3 @@ def table_rows(table: Path, noun: str, needed: Sequence[str]) -> Iterator[tuple[
         if len(row) != len(header):
             raise SignalError(f"{table}, line {line}: {len(row)} cells where the header has {len(header)}; repair it.")
         yield line, dict(zip(header, row, strict=True))
-
-
-def matching_file(written: str, names: Collection[str], place: str, key: str) -> str:
-    """The file that a cell means: its name below the folder, or the end of exactly one such name.
-
-    Raises
-    ------
-    SignalError
-        None or several; the sentence begins with `place` and ends with the command's key that names the files.
-    """
-    wanted = written.replace("\\", "/").removeprefix("./")
-    found = [wanted] if wanted in names else [name for name in names if wanted and name.endswith(f"/{wanted}")]
-    if len(found) != 1:
-        many = f"{len(found)} files of that name" if found else "none of that name"
-        remedy = "write its path below the folder" if found else f"correct the cell or {key}=PATTERN"
-        raise SignalError(f"{place}: {FILE} must name one of {len(names)} files, got {written!r}, {many}; {remedy}.")
-    return found[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from datagen.campaign import SUBSETS
-from datagen.file_table import FILE, files_found, matching_file, table_rows
+from datagen.file_table import FILE, files_found, table_rows
 from datagen.ingest.settings import Known
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice
@@ -82,13 +82,24 @@ def _rows(labels: Path, named: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     """Rows of the labels table by the name of their file."""
     rows: dict[str, dict[str, str]] = {}
     for line, row in table_rows(labels, "labels table", (FILE, CLASS)):
-        name = matching_file(row[FILE], named, f"{labels}, line {line}", "files")
+        name = _match(row[FILE], named, f"{labels}, line {line}")
         if name in rows:
             raise SignalError(f"{labels}, line {line}: a file must have one row, got a second for {name}; keep one.")
         if not row[CLASS]:
             raise SignalError(f"{labels}, line {line}: the class of {name} must be given, got none; fill the cell.")
         rows[name] = row
     return rows
+
+
+def _match(written: str, named: Mapping[str, Path], place: str) -> str:
+    """The file that a cell means: its name below the folder, or the end of exactly one such name."""
+    wanted = written.replace("\\", "/").removeprefix("./")
+    found = [wanted] if wanted in named else [name for name in named if wanted and name.endswith(f"/{wanted}")]
+    if len(found) != 1:
+        many = f"{len(found)} files of that name" if found else "none of that name"
+        remedy = "write its path below the folder" if found else "correct the cell or files=PATTERN"
+        raise SignalError(f"{place}: {FILE} must name one of {len(named)} files, got {written!r}, {many}; {remedy}.")
+    return found[0]
 
 
 def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> Source:
