@@ -21,6 +21,7 @@ from classifier.style import GREY as _GREY
 from classifier.style import style as _style
 from classifier.train import Result
 
+
 def _colour(position: int) -> str:
     return _COLOURS[position % len(_COLOURS)]
 

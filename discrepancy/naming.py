@@ -152,7 +152,7 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     finalists = _finalists(model, _promising(model, scanner), careful.cost)
     none = _base(model, careful, finalists[0])
     candidates = sorted([none, *finalists], key=lambda c: c.score)
-    held = [_held_place(c.place, held_out) for c in candidates]
+    held = [held_place(c.place, held_out) for c in candidates]
     tested = [_tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)]
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
     return _verdict(tested, black_box_level(model, none.place, held_out, of_none))
@@ -232,7 +232,7 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     return Candidate(place.hypothesis.name, place, place.cost + price, level, math.nan, converged)
 
 
-def _held_place(place: Point, held_out: Model) -> Point:
+def held_place(place: Point, held_out: Model) -> Point:
     """The candidate's physics on the records held out; only start states and what belongs to single records move."""
     problem = Problem(held_out, place.hypothesis, frozen=True)
     own = len(place.hypothesis.parameters)

@@ -33,7 +33,9 @@ def run(setting: Setting) -> list[Row]:
                 dataset.codes, fitted.logits(dataset.records[control]), dataset.classes[control]
             )
             found |= measured(dataset.codes, logits, dataset.classes[validation], temperature)
-            rows += [Row("baselines", recipe.name, name, metric, setting.seed, value) for metric, value in found.items()]
+            rows += [
+                Row("baselines", recipe.name, name, metric, setting.seed, value) for metric, value in found.items()
+            ]
     return rows
 
 

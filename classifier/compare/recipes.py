@@ -46,7 +46,9 @@ def drawn(count: int, half_width: float = 0.1) -> Recipe:
     """Machines within ± half_width of the reference machine (paper §4.1: 0.1), each with faults of any size: every fault
     is there in every second machine. The bench's sensor; subsets of 6, 2 and 2 machines of every ten.
     """
-    joints = (f"machine.{joint}.{name}" for joint in ("input_joint", "output_joint") for name in ("stiffness", "damping"))
+    joints = (
+        f"machine.{joint}.{name}" for joint in ("input_joint", "output_joint") for name in ("stiffness", "damping")
+    )
     draws = {
         **dict.fromkeys(joints, f"{{around:{half_width:g}}}"),
         "operating_point.start_angle_deg": "{uniform:[0,2880]}",

@@ -83,6 +83,8 @@ def markdown(rows: Sequence[Row], metrics: Sequence[tuple[str, int]]) -> str:
     heads = ["data", "method", *(metric for metric, _ in metrics)]
     lines = [" | ".join(heads), " | ".join(["---", "---", *["---:"] * len(metrics)])]
     for data, method in dict.fromkeys((data, method) for data, method, _ in found):
-        cells = [found[key].text(digits) if (key := (data, method, metric)) in found else "" for metric, digits in metrics]
+        cells = [
+            found[key].text(digits) if (key := (data, method, metric)) in found else "" for metric, digits in metrics
+        ]
         lines.append(" | ".join([data, method, *cells]))
     return "".join(f"| {line} |\n" for line in lines)

@@ -12,8 +12,8 @@ import numpy as np
 from classifier.conditions import RecordConditions
 from classifier.diagnose.incremental import TurnReport, diagnose
 from classifier.model import Model
+from datagen.file_table import files_found
 from datagen.ingest.settings import Pulse
-from datagen.ingest.sources import find_files
 from datagen.measured import Reading, read_recording
 from datagen.schema import RECORD
 from datagen.shard import iterate_shards, record_matrix
@@ -71,7 +71,7 @@ def _named(name: str) -> list[Path]:
     # A name without a sign of a pattern is a path that is not there: the reader says so best.
     if not Path(name).is_dir() and not set(name) & set("*?["):
         return [Path(name)]
-    return find_files(name)[1]
+    return files_found("diagnose", "signal", name)[1]
 
 
 def _file(path: Path, asked: Asked) -> Case:

@@ -67,7 +67,9 @@ class Lab:
         """Power spectral density on the setting's scale."""
         return Psd(resolution_hz=resolution_hz, scale=setting.scale)
 
-    def variant(self, setting: Setting, label: str, x: float = 0.0, *, rule: str = "traingdx", **choices: Any) -> Variant:
+    def variant(
+        self, setting: Setting, label: str, x: float = 0.0, *, rule: str = "traingdx", **choices: Any
+    ) -> Variant:
         """A variant with the setting's features and the training's limits, unless chosen otherwise."""
         trainer = TRAINERS[rule](epochs=self.size.epochs, patience=setting.patience)
         return Variant(label, x, **{"features": self.psd(setting), "trainer": trainer, **choices})

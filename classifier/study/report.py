@@ -61,7 +61,13 @@ def _section(claim: Claim, finding: Finding, lab: Lab) -> Mapping[str, Any]:
 
 def _told(outcome: Outcome, words: str) -> dict[str, Any]:
     statements = [
-        {"says": one.says, "short": one.says.partition(" (")[0], "rule": one.rule, "found": one.found, "holds": one.holds}
+        {
+            "says": one.says,
+            "short": one.says.partition(" (")[0],
+            "rule": one.rule,
+            "found": one.found,
+            "holds": one.holds,
+        }
         for one in outcome.statements
     ]
     return {"setting": outcome.setting, "words": words, "verdict": outcome.verdict, "statements": statements}

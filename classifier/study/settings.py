@@ -44,7 +44,9 @@ def _table2(key: str, words: str, *, faults: tuple[float, float] = (1e-3, 0.6), 
     joints = [f"{joint}_joint.{quantity}" for joint in ("input", "output") for quantity in ("stiffness", "damping")]
     noisy = (f"sensor.noise_snr_db={noise:g}",) if noise else ()
     around = [f"campaign.draws.machine.{quantity}.around={share:g}" for quantity in joints]
-    shapes = [f"campaign.draws.machine.output_joint.{name}.around={share:g}" for name in ("backlash", "stiffness_ratio")]
+    shapes = [
+        f"campaign.draws.machine.output_joint.{name}.around={share:g}" for name in ("backlash", "stiffness_ratio")
+    ]
     sizes = (f"campaign.output_backlash={play:g}", f"campaign.stiffness_ratio={ratio:g}")
     plays = ",".join(f"{play * step / STEPS:g}" for step in range(STEPS + 1))
     name = name or f"table2-{key}"

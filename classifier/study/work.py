@@ -14,12 +14,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
-from classifier.output_folder import output_folder
 from classifier.study.claims import Claim
 from classifier.study.claims.base import Rows
 from classifier.study.lab import Lab
 from classifier.study.verdicts import Outcome, Verdict, overall
 from classifier.style import style
+from datagen.output_folder import output_folder
 from datagen.places import StoreError
 from datagen.versions import versions_of
 from indexer_env.errors import refuse
@@ -114,7 +114,9 @@ def _picture(claim: Claim, rows: Mapping[str, Rows]) -> Figure:
     with style():
         many = claim.panels > 1
         figure = Figure(figsize=(11, 3.6 * len(main)) if many else (11, 4.2), layout="constrained")
-        parts = figure.subfigures(len(main), 1, squeeze=False) if many else figure.subfigures(1, len(main), squeeze=False)
+        parts = (
+            figure.subfigures(len(main), 1, squeeze=False) if many else figure.subfigures(1, len(main), squeeze=False)
+        )
         for part, setting in zip(parts.flatten(), main, strict=True):
             axes = part.subplots(1, claim.panels, squeeze=False).flatten()
             part.suptitle(textwrap.fill(f"{setting.key}: {setting.words}", 95 if many else 62), fontsize=9)

@@ -59,7 +59,7 @@ def _problem(length: float, period: float, tolerance: float) -> str:
     return f"must last {period:g} s within {100 * tolerance:g} %, got {length:.6g} s ({why})"
 
 
-def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse) -> np.ndarray:
+def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2) -> np.ndarray:
     """Times at which the pulse crosses its threshold [s after its first sample], between samples by a straight line.
 
     Parameters
@@ -70,13 +70,12 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse) -> np.ndarray:
     Raises
     ------
     SignalError
-        The pulse is constant, does not reach the threshold, or has fewer than two edges.
+        The pulse is constant, does not reach the threshold, or has fewer than `least` edges.
     """
     edges, _ = EdgeFinder(float(pulse.min()), float(pulse.max()), settings).feed(pulse)
-    if len(edges) < 2:
-        raise SignalError(
-            f"the pulse must have two {settings.edge} edges at least, got {len(edges)}; record more turns."
-        )
+    if len(edges) < least:
+        wanted = f"two {settings.edge} edges" if least == 2 else f"one {settings.edge} edge"
+        raise SignalError(f"the pulse must have {wanted} at least, got {len(edges)}; record more turns.")
     return edges / rate
 
 

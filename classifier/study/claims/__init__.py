@@ -34,8 +34,7 @@ from indexer_env.errors import refuse
 __all__ = ["CLAIMS", "Claim", "chosen"]
 
 CLAIMS: dict[str, Claim] = {
-    claim.key: claim
-    for claim in (Table2(), Fig4(), Fig5(), Fig6(), Fig7(), Fig8(), Fig9(), Fig11(), Fig12(), Fig13())
+    claim.key: claim for claim in (Table2(), Fig4(), Fig5(), Fig6(), Fig7(), Fig8(), Fig9(), Fig11(), Fig12(), Fig13())
 }
 
 

@@ -44,7 +44,9 @@ class Fig12(Claim):
 
     def judge(self, rows: Rows) -> tuple[Statement, ...]:
         """By record, by the mean of the three records of a case, and by the two bits that are either 0 or 1."""
-        sets = [[row for row in rows if row["data_seed"] == seed] for seed in sorted({row["data_seed"] for row in rows})]
+        sets = [
+            [row for row in rows if row["data_seed"] == seed] for seed in sorted({row["data_seed"] for row in rows})
+        ]
         right = Interval.of(1.0 - np.mean([row["wrong"] for row in one]) for one in sets)
         cases = Interval.of(_cases_right(one) for one in sets)
         bits = Interval.of(_bits_right(one) for one in sets)
@@ -71,7 +73,9 @@ def _cases_right(rows: Rows) -> float:
     parts = []
     for what in ("output", "target"):
         own = [[row for row in rows if (row["roller"], row["screws"], row["level"]) == case] for case in cases]
-        parts.append(np.array([np.mean([[row[f"{what}_{node}"] for node in NODES] for row in one], axis=0) for one in own]))
+        parts.append(
+            np.array([np.mean([[row[f"{what}_{node}"] for node in NODES] for row in one], axis=0) for one in own])
+        )
     outputs, targets = parts
     return float(1.0 - misclassified(outputs[None], targets).mean())
 

@@ -89,9 +89,7 @@ class Fig7(Pair):
         first, second = (np.mean([shares[name] for name in _names(kind)], axis=0) for kind in (self.first, self.second))
         difference = Interval.of(first - second)
         rule = BETTER.replace("ratio", "difference").replace("1", "0")
-        return Statement(
-            "binary misclassifies less", rule, f"difference {difference.percent()}", difference.high < 0.0
-        )
+        return Statement("binary misclassifies less", rule, f"difference {difference.percent()}", difference.high < 0.0)
 
 
 class Fig8(Pair):
@@ -100,7 +98,9 @@ class Fig8(Pair):
     key: ClassVar[str] = "fig8"
     where: ClassVar[str] = "§4.2, fig. 8"
     title: ClassVar[str] = "A logistic output is better than a linear one"
-    says: ClassVar[str] = "Logistic functions in both layers perform better than a logistic hidden and a linear output layer."
+    says: ClassVar[str] = (
+        "Logistic functions in both layers perform better than a logistic hidden and a linear output layer."
+    )
     choices: ClassVar[tuple[str, ...]] = (f"The abscissa is not named: hidden nodes, {', '.join(map(str, HIDDEN))}.",)
     first: ClassVar[str] = "logistic"
     second: ClassVar[str] = "linear"
