@@ -3,6 +3,7 @@
 In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
     arrow      normal equations of few global and many local parameters, solved by Schur complement
+    problem    one hypothesis about the records: cost, normal equations, search of the windows' start states
     fit        joint fit of the parameters and of every window's start state
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
     escape     out of a local minimum by moving an effect's parameters with the windows searched anew

@@ -16,8 +16,9 @@ import numpy as np
 from discrepancy.blackbox import black_box_level
 from discrepancy.escape import escaped
 from discrepancy.findings import Ranked, ranked
-from discrepancy.fit import Fit, Point, Problem, fit
+from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Model
+from discrepancy.problem import Point, Problem
 from discrepancy.scan import Scanner, Start
 
 VERDICTS = ("named", "none", "ambiguous", "unexplained", "not_converged")
@@ -154,10 +155,13 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     """
     careful = _careful(model, start)
     scanner = Scanner(model, careful, CAUTIONS[0])
-    finalists = _finalists(model, _promising(model, scanner), careful.cost)
+    starts = _promising(model, scanner)
+    # where no start promises anything, the best one stands for all
+    starts = starts if scanner.gain(starts[0]) > _MARGIN else starts[:1]
+    finalists = _finalists(model, starts, careful.cost)
     none = _base(model, careful, finalists[0])
     candidates = sorted([none, *finalists], key=lambda c: c.score)
-    held = [held_place(c.place, held_out) for c in candidates]
+    held = _held_places(candidates, held_out)
     tested = [_tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)]
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
     return _verdict(tested, black_box_level(model, none.place, held_out, of_none))
@@ -179,7 +183,7 @@ def _finalists(model: Model, starts: list[Start], base: float) -> list[Candidate
     tried = sorted((_pursued(model, place) for place in tried[: _FINALISTS + 1]), key=lambda place: place.cost)
     leaders = _distinct(tried)[:_FINALISTS]
     for rounds in _ESCAPES:
-        if leaders[0].level(model) > _FLOOR:
+        if min(place.level(model) for place in leaders) > _FLOOR:
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
             leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
             leaders.append(leaders.pop(0))
@@ -240,15 +244,26 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     return Candidate(place.hypothesis.name, place, place.cost + price, level, math.nan, converged)
 
 
+def _held_places(candidates: list[Candidate], held_out: Model) -> list[Point]:
+    """The candidates' physics on the records held out. What one of them found of the windows' start states is tried by
+    all: a state that was missed must not decide."""
+    places = [held_place(c.place, held_out) for c in candidates]
+    pooled = []
+    for place in places:
+        problem = Problem(held_out, place.hypothesis, frozen=True)
+        pooled.append(fit(problem, problem.pooled(place, places), steps=_SHORT // 2).place)
+    return pooled
+
+
 def held_place(place: Point, held_out: Model) -> Point:
     """The candidate's physics on the records held out; only start states and what belongs to single records move."""
     problem = Problem(held_out, place.hypothesis, frozen=True)
-    own = len(place.hypothesis.parameters)
-    z = np.array([0.0] * len(problem.parameters))
-    physics = [k for k, p in enumerate(held_out.parameters) if not p.of_record]
-    z[physics] = place.z[physics]
-    if own:
-        z[-own:] = place.z[-own:]
+    physics = np.array([not p.of_record for p in problem.parameters])
+    # what belongs to records stands together, behind the machine's own; there may be more of them here or there
+    first = int(physics.argmin()) if not physics.all() else len(physics)
+    records = len(place.z) - int(physics.sum())
+    z = np.zeros(len(physics))
+    z[physics] = np.delete(place.z, slice(first, first + records))
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
     return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2).place
 

@@ -23,7 +23,7 @@ def test_calibration_reaches_the_noise_floor(records, play_factor: float, level:
 
 def test_at_the_truth_windows_alone_reach_the_noise_floor(records) -> None:
     """Seed 6: with the true parameters only start states are unknown, so a window restarted in the dwell is enough."""
-    from discrepancy.fit import Problem
+    from discrepancy.problem import Problem
 
     model, _, truth = records(6)
     problem = Problem(model, NONE)
