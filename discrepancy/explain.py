@@ -74,20 +74,20 @@ def explain(model: Model, held_out: Model) -> Explanation:
     rounds, own, fitted = [name_effect(model, held_out)], len(model.parameters), model
     before, box = _none(rounds[0]).held_out, rounds[0].black_box
     effects: list[Hypothesis] = []
-    after, ambiguous = before, False
+    after = before
     while rounds[-1].verdict in ("named", "ambiguous"):
         best = rounds[-1].candidates[0]
         effects.append(best.place.hypothesis)
         fitted = model
-        after, ambiguous = best.held_out, rounds[-1].verdict == "ambiguous"
+        after = best.held_out
         model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
-        if ambiguous or best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
+        if best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
             break
         following = name_effect(model, held_out, best.place)
         if following.verdict not in ("named", "ambiguous"):
             break
         rounds.append(following)
-    verdict, reason = _judged(rounds[-1], effects, ambiguous, before, after, box)
+    verdict, reason = _judged(rounds[-1], effects, before, after, box)
     place = rounds[-1].candidates[0].place if effects else _none(rounds[0]).place
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
@@ -101,9 +101,7 @@ def _none(naming: Naming) -> Candidate:
     return next(c for c in naming.candidates if c.name == NONE.name)
 
 
-def _judged(
-    last: Naming, effects: list[Hypothesis], ambiguous: bool, before: float, after: float, box: float
-) -> tuple[str, str]:
+def _judged(last: Naming, effects: list[Hypothesis], before: float, after: float, box: float) -> tuple[str, str]:
     if not effects:
         return last.verdict, last.reason
     if after > box:
@@ -113,6 +111,4 @@ def _judged(
         )
     if after**2 - 1.0 > max(_OPEN * (before**2 - 1.0), SLIGHT):
         return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
-    if ambiguous:
-        return "ambiguous", last.reason
-    return "named", last.reason
+    return last.verdict, last.reason

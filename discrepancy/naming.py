@@ -42,6 +42,9 @@ records."""
 _MARGIN = 30.0
 """Least gain in cost (twice a log-likelihood) beyond the price of an effect's parameters."""
 
+_EARNED = 0.2
+"""Least share of the gap on the records held out (mean square above the noise) that an effect must close."""
+
 _SHARE = 0.05
 """Share of the winner's gain by which the next effect must stay behind; nearer ones are ambiguous."""
 
@@ -291,6 +294,8 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
     ]
     if near:
         return answer("ambiguous", (best.name, *near), "these effects explain the records alike")
-    if best.held_out > none.held_out:
-        return answer("unexplained", (best.name,), f"{best.name} does not predict the records held out")
+    closed = (none.held_out**2 - best.held_out**2) / max(none.held_out**2 - 1.0, SLIGHT)
+    if closed < _EARNED:
+        remark = f"{best.name} closes {100.0 * closed:.0f} % of the gap on the records held out, too little to be named"
+        return answer("unexplained", (best.name,), remark)
     return answer("named", (best.name,), f"{best.name} explains the records best, also those it never saw")
