@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model
-from discrepancy.naming import SLIGHT, Candidate, Naming, name_effect
+from discrepancy.naming import SLIGHT, Naming, name_effect
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
+
+_SYSTEMATIC, _LEAST = 0.03, 0.15
+"""Largest misfit of a typical window (mean square above the noise), as share of the gap and in units of the noise: an
+effect that only resembles what is missing fails in every window."""
 
 _ROUNDS = 3
 """Most effects looked for."""
@@ -109,6 +114,9 @@ def _judged(last: Naming, effects: list[Hypothesis], before: float, after: float
             "unexplained",
             f"a black box predicts the records held out better ({box:.2f}) than the effects ({after:.2f})",
         )
-    if after**2 - 1.0 > max(_OPEN * (before**2 - 1.0), SLIGHT):
+    gap, typical = before**2 - 1.0, last.candidates[0].typical
+    if typical**2 - 1.0 > max(_SYSTEMATIC * gap, _LEAST):
+        return "unexplained", f"even with the effects found a typical cam turn is left at {typical:.2f} times the noise"
+    if after**2 - 1.0 > max(_OPEN * gap, SLIGHT):
         return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
     return last.verdict, last.reason

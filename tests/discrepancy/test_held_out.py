@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from discrepancy.naming import held_place
+from discrepancy.candidates import held_place
 from discrepancy.problem import Problem
 
 

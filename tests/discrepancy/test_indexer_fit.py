@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from discrepancy.candidates import calibrate
 from discrepancy.indexer.parameters import read
 from discrepancy.model import NONE
-from discrepancy.naming import calibrate
 
 
 @pytest.mark.parametrize(("play_factor", "level"), [(0.0, 1.02), (1.0, 1.05), (23.0, 1.05)])
