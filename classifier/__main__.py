@@ -97,7 +97,7 @@ def run(config: dict[str, Any]) -> None:
         if writer is not None:
             write_curves(writer, folder / TENSORBOARD, result)
     if in_sweep():
-        console.print(f"{collect(out.parent)} runs in {out.parent / RUNS}", highlight=False)
+        console.print(f"{collect(out.parent)} runs in {out.parent / RUNS}", highlight=False, soft_wrap=True)
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s", highlight=False)
 
 
