@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
 from datagen.generate import generate
 from datagen.order import order_from
+from datagen.store import MANIFEST
 from indexer_env.presets import config_dir
 
 
@@ -34,19 +37,24 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
 
     Raises as `datagen.generate.generate` does.
     """
-    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+    # A command of Hydra's has it running, on the same folder; only once may it be.
+    running = GlobalHydra.instance().is_initialized()
+    with nullcontext() if running else initialize_config_dir(str(config_dir()), version_base="1.3"):
         config = OmegaConf.to_container(compose("datagen", [*recipe.overrides, f"seed={seed}", "out=."]), resolve=True)
     assert isinstance(config, dict)
-    place = folder / f"{recipe.name}-{seed}"
-    generate(order_from({str(key): value for key, value in config.items()}), place)
+    order = order_from({str(key): value for key, value in config.items()})
+    place = folder / f"{recipe.name}-{seed}-{order.fingerprint[:8]}"
+    if not (place / MANIFEST).is_file():
+        generate(order, place)
     return place
 
 
 def drawn(count: int, half_width: float = 0.1) -> Recipe:
-    """Machines within ± half_width of the reference machine (paper §4.1: 0.1), each with faults of any size: every fault
-    is there in every second machine. The bench's sensor; subsets of 6, 2 and 2 machines of every ten.
+    """Machines within ± half_width of the reference machine (paper §4.1: 0.1) with faults of any size, each fault in
+    every second machine. The bench's sensor; subsets of 6, 2 and 2 machines of every ten.
     """
-    joints = (f"machine.{joint}.{name}" for joint in ("input_joint", "output_joint") for name in ("stiffness", "damping"))
+    sides, names = ("input_joint", "output_joint"), ("stiffness", "damping")
+    joints = (f"machine.{side}.{name}" for side in sides for name in names)
     draws = {
         **dict.fromkeys(joints, f"{{around:{half_width:g}}}"),
         "operating_point.start_angle_deg": "{uniform:[0,2880]}",
@@ -75,3 +83,8 @@ def varied(count: int) -> Recipe:
 
 TABLE2 = Recipe("table2", ("campaign=table2", "sensor=bench"))
 BENCH = Recipe("bench", ("campaign=bench",))
+
+
+def wear(lives: int) -> Recipe:
+    """Machines run to failure, each recorded 30 times, by the bench's sensor."""
+    return Recipe("wear", ("campaign=wear", f"campaign.lives={lives}", "campaign.records_per_life=30", "sensor=bench"))
