@@ -13,10 +13,9 @@ Read in this order:
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it
     model          a trained classifier; its folder of safetensors + YAML
-    diagnose       one measured record -> class, outputs, distance, margin       (python -m
-                   classifier.diagnose)
+    diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
+                   (python -m classifier.diagnose)
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
-    output_folder  result folders that appear whole or not at all
     __main__       the training command                                          (python -m classifier)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of

@@ -81,44 +81,44 @@ class Conditions:
             **{name: float(values.max(initial=0.0)) for name, values in shares.items()},
         )
 
-    def check(self, record: RecordConditions, name: str) -> tuple[str, ...]:
-        """Refuse a record taken under other conditions; gives the conditions of the training records that could not
-        be compared as nothing is known of them in this one.
+    def check(self, record: RecordConditions, name: str) -> None:
+        """Refuse a record taken under other conditions, as far as they are known of both.
 
         Raises SignalError; also for an unknown radius where that of the training records is known, since the
         readings grow with it.
         """
-        unknown = []
         for field in _WORDS:
             trained, value = getattr(self, field), getattr(record, field)
-            if trained is not None and value is None:
-                unknown.append(field)
-            elif trained is not None and not _inside(value, trained, TOLERANCE[field]):
+            if trained is not None and value is not None and not _inside(value, trained, TOLERANCE[field]):
                 raise _other(name, field, trained, value)
-        if "sensor_radius" in unknown:
-            assert self.sensor_radius is not None
+        if self.sensor_radius is not None and record.sensor_radius is None:
             raise SignalError(
                 f"{name}: the radius of the accelerometer must be known as the model was trained at "
                 f"{_written('sensor_radius', self.sensor_radius)}, got none; give known.sensor_radius=NUMBER in m."
             )
-        if self.machines and record.machine is None:
-            unknown.append("machine")
-        elif self.machines and record.machine not in self.machines:
+        if self.machines and record.machine is not None and record.machine not in self.machines:
             raise SignalError(
                 f"{name}: the machine must be one that the model was trained on ({', '.join(self.machines)}), "
                 f"got {record.machine!r}; train on records of it."
             )
-        return tuple(unknown)
+
+    def not_compared(self, record: RecordConditions) -> tuple[str, ...]:
+        """Keys of the conditions that are known of the training records but not of this one."""
+        pairs = {
+            "motor_speed_rpm": (self.motor_speed, record.motor_speed),
+            "machine": (self.machines or None, record.machine),
+        }
+        return tuple(key for key, (trained, value) in pairs.items() if trained is not None and value is None)
 
     def flaw(self, clipped_share: float, constant_share: float) -> str:
         """What is wrong with the sensor of a turn with these shares [-]; empty where nothing is."""
+        if constant_share > self.constant_share + CONSTANT:
+            return f"must vary, got one value over {100 * constant_share:.3g} % of it; check the sensor and its cable"
         if clipped_share > self.clipped_share + CLIPPED:
             return (
                 f"must stay within the sensor's range, got {100 * clipped_share:.3g} % clipped samples; "
                 "lower the gain or use a sensor of a larger range"
             )
-        if constant_share > self.constant_share + CONSTANT:
-            return f"must vary, got one value over {100 * constant_share:.3g} % of it; check the sensor and its cable"
         return ""
 
     def to_dict(self) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from torch import Tensor
 
 from classifier.codes import CodeBook
 from classifier.conditions import Conditions
-from classifier.features import Psd, Scaling, describe_features, make_features
+from classifier.features import Features, Scaling, describe_features, make_features
 from classifier.network import Mlp
 from classifier.parts import PARTS, Part
 from indexer_env.checks import check_choice
@@ -55,7 +55,7 @@ class Model:
     parts                what it says beyond its outputs
     """
 
-    features: Psd
+    features: Features
     scaling: Scaling
     codes: CodeBook
     network: Mlp

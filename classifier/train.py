@@ -11,7 +11,7 @@ import torch
 
 from classifier.dataset import SUBSETS, Dataset
 from classifier.evaluate import Score, score
-from classifier.features import Psd, Scaling, describe_features
+from classifier.features import Features, Scaling, describe_features
 from classifier.model import Model
 from classifier.network import Mlp
 from classifier.parts import fit_parts
@@ -73,7 +73,7 @@ class Result:
 
 def train(
     dataset: Dataset,
-    features: Psd,
+    features: Features,
     trainer: Trainer,
     hidden: int = 20,
     seed: int = 0,

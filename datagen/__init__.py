@@ -38,6 +38,8 @@ In reading order, along the data flow:
     progress       a bar or log lines
     arguments      the command line around Hydra's reading of it
     job_paths      the paths and URLs that commands are given, and where each job of a sweep writes
+    output_folder  result folders of commands that appear whole or not at all
+    file_table     measured files that a folder, a pattern or a list names, and a table that says more about each
     command        the Hydra entry point that all commands of the project share
     __main__       python -m datagen
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import yaml
 from omegaconf import DictConfig, OmegaConf
 
-from indexer_env.presets import config_dir
+from indexer_env.presets import config_dir, load_yaml
+
+_FILE_ENDINGS = (".yaml", ".yml")
 
 
 def with_key(key: str | None, arguments: list[str]) -> list[str]:
@@ -14,6 +18,29 @@ def with_key(key: str | None, arguments: list[str]) -> list[str]:
         return arguments
     quoted = arguments[0].replace("\\", "\\\\").replace("'", "\\'")
     return [f"{key}='{quoted}'", *arguments[1:]]
+
+
+def with_files(arguments: list[str], folder: Path) -> list[str]:
+    """The arguments, each choice of a group that is a YAML file, `machine=DIR/machine.yaml`, copied into `folder`, where
+    Hydra then looks for it as for the choices of conf/.
+
+    Raises
+    ------
+    ParameterError
+        No such file, or it holds no mapping.
+    """
+    replaced, found = [], False
+    for number, argument in enumerate(arguments):
+        group, _, value = argument.partition("=")
+        value = value.strip("'\"")
+        if value.endswith(_FILE_ENDINGS) and group and (config_dir() / group).is_dir():
+            content = load_yaml(group, value)
+            place = folder / group / f"{Path(value).stem}_{number}.yaml"
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
+            argument, found = f"{group}={place.stem}", True
+        replaced.append(argument)
+    return [*replaced, f"hydra.searchpath=[file://{folder}]"] if found else replaced
 
 
 def malformed(error: ValueError, arguments: list[str]) -> str:

@@ -14,7 +14,9 @@ import functools
 import os
 import re
 import sys
+import tempfile
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import NoReturn
 
 import hydra
@@ -26,7 +28,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
 import datagen.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
-from datagen.arguments import malformed, root_keys, with_key
+from datagen.arguments import malformed, root_keys, with_files, with_key
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
@@ -75,7 +77,12 @@ def hydra_command(
                         f"Job {number} of the sweep has failed; its process says why, here or in the launcher's log."
                     ) from None
 
-        command = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
+        composed_job = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
+
+        def command() -> None:
+            with tempfile.TemporaryDirectory() as given:
+                sys.argv = [sys.argv[0], *with_files(sys.argv[1:], Path(given))]
+                composed_job()
 
         @functools.wraps(task)
         def main() -> None:

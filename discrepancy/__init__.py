@@ -7,6 +7,7 @@ In reading order:
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
     blackbox   the control: what a model without physics predicts
     naming     which effect is missing, none, or which ones cannot be told apart
+    findings   probabilities, intervals and the machine's calibration as an explanation states them
     explain    name, add and look again until no gap is left
     indexer/   the cam indexing machine as such a model
     emps       a measured drive as such a model
@@ -16,7 +17,21 @@ Arrays are (window, sample); global parameters g, local ones l, windows w.
 """
 
 from discrepancy.explain import Explanation, explain
+from discrepancy.findings import Calibration, Estimate, FoundEffect, Ranked
 from discrepancy.model import NONE, Hypothesis, Model, Parameter
 from discrepancy.naming import Naming, name_effect
 
-__all__ = ["NONE", "Explanation", "Hypothesis", "Model", "Naming", "Parameter", "explain", "name_effect"]
+__all__ = [
+    "NONE",
+    "Calibration",
+    "Estimate",
+    "Explanation",
+    "FoundEffect",
+    "Hypothesis",
+    "Model",
+    "Naming",
+    "Parameter",
+    "Ranked",
+    "explain",
+    "name_effect",
+]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.naming import SLIGHT, Candidate, Naming, name_effect
 
@@ -32,6 +33,12 @@ class Explanation:
     model : Model
         The model extended by the effects, with the records fitted.
     reason : str
+    ranking : tuple of Ranked
+        The hypotheses of the last round that was accepted (the only one where nothing was found), best first.
+    found : tuple of FoundEffect
+        The effects with their sizes, in the order of `effects`.
+    calibration : Calibration
+        The machine's own parameters with the effects in place.
     """
 
     verdict: str
@@ -41,6 +48,9 @@ class Explanation:
     after: float
     model: Model
     reason: str
+    ranking: tuple[Ranked, ...]
+    found: tuple[FoundEffect, ...]
+    calibration: Calibration
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,13 +71,14 @@ class Explanation:
 
 def explain(model: Model, held_out: Model) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
-    rounds = [name_effect(model, held_out)]
+    rounds, own, fitted = [name_effect(model, held_out)], len(model.parameters), model
     before, box = _none(rounds[0]).held_out, rounds[0].black_box
     effects: list[Hypothesis] = []
     after, ambiguous = before, False
     while rounds[-1].verdict in ("named", "ambiguous"):
         best = rounds[-1].candidates[0]
         effects.append(best.place.hypothesis)
+        fitted = model
         after, ambiguous = best.held_out, rounds[-1].verdict == "ambiguous"
         model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
         if ambiguous or best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
@@ -77,7 +88,13 @@ def explain(model: Model, held_out: Model) -> Explanation:
             break
         rounds.append(following)
     verdict, reason = _judged(rounds[-1], effects, ambiguous, before, after, box)
-    return Explanation(verdict, tuple(effects), tuple(rounds), before, after, model, reason)
+    place = rounds[-1].candidates[0].place if effects else _none(rounds[0]).place
+    numbers = findings(fitted, place)
+    found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
+    ranking, calibration = rounds[-1].ranking, numbers.calibration(own)
+    return Explanation(
+        verdict, tuple(effects), tuple(rounds), before, after, model, reason, ranking, found, calibration
+    )  # fmt: skip
 
 
 def _none(naming: Naming) -> Candidate:

@@ -18,7 +18,8 @@ LEARNING, NAMING = "learning [s]", "naming [ms]"
 def run(setting: Setting) -> list[Row]:
     """Every method on every data set; judged on the validation subset."""
     rows: list[Row] = []
-    for recipe in (TABLE2, BENCH, drawn(setting.records), varied(setting.records)):
+    recipes = {"table2": TABLE2, "bench": BENCH, "drawn": drawn(setting.records), "varied": varied(setting.records)}
+    for data, recipe in recipes.items():
         dataset = setting.dataset(recipe)
         control, validation = dataset.rows("control"), dataset.rows("validation")
         for name in setting.methods:
@@ -31,9 +32,7 @@ def run(setting: Setting) -> list[Row]:
                 dataset.codes, fitted.logits(dataset.records[control]), dataset.classes[control]
             )
             found |= measured(dataset.codes, logits, dataset.classes[validation], temperature)
-            rows += [
-                Row("baselines", recipe.name, name, metric, setting.seed, value) for metric, value in found.items()
-            ]
+            rows += [Row("baselines", data, name, metric, setting.seed, value) for metric, value in found.items()]
     return rows
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,13 +11,14 @@ import torch
 from matplotlib.figure import Figure
 
 from classifier.compare.draw import dots
-from classifier.compare.recipes import Recipe, drawn
+from classifier.compare.recipes import but, drawn
 from classifier.compare.results import Row
 from classifier.compare.study import Setting, Study
 from classifier.compare.trained import Seen, chosen
 from classifier.dataset import Dataset
 from classifier.evaluate import auroc
 from classifier.network import Mlp
+from classifier.study.recipes import Recipe
 from classifier.tasks.confidence import class_logits, softmax
 from classifier.tasks.novelty import ACCEPTED, SCORES, Novelty
 from classifier.tasks.severity import QUANTITIES
@@ -48,7 +50,7 @@ NEW_MACHINES = {
 
 def new_machine(name: str, count: int) -> Recipe:
     """The reference machine of `drawn` but for one thing that no training machine had."""
-    return drawn(count).but(name.replace(" ", "-").replace("%", "percent").replace(",", ""), *NEW_MACHINES[name])
+    return but(drawn(count), re.sub(r"\W+", "-", name), *NEW_MACHINES[name])
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,16 +30,16 @@ def run(setting: Setting) -> list[Row]:
     """Both data sets with held-out machines, then the lives of the campaign `wear` under the part of the first one."""
     rows: list[Row] = []
     parts = {}
-    for recipe in (drawn(setting.records), varied(setting.records)):
+    for data, recipe in (("drawn", drawn(setting.records)), ("varied", varied(setting.records))):
         seen = Seen.of(setting.dataset(recipe))
         part = Severity.fit(seen.dataset, seen.scaled, np.empty((len(seen.scaled), 0)), setting.seed)
         assert part is not None
-        parts[recipe.name] = (seen, part)
+        parts[data] = (seen, part)
         validation = seen.dataset.rows("validation")
         told, truth = part.assess(seen.scaled[validation], np.empty(0)), severities_of(seen.dataset)
         for name in part.names:
             found = _judged(told, name, truth[name][validation])
-            rows += [Row("severity", recipe.name, name, metric, setting.seed, value) for metric, value in found.items()]
+            rows += [Row("severity", data, name, metric, setting.seed, value) for metric, value in found.items()]
     return rows + _wear(setting, *parts["drawn"])
 
 

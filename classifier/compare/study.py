@@ -8,9 +8,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from classifier.compare.recipes import Recipe, make
 from classifier.compare.results import Row
 from classifier.dataset import Dataset, load_dataset
+from classifier.study.recipes import Recipe, make
 from datagen.shard import Records, read_shards
 
 _APART = 1000

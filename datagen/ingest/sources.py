@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import glob
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from datagen.campaign import SUBSETS
-from datagen.formats import SUFFIXES
+from datagen.file_table import FILE, files_found, table_rows
 from datagen.ingest.settings import Known
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import ParameterError, SignalError, refuse
 
-FILE, CLASS, SUBSET = "file", "class", "subset"
+CLASS, SUBSET = "class", "subset"
 _CONDITIONS = {known.name for known in fields(Known)} | {"motor_speed_rpm"}
 """Columns of a labels table that are conditions; any further one is a group."""
 
@@ -58,7 +55,7 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
     SignalError
         The labels table cannot be read as one.
     """
-    root, paths = _found(files)
+    root, paths = files_found("ingest", "files", files)
     table = None if labels is None else labels.resolve()
     named = {path.relative_to(root).as_posix(): path for path in paths if path.resolve() != table}
     if labels is None:
@@ -81,26 +78,10 @@ def _check_folders(named: Mapping[str, Path]) -> None:
         raise refuse("ingest", "files", "files in folders named by their class", f"{beside[0]} beside them", remedy)
 
 
-def _found(files: str) -> tuple[Path, list[Path]]:
-    folder = Path(files)
-    if folder.is_dir():
-        every = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
-        hidden = {path for path in folder.rglob(".*")}
-        paths = [path for path in every if path.is_file() and not hidden.intersection((path, *path.parents))]
-        remedy = f"known endings are {', '.join(SUFFIXES)}"
-    else:
-        paths = [path for path in map(Path, glob.glob(files, recursive=True)) if path.is_file()]
-        remedy = "quote a pattern with signs such as * and [: files='\"bench/**/*.tdms\"'"
-    if not paths:
-        raise refuse("ingest", "files", "a folder or pattern with measured files", files, remedy)
-    root = folder if folder.is_dir() else Path(os.path.commonpath([path.parent for path in paths]))
-    return root, sorted(paths, key=lambda path: path.relative_to(root).as_posix())
-
-
 def _rows(labels: Path, named: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     """Rows of the labels table by the name of their file."""
     rows: dict[str, dict[str, str]] = {}
-    for line, row in _cells(labels):
+    for line, row in table_rows(labels, "labels table", (FILE, CLASS)):
         name = _match(row[FILE], named, f"{labels}, line {line}")
         if name in rows:
             raise SignalError(f"{labels}, line {line}: a file must have one row, got a second for {name}; keep one.")
@@ -108,34 +89,6 @@ def _rows(labels: Path, named: Mapping[str, Path]) -> dict[str, dict[str, str]]:
             raise SignalError(f"{labels}, line {line}: the class of {name} must be given, got none; fill the cell.")
         rows[name] = row
     return rows
-
-
-def _cells(labels: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    try:
-        text = labels.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or "it is no UTF-8 text"
-        raise SignalError(f"the labels table {labels} cannot be read ({why}); give a CSV file.") from None
-    lines = text.splitlines()
-    delimiter = max(",;\t", key=lines[0].count) if lines else ","
-    try:
-        table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter, strict=True)]
-    except csv.Error as error:
-        raise SignalError(f"the labels table {labels} cannot be read ({error}); save it as CSV again.") from None
-    header = table[0] if table else []
-    for needed in (FILE, CLASS):
-        if header.count(needed) != 1:
-            raise SignalError(
-                f"the labels table {labels} must have one column {needed!r}, got {', '.join(header) or 'none'}."
-            )
-    if len(set(header)) != len(header) or "" in header:
-        raise SignalError(f"the labels table {labels} must have a name of its own over each column, got {header}.")
-    for line, row in enumerate(table[1:], start=2):
-        if not any(row):
-            continue
-        if len(row) != len(header):
-            raise SignalError(f"{labels}, line {line}: {len(row)} cells where the header has {len(header)}; repair it.")
-        yield line, dict(zip(header, row, strict=True))
 
 
 def _match(written: str, named: Mapping[str, Path], place: str) -> str:

@@ -26,14 +26,19 @@ def machine_yaml(machine: Machine) -> str:
     for field in dataclasses.fields(machine):
         value = getattr(machine, field.name)
         if field.name == "effects":
-            content["effects"] = {effect.name: dataclasses.asdict(effect) for effect in value}
+            content["effects"] = {effect.name: _plain(dataclasses.asdict(effect)) for effect in value}
         elif isinstance(value, MotionLaw):
             content[field.name] = _law(value)
         elif isinstance(value, Joint):
-            content[field.name] = dataclasses.asdict(value)
+            content[field.name] = _plain(dataclasses.asdict(value))
         else:
-            content[field.name] = value
+            content |= _plain({field.name: value})
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    """The values as YAML knows them: a fit gives numpy's floats."""
+    return {name: float(value) if isinstance(value, float) else value for name, value in values.items()}
 
 
 def _law(law: MotionLaw) -> str | dict[str, Any]:

@@ -46,13 +46,17 @@ def test_they_come_back_from_plain_values():
 
 
 def test_a_record_of_the_same_kind_fits():
-    assert TRAINED.check(known(), "a.csv") == ()
-    assert TRAINED.check(known(sensor_radius=0.505, motor_speed=98.0), "a.csv") == ()
-    assert Conditions().check(known(), "a.csv") == ()
+    TRAINED.check(known(), "a.csv")
+    TRAINED.check(known(sensor_radius=0.404, motor_speed=98.5), "a.csv")
+    TRAINED.check(known(sensor_radius=0.504, motor_speed=152.5), "a.csv")
+    TRAINED.check(known(motor_speed=None, machine=None), "a.csv")
+    Conditions().check(known(), "a.csv")
 
 
 def test_what_could_not_be_compared_is_told():
-    assert TRAINED.check(known(motor_speed=None, machine=None), "a.csv") == ("motor_speed", "machine")
+    assert TRAINED.not_compared(known(motor_speed=None, machine=None)) == ("motor_speed_rpm", "machine")
+    assert TRAINED.not_compared(known()) == ()
+    assert Conditions().not_compared(RecordConditions()) == ()
 
 
 @pytest.mark.parametrize(
@@ -87,7 +91,7 @@ def test_conditions_of_a_record_check_themselves(changes):
         (0.014, 0.14, ""),
         (0.02, 0.0, "got 2 % clipped samples"),
         (0.0, 0.16, "got one value over 16 % of it"),
-        (1.0, 1.0, "clipped"),
+        (1.0, 1.0, "got one value over 100 %"),
     ],
 )
 def test_a_flaw_is_more_than_the_training_records_have(clipped, constant, words):

@@ -1,6 +1,6 @@
 import pytest
 
-from classifier.output_folder import check_output_folder, output_folder
+from datagen.output_folder import check_output_folder, output_folder
 from datagen.places import StoreError
 from indexer_env.errors import ParameterError
 

@@ -1,0 +1,76 @@
+"""Measured files that a folder, a pattern or a list names, and the cells of a table that says more about each."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from datagen.formats import SUFFIXES
+from indexer_env.errors import SignalError, refuse
+
+FILE = "file"
+"""Column that names the file of a row."""
+
+
+def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
+    """The folder that the files of a folder or a pattern have in common, and the files sorted by their name below it.
+
+    Raises
+    ------
+    ParameterError
+        There is none.
+    """
+    folder = Path(files)
+    if folder.is_dir():
+        every = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
+        hidden = {path for path in folder.rglob(".*")}
+        paths = [path for path in every if path.is_file() and not hidden.intersection((path, *path.parents))]
+        remedy = f"known endings are {', '.join(SUFFIXES)}"
+    else:
+        paths = [path for path in map(Path, glob.glob(files, recursive=True)) if path.is_file()]
+        remedy = f"quote a pattern with signs such as * and [: {key}='\"bench/**/*.tdms\"'"
+    if not paths:
+        raise refuse(command, key, "a folder or pattern with measured files", files, remedy)
+    root = folder if folder.is_dir() else common_folder(paths)
+    return root, sorted(paths, key=lambda path: path.relative_to(root).as_posix())
+
+
+def common_folder(paths: Sequence[Path]) -> Path:
+    """The innermost folder that holds all these files."""
+    return Path(os.path.commonpath([path.parent for path in paths]))
+
+
+def table_rows(table: Path, noun: str, needed: Sequence[str]) -> Iterator[tuple[int, dict[str, str]]]:
+    """Lines of a CSV table, counted from 1, as cells by column; `noun` is what sentences call it, "labels table".
+
+    Raises
+    ------
+    SignalError
+        No UTF-8 text, no CSV, a column of `needed` that is missing or doubled, a row of another length.
+    """
+    try:
+        text = table.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no UTF-8 text"
+        raise SignalError(f"the {noun} {table} cannot be read ({why}); give a CSV file.") from None
+    lines = text.splitlines()
+    delimiter = max(",;\t", key=lines[0].count) if lines else ","
+    try:
+        cells = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter, strict=True)]
+    except csv.Error as error:
+        raise SignalError(f"the {noun} {table} cannot be read ({error}); save it as CSV again.") from None
+    header = cells[0] if cells else []
+    for name in needed:
+        if header.count(name) != 1:
+            raise SignalError(f"the {noun} {table} must have one column {name!r}, got {', '.join(header) or 'none'}.")
+    if len(set(header)) != len(header) or "" in header:
+        raise SignalError(f"the {noun} {table} must have a name of its own over each column, got {header}.")
+    for line, row in enumerate(cells[1:], start=2):
+        if not any(row):
+            continue
+        if len(row) != len(header):
+            raise SignalError(f"{table}, line {line}: {len(row)} cells where the header has {len(header)}; repair it.")
+        yield line, dict(zip(header, row, strict=True))

@@ -1,0 +1,62 @@
+"""The chain from the command line: ``python -m discrepancy measured=FILES machine=YAML out=DIR``."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from rich.console import Console
+
+from datagen.command import check_flag, hydra_command
+from datagen.job_paths import job_folder
+from datagen.output_folder import check_output_folder, output_folder
+from discrepancy.chain import STAGES, run_chain
+from discrepancy.stages import stages
+from discrepancy.subjects.base import Subject
+from indexer_env.checks import check_choice, check_integer
+
+FILES = ("report.json", "report.html", "machine.yaml", "sensor.yaml")
+"""All that the command leaves in its folder."""
+
+_CHECK, _WRITE = "read and check the records", "write the report"
+
+
+def _subject(config: dict[str, Any]) -> Subject:
+    check_choice("discrepancy", "model", config["model"], ("indexer", "emps"))
+    if config["model"] == "emps":
+        from discrepancy.subjects.emps import emps_subject
+
+        return emps_subject(config)
+    from discrepancy.subjects.from_config import indexer_subject
+
+    return indexer_subject(config)
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/discrepancy.yaml."""
+    started = time.perf_counter()
+    check_flag("discrepancy", "overwrite", config["overwrite"])
+    check_integer("discrepancy", "seed", config["seed"], low=0)
+    out = check_output_folder(job_folder("discrepancy", config["out"]), FILES, config["overwrite"])
+    with stages((_CHECK, *STAGES, _WRITE)) as begin:
+        begin(_CHECK)
+        subject = _subject(config)
+        outcome = run_chain(subject, config["seed"], begin)
+        begin(_WRITE)
+        # Drawing is loaded only now: a record that is refused is refused sooner.
+        from discrepancy.report import headline, report_files
+
+        with output_folder(out, FILES, config["overwrite"]) as folder:
+            for name, text in report_files(outcome).items():
+                (folder / name).write_text(text, encoding="utf-8")
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
+    for sentence in (*outcome.where.sentences, *subject.notes):
+        console.print(f"  {sentence}")
+    console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
+
+
+main = hydra_command("discrepancy")(run)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,212 @@
+"""What an explanation says in numbers: how probable each hypothesis is, how large an effect is, how the machine moved.
+
+Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
+
+    95 % interval = value at z ± 1.96 s √(S⁻¹)_kk,     s² = max(1, mean square residual)
+
+s widens them where the model, though it is the best one, does not reach the noise floor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.fit import Point, Problem
+from discrepancy.model import Model, Parameter
+
+_NORMAL_95 = 1.96
+
+_WEAK = 1.0
+"""Information about a direction of the known parameters, in units of what was known beforehand, below which the records
+do not determine it."""
+
+_PART = 0.3
+"""Share of a direction (of unit length) above which a parameter is named as part of it."""
+
+_AT_BOUND = 1e-3
+"""Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """One hypothesis among those compared.
+
+    Attributes
+    ----------
+    name : str
+        An effect, or "none".
+    probability : float
+        Posterior probability among the hypotheses compared, each equally probable beforehand.
+    heldout_gap : float or None
+        Normalised rms above the noise on the records held out, √max(0, level² - 1); None where it was dropped before.
+    score : float
+        Cost with the price of its parameters (twice a negative log-likelihood): lower is better.
+    """
+
+    name: str
+    probability: float
+    heldout_gap: float | None
+    score: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter with its 95 % interval.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, low, high : float
+        [unit]
+    nominal : float
+        Value it would have if nothing had been measured [unit]: a machine's nominal value, an effect's null value.
+    moved : float or None
+        (value - nominal) in units of the uncertainty it was known with (of ln where it is logarithmic); None where
+        nothing was known beforehand.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    nominal: float
+    moved: float | None
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that was found.
+
+    Attributes
+    ----------
+    name : str
+    parameters : tuple of Estimate
+        Under their own names, without the effect's.
+    choices : tuple of (str, float)
+        Discrete choices that were made (a station, say).
+    possible : bool
+        Whether all its parameters lie inside what is physically possible.
+    why : str
+        What makes it impossible; "" where nothing does.
+    """
+
+    name: str
+    parameters: tuple[Estimate, ...]
+    choices: tuple[tuple[str, float], ...]
+    possible: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The machine's own parameters after the fit that was accepted.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate
+    bounds_hit : tuple of str
+        Parameters held by a bound of what is believable.
+    undetermined : tuple of str
+        Directions the records tell less about than was known beforehand, as "name +0.71, other name -0.70": shares of
+        a direction of unit length in the parameters' own uncertainties.
+    """
+
+    estimates: tuple[Estimate, ...]
+    bounds_hit: tuple[str, ...]
+    undetermined: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """All parameters of a fitted place, the model's and the hypothesis's, with what the records tell about them.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+    estimates : tuple of Estimate
+    at_bound : tuple of bool
+    information : ndarray (g, g)
+        Of the records alone, in scaled coordinates, start states eliminated.
+    """
+
+    parameters: tuple[Parameter, ...]
+    estimates: tuple[Estimate, ...]
+    at_bound: tuple[bool, ...]
+    information: np.ndarray
+
+    def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
+        """One effect of the place, its parameters known by their prefix."""
+        mine = [k for k, p in enumerate(self.parameters) if p.name.startswith(f"{name}.")]
+        held = [self.estimates[k] for k in mine if self.at_bound[k]]
+        why = "; ".join(f"{e.name} is held at its bound of {e.value:.4g} {e.unit}" for e in held)
+        own = tuple(_renamed(self.estimates[k], name) for k in mine)
+        return FoundEffect(name, own, tuple(choices), not held, why)
+
+    def calibration(self, count: int) -> Calibration:
+        """The first `count` parameters, those that belong to single records left out."""
+        mine = [k for k in range(count) if not self.parameters[k].of_record]
+        hit = tuple(self.parameters[k].name for k in mine if self.at_bound[k])
+        known = [k for k in mine if self.parameters[k].known]
+        names = [self.parameters[k].name for k in known]
+        directions = _undetermined(self.information[np.ix_(known, known)], names)
+        return Calibration(tuple(self.estimates[k] for k in mine), hit, directions)
+
+
+def findings(model: Model, place: Point) -> Findings:
+    """Estimates of all parameters at a place reached by a fit."""
+    problem = Problem(model, place.hypothesis)
+    samples = float(model.counts.sum())
+    system = problem.equations(place)
+    free = problem.free(place, system)
+    reduced = system.reduced()[0]
+    prior = np.diag(problem.precision)
+    spread = np.zeros(len(place.z))
+    scale = math.sqrt(max(1.0, float(place.squares.sum()) / samples))
+    spread[free] = scale * np.sqrt(np.maximum(np.diag(np.linalg.pinv(reduced[np.ix_(free, free)])), 0.0))
+    estimates = tuple(_estimate(p, z, s) for p, z, s in zip(problem.parameters, place.z, spread, strict=True))
+    bounds = zip(place.z, problem.low, problem.high, strict=True)
+    at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
+    return Findings(problem.parameters, estimates, at_bound, reduced - prior)
+
+
+def _estimate(parameter: Parameter, z: float, spread: float) -> Estimate:
+    low, value, high = (float(parameter.value(z + sign * _NORMAL_95 * spread)) for sign in (-1.0, 0.0, 1.0))
+    moved = float(z) if parameter.known else None
+    return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
+
+
+def _renamed(estimate: Estimate, effect: str) -> Estimate:
+    name = estimate.name.removeprefix(f"{effect}.")
+    return Estimate(
+        name, estimate.unit, estimate.value, estimate.low, estimate.high, estimate.nominal, estimate.moved
+    )  # fmt: skip
+
+
+def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, ...]:
+    """Directions of weak information, the weakest first."""
+    values, vectors = np.linalg.eigh(information)
+    found = []
+    for value, vector in zip(values, vectors.T, strict=True):
+        if value < _WEAK:
+            vector = vector * np.sign(vector[np.abs(vector).argmax()])
+            parts = sorted(zip(vector.tolist(), names, strict=True), key=lambda part: -abs(part[0]))
+            found.append(", ".join(f"{name} {share:+.2f}" for share, name in parts if abs(share) > _PART))
+    return tuple(found)
+
+
+def ranked(candidates: Sequence[tuple[str, float, float | None]], temper: float) -> tuple[Ranked, ...]:
+    """Hypotheses (name, score, level on the records held out) by probability P ∝ exp(-score/(2 temper)), best first."""
+    if not candidates:
+        return ()
+    best = min(score for _, score, _ in candidates)
+    weights = [math.exp(-0.5 * (score - best) / temper) for _, score, _ in candidates]
+    rows = [
+        Ranked(name, weight / sum(weights), None if level is None else math.sqrt(max(0.0, level**2 - 1.0)), score)
+        for (name, score, level), weight in zip(candidates, weights, strict=True)
+    ]
+    return tuple(sorted(rows, key=lambda row: row.score))

@@ -1,0 +1,78 @@
+"""The gap before and after on records never fitted, as normalised rms and as share of what could be closed.
+
+With r_w the residuals of window w over the noise, y the record and N its samples:
+
+    gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - N)
+
+Intervals come from windows drawn again with replacement (bootstrap).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.fit import Point
+from discrepancy.subjects.base import View
+
+_DRAWS = 2000
+_ENDS = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Share:
+    """A number with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The gap on records held out.
+
+    Attributes
+    ----------
+    noise_floor, before, after : Share
+        rms over the rms of the record [-]; the floor's interval is that of the record's level alone.
+    closed_share : Share or None
+        [-]; None where there was no gap to close.
+    """
+
+    noise_floor: Share
+    before: Share
+    after: Share
+    closed_share: Share | None
+
+    metric = "rms(simulated - measured) / rms(measured), on records that were not fitted"
+
+
+def gap_of(before: Point, after: Point, view: View, rng: np.random.Generator) -> Gap:
+    """The gap of two places on the records of `view`: the model as it came, and with what was found."""
+    counts = view.inside.sum(axis=1)
+    noise = view.noise[view.groups]
+    energy = np.where(view.inside, view.measured**2, 0.0).sum(axis=1)
+    sums = np.stack([counts, before.squares, after.squares, counts * noise**2, before.squares * noise**2,
+                     after.squares * noise**2, energy])  # fmt: skip
+    w = len(counts)
+    drawn = np.array([sums[:, rng.integers(0, w, w)].sum(axis=1) for _ in range(_DRAWS)]).T
+    whole = sums.sum(axis=1)
+    floor, old, new = (
+        _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6])) for k in (3, 4, 5)
+    )  # fmt: skip
+    gap = whole[1] - whole[0]
+    if gap <= 0.1 * whole[0]:
+        return Gap(floor, old, new, None)
+    return Gap(floor, old, new, _share(_closed(whole), _closed(drawn)))
+
+
+def _closed(sums: np.ndarray) -> np.ndarray:
+    return (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+
+
+def _share(value: np.ndarray, drawn: np.ndarray) -> Share:
+    low, high = np.nanquantile(drawn, _ENDS)
+    return Share(float(value), float(low), float(high))

@@ -1,0 +1,88 @@
+"""Residuals as they would be if nothing were missing: noise, less what the fit takes up of it, by linear theory.
+
+With the derivatives G by the globals and L_w by a window's start state, a fit at its optimum leaves of noise ε
+
+    r = ε' + G' x,   x = -(G'ᵀG' + Λ)⁻¹ (G'ᵀ ε' + Λ^½ η),   ε' = (1 - Q_w Q_wᵀ) ε,   G' likewise
+
+with Q_w an orthonormal basis of L_w, Λ the precision of what was known beforehand and η ~ N(0, 1). Where a record's
+noise was estimated from the record itself, so it is here, from the simulated record with the noise drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from discrepancy.fit import Point, Problem
+from discrepancy.indexer.windows import white_noise
+from discrepancy.model import Model
+from discrepancy.subjects.base import View
+
+_RANK = 1e-9
+"""Singular values below this share of the largest carry no direction."""
+
+
+class Null:
+    """The linearised model at a fitted place.
+
+    Parameters
+    ----------
+    model : Model
+    place : Point
+    view : View
+    """
+
+    def __init__(self, model: Model, place: Point, view: View) -> None:
+        problem = Problem(model, place.hypothesis)
+        self.view = view
+        self.residual, by_global, by_local = problem.linearised(place)
+        system = problem.equations(place)
+        free = problem.free(place, system)
+        self._bases = [_basis(by_local[:, w, view.inside[w]].T) for w in range(len(view.groups))]
+        self._slopes = self._cleaned(by_global[free])
+        flat = self._slopes.reshape(len(self._slopes), -1)
+        precision = problem.known[free].astype(float)
+        self._root = np.sqrt(precision)
+        # The floor stands for parameters that nothing determines: they take up nothing.
+        self._curvature = flat @ flat.T + np.diag(precision + 1e-9)
+
+    def draws(self, rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
+        """Residuals (w, n), one by one, 0 beyond the windows' ends."""
+        clean = self.view.measured / self._noise + self.residual
+        for _ in range(count):
+            noise = np.where(self.view.inside, rng.standard_normal(self.view.inside.shape), 0.0)
+            left = self._cleaned(noise[None])[0]
+            right = np.tensordot(self._slopes, left, 2) + self._root * rng.standard_normal(len(self._root))
+            left = left - np.tensordot(np.linalg.solve(self._curvature, right), self._slopes, 1)
+            yield left / self._estimate(clean + noise)
+
+    @property
+    def _noise(self) -> np.ndarray:
+        return self.view.noise[self.view.groups][:, None]
+
+    def _cleaned(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (k, w, n) without what the windows' start states take up."""
+        out = rows.copy()
+        for w, basis in enumerate(self._bases):
+            inside = self.view.inside[w]
+            own = out[:, w, inside]
+            out[:, w, inside] = own - (own @ basis) @ basis.T
+        return out
+
+    def _estimate(self, record: np.ndarray) -> np.ndarray:
+        """Estimated over true noise (w, 1) of records in units of the true one (w, n)."""
+        found = np.ones(len(self.view.noise))
+        for number, estimated in enumerate(self.view.estimated):
+            if estimated:
+                mine = self.view.groups == number
+                found[number] = white_noise(record[mine][self.view.inside[mine]])
+        return found[self.view.groups][:, None]
+
+
+def _basis(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal basis (n, rank) of the span of columns (n, l)."""
+    if not columns.shape[1]:
+        return columns
+    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return left[:, sizes > _RANK * max(sizes[0], 1e-300)]

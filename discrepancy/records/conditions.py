@@ -1,0 +1,169 @@
+"""What was known when each record was taken: from a table beside the files, or the same for all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from datagen.file_table import FILE, table_rows
+from datagen.measured import Reading
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_number
+from indexer_env.errors import ParameterError, SignalError, refuse
+
+TABLES = ("records.csv", "records.yaml")
+"""Names under which the table is looked for beside the files."""
+
+_TEXTS = ("unit", "time_column", "signal_column")
+_FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What was known when a record was taken, and what its file leaves open.
+
+    Attributes
+    ----------
+    motor_speed : float
+        Mean speed of the motor shaft over the record [rad/s], > 0.
+    load_torque : float
+        Torque against the table's motion [N m].
+    start_angle : float or None
+        Cam angle at the first sample [rad], counted from an index out of station 0; None: by the pulse, else by
+        comparison with the nominal machine.
+    pulse_angle : float
+        Cam angle at which the once-per-turn pulse stands [rad].
+    noise : float or None
+        Standard deviation of the measuring noise [unit of the record], > 0; None: estimated from the record.
+    sensor_radius : float or None
+        Radius of an accelerometer [m], > 0; None where the sensor has it or the record is in rad/s².
+    held_out : bool
+        Whether the record is kept from the fit, to judge it.
+    sample_rate, unit, scale, time_column, signal_column
+        As in `datagen.measured.Reading`.
+    """
+
+    motor_speed: float
+    load_torque: float
+    start_angle: float | None = None
+    pulse_angle: float = 0.0
+    noise: float | None = None
+    sensor_radius: float | None = None
+    held_out: bool = False
+    sample_rate: float | None = None
+    unit: str | None = None
+    scale: float | None = None
+    time_column: str | None = None
+    signal_column: str | None = None
+
+    def __post_init__(self) -> None:
+        check_number("Conditions", "motor_speed", self.motor_speed, low=0.0, low_open=True, unit="rad/s")
+        check_number("Conditions", "load_torque", self.load_torque, unit="N m")
+        for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
+            if getattr(self, name) is not None:
+                check_number("Conditions", name, getattr(self, name), unit=unit)
+        for name, unit in (("noise", "of the record"), ("sensor_radius", "m")):
+            if getattr(self, name) is not None:
+                check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        if not isinstance(self.held_out, bool):
+            raise refuse("Conditions", "held_out", "true or false", self.held_out)
+        self.reading  # noqa: B018  (checks the rest)
+
+    @property
+    def reading(self) -> Reading:
+        """What the file leaves open."""
+        return Reading(**{field.name: getattr(self, field.name) for field in dataclasses.fields(Reading)})
+
+
+def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, Any]) -> dict[str, Conditions]:
+    """Conditions of each file, named as below the folder of them all.
+
+    Parameters
+    ----------
+    names : sequence of str
+    table : Path or None
+        CSV with a column `file` and any of the fields of `Conditions` (`motor_speed_rpm`, `start_angle_deg` as well),
+        or YAML with a mapping of them for each file; rows for other files are passed over.
+    known : mapping
+        Values for all files, by the same names; a cell of the table goes first.
+
+    Raises
+    ------
+    SignalError, ParameterError
+        A file without a row or with two, an unknown name, a value that breaks its rule.
+    """
+    rows = {} if table is None else _rows(table)
+    found = {}
+    for name in names:
+        row = {} if table is None else _row_of(name, rows, table)
+        place = f"{table}, {name}" if table else name
+        si = {key.removesuffix("_rpm").removesuffix("_deg") for key in row}
+        common = {key: value for key, value in known.items() if value is not None and _si(key) not in si}
+        try:
+            found[name] = from_mapping(Conditions, {**common, **row}, place)
+        except ParameterError as error:
+            raise SignalError(str(error)) from None
+    return found
+
+
+def table_beside(files: Sequence[Path]) -> Path | None:
+    """The table that stands beside the first file, or above it in the folder of them all."""
+    for folder in dict.fromkeys(path.parent for path in files):
+        for name in TABLES:
+            if (folder / name).is_file():
+                return folder / name
+    return None
+
+
+def _si(key: str) -> str:
+    return key.removesuffix("_rpm").removesuffix("_deg")
+
+
+def _rows(table: Path) -> dict[str, Mapping[str, Any]]:
+    if table.suffix.lower() in (".yaml", ".yml"):
+        return _yaml_rows(table)
+    rows: dict[str, Mapping[str, Any]] = {}
+    for line, row in table_rows(table, "table of records", (FILE,)):
+        name = row.pop(FILE).replace("\\", "/").removeprefix("./")
+        if name in rows:
+            raise SignalError(f"{table}, line {line}: a file must have one row, got a second for {name}; keep one.")
+        rows[name] = {key: _value(key, cell, f"{table}, line {line}") for key, cell in row.items() if cell}
+    return rows
+
+
+def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
+    import yaml
+
+    try:
+        content = yaml.safe_load(table.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        why = str(error).replace("\n", " ")
+        raise SignalError(f"the table of records {table} cannot be read ({why}); repair it.") from None
+    if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.values()):
+        raise SignalError(f"{table} must hold, for each file, a mapping of its conditions; see docs/discrepancy.md.")
+    return {str(name): row for name, row in content.items()}
+
+
+def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Mapping[str, Any]:
+    meant = [written for written in rows if name == written or name.endswith(f"/{written}")]
+    if len(meant) != 1:
+        got = "two or more" if meant else "none"
+        raise SignalError(f"{table} must have one row for {name}, got {got}; name it in the column {FILE!r} once.")
+    return rows[meant[0]]
+
+
+def _value(key: str, cell: str, place: str) -> Any:
+    """A cell as the type its field has; what is no field is left to the conditions to refuse."""
+    if key in _TEXTS:
+        return cell
+    if key == "held_out":
+        if cell.lower() not in _FLAGS:
+            raise SignalError(f"{place}: held_out must be yes or no, got {cell!r}; correct the cell.")
+        return _FLAGS[cell.lower()]
+    try:
+        return float(cell)
+    except ValueError:
+        raise SignalError(f"{place}: {key} must be a number, got {cell!r}; correct the cell.") from None

@@ -1,0 +1,231 @@
+"""Records -> experiments whose speed, start angle and level have been checked against the nominal machine.
+
+What is slightly off is put right and said; what cannot be is refused, before any fit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.indexer import Experiment
+from discrepancy.records.matching import Match, matched, nominal_orders
+from discrepancy.records.period import LONGEST, SHORTEST, cam_period
+from discrepancy.records.reading import Record
+from indexer_env.errors import SignalError
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
+
+_TURN = 2.0 * math.pi
+_RPM = _TURN / 60.0
+
+SPEED_TOLERANCE = 0.02
+"""Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
+this much."""
+
+_ANGLE_SLACK = 5e-3
+"""Cam angle [rad] that a stated speed may be off by over the whole record: the fit finds that by itself."""
+
+_ANGLE_TOLERANCE = 0.15
+"""Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
+
+_LIKENESS = 0.95
+"""Likeness below which a record is not of this machine; hidden effects leave it above 0.99."""
+
+_LEVEL = (0.7, 1.43)
+"""Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
+
+_UNITS = {
+    9.80665: "g for m/s^2", 57.29578: "deg/s^2 for rad/s^2", 1000.0: "mm/s^2 for m/s^2", 1e3 / 9.80665: "mg for m/s^2",
+}  # fmt: skip
+"""Factors by which a record is off when its unit is mistaken."""
+
+FIT_SHARE = 2.0 / 3.0
+"""Share of each record that is fitted where no record is held out as a whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiments:
+    """What is fitted and what is held out.
+
+    Attributes
+    ----------
+    fitted, held_out : tuple of Experiment
+    names : tuple of str
+        Records fitted, then those held out; the same twice where each is divided.
+    notes : tuple of str
+        What was put right or assumed, one sentence each.
+    """
+
+    fitted: tuple[Experiment, ...]
+    held_out: tuple[Experiment, ...]
+    names: tuple[tuple[str, ...], tuple[str, ...]]
+    notes: tuple[str, ...]
+
+
+def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Experiments:
+    """Checked experiments of records, divided into those to fit and those to hold out.
+
+    Raises
+    ------
+    SignalError
+        A record at another speed, angle or level than stated, or of another machine.
+    ParameterError, SimulationError
+        The nominal machine cannot run at a record's conditions.
+    """
+    made, notes = [], []
+    for record in records:
+        experiment, said = _checked(record, machine, sensor)
+        made.append(experiment)
+        notes += said
+    kept = [record.conditions.held_out for record in records]
+    if all(kept):
+        raise SignalError("One record or more must be left to fit, got all of them held out; hold out fewer.")
+    if any(kept):
+        fitted = tuple(e for e, held in zip(made, kept, strict=True) if not held)
+        held = tuple(e for e, out in zip(made, kept, strict=True) if out)
+    else:
+        notes.append("no record is held out as a whole, so the last third of each is; one at another speed proves more")
+        fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
+    speeds = {round(e.operating_point.motor_speed / _RPM) for e in made}
+    if len(speeds) == 1:
+        notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
+    names = tuple(tuple(e.signal.source for e in part) for part in (fitted, held))
+    return Experiments(fitted, held, (names[0], names[1]), tuple(notes))
+
+
+def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:
+    signal, stated = record.signal, record.conditions
+    notes: list[str] = []
+    if signal.unit != sensor.unit:
+        remedy = "state sensor_radius" if sensor.radius is None else "leave sensor_radius out"
+        raise SignalError(
+            f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the unit."
+        )
+    speed, start = _by_pulse(record, machine)
+    if speed is None:
+        speed = stated.motor_speed
+        _check_period(record, machine)
+    elif abs(speed / stated.motor_speed - 1.0) > SPEED_TOLERANCE:
+        raise _wrong_speed(record, speed, "by the pulses")
+    point = OperatingPoint(speed, stated.load_torque)
+    nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
+    match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
+    _check_likeness(record, match, sensor)
+    if record.pulses is None or len(record.pulses) < 2:
+        speed, said = _speed(record, speed, match, machine.reduction)
+        notes += said
+    start = stated.start_angle if start is None else start
+    if start is None:
+        start = match.start_angle
+        notes.append(
+            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, its "
+            "first station taken for station 0"
+        )
+    off = abs((start - match.start_angle + math.pi) % _TURN - math.pi)
+    if off > _ANGLE_TOLERANCE:
+        raise SignalError(
+            f"{record.name}: the cam angle at the first sample must agree with the record within {_ANGLE_TOLERANCE:g} "
+            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct start_angle "
+            "or pulse_angle."
+        )
+    named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
+    return Experiment(named, OperatingPoint(speed, stated.load_torque, start), stated.noise), notes
+
+
+def _by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
+    """Mean motor speed [rad/s] and cam angle at the first sample [rad] by the once-per-turn pulse, as far as it says
+    them."""
+    if record.pulses is None:
+        return None, None
+    table_turn = _TURN * machine.stations
+    speed = None
+    if len(record.pulses) > 1:
+        spacing = np.diff(record.pulses)
+        if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
+            raise SignalError(
+                f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
+                f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
+            )
+        speed = table_turn * machine.reduction_ratio / float(spacing.mean())
+    cam_rate = machine.reduction * (speed or record.conditions.motor_speed)
+    return speed, (record.conditions.pulse_angle - cam_rate * float(record.pulses[0])) % table_turn
+
+
+def _check_period(record: Record, machine: Machine) -> None:
+    expected = _TURN / (machine.reduction * record.conditions.motor_speed)
+    found = cam_period(record.signal.values, record.signal.sample_rate, expected)
+    if found is not None and abs(found / expected - 1.0) > SPEED_TOLERANCE:
+        raise _wrong_speed(
+            record, record.conditions.motor_speed * expected / found, f"as it repeats every {found:.4g} s"
+        )
+    if found is None and record.signal.duration > 2.2 * expected:
+        raise SignalError(
+            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that repeats "
+            f"every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor, the speed and the reduction."
+        )
+
+
+def _wrong_speed(record: Record, speed: float, how: str) -> SignalError:
+    return SignalError(
+        f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
+        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; correct "
+        "motor_speed_rpm, or the machine's reduction_ratio."
+    )
+
+
+def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
+    if match.likeness < _LIKENESS:
+        raise SignalError(
+            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of the "
+            f"cam, got {match.likeness:.2f}; check motion_law, motion_share and reduction_ratio, or whose record it is."
+        )
+    if not _LEVEL[0] <= match.level <= _LEVEL[1]:
+        raise SignalError(
+            f"{record.name}: the level must be {_LEVEL[0]:g} to {_LEVEL[1]:g} times the nominal machine's, got "
+            f"{match.level:.3g} times; {_guess(match.level, sensor)}."
+        )
+
+
+def _guess(level: float, sensor: Sensor) -> str:
+    """What may be wrong where the level is."""
+    units = {**_UNITS, **({} if sensor.radius is None else {1.0 / sensor.radius: "rad/s^2 for m/s^2"})}
+    for factor, words in units.items():
+        first, _, second = words.partition(" for ")
+        if 0.75 < level * factor < 1.33:
+            return f"the unit looks like {first} where {second} is stated"
+        if 0.75 < level / factor < 1.33:
+            return f"the unit looks like {second} where {first} is stated"
+    return "check the unit, the sensor's radius and gain, and the number of stations"
+
+
+def _speed(record: Record, speed: float, match: Match, reduction: float) -> tuple[float, list[str]]:
+    """The speed [rad/s], put right where the record shows another, and the sentence that says so."""
+    if abs(match.speed - 1.0) > SPEED_TOLERANCE:
+        raise _wrong_speed(record, speed * match.speed, "by its phase from turn to turn")
+    turned = reduction * speed * record.signal.duration
+    if abs(match.speed - 1.0) * turned < _ANGLE_SLACK:
+        return speed, []
+    right = speed * match.speed
+    return right, [f"{record.name}: the mean speed is {right / _RPM:.2f} rpm by the record, {speed / _RPM:.2f} stated"]
+
+
+def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Experiment]:
+    signal, point = experiment.signal, experiment.operating_point
+    first = int(FIT_SHARE * len(signal.values))
+    later = point.start_angle + machine.reduction * point.motor_speed * first / signal.sample_rate
+    parts = [(signal.values[:first], point.start_angle), (signal.values[first:], later)]
+    made = [
+        Experiment(
+            Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
+            OperatingPoint(point.motor_speed, point.load_torque, start),
+            experiment.noise,
+        )
+        for values, start in parts
+    ]
+    return made[0], made[1]

@@ -1,0 +1,63 @@
+"""What is wrong with records whatever the machine: a dead or clipped sensor, mixed rates, too few turns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from datagen.measured import RATE_TOLERANCE
+from datagen.quality import quality_columns
+from discrepancy.records.reading import Record
+from indexer_env.errors import SignalError
+from indexer_env.machine import Machine
+
+_DEAD = 0.02
+"""Share of a record in one run of equal samples at which its sensor counts as dead for that time; a dwell of a machine
+without noise is the longest that a live one can show, and no real sensor is without noise."""
+
+_CLIPPED = 2e-3
+"""Share of samples at flat tops above which a record is refused: the peaks it lacks are where the machine shows most."""
+
+_LEAST_TURNS = 2.0
+"""Turns of the table that all records must hold together: what repeats once a turn cannot be told from less."""
+
+
+def check_records(records: Sequence[Record], machine: Machine) -> None:
+    """Refuse records that no fit should see.
+
+    Raises
+    ------
+    SignalError
+        The first one that is dead or clipped, rates that differ, fewer than `_LEAST_TURNS` turns in all.
+    """
+    for record in records:
+        _check_sensor(record)
+    first = records[0]
+    for record in records[1:]:
+        rate, expected = record.signal.sample_rate, first.signal.sample_rate
+        if abs(rate - expected) > RATE_TOLERANCE * expected:
+            raise SignalError(
+                f"All records must have one sampling rate, got {expected:g} Hz in {first.name} and {rate:g} Hz in "
+                f"{record.name}; resample them to the lower one."
+            )
+    turns = sum(r.signal.duration * r.conditions.motor_speed for r in records)
+    turns /= 2.0 * math.pi * machine.stations * machine.reduction_ratio
+    if turns < _LEAST_TURNS:
+        raise SignalError(
+            f"The records must hold {_LEAST_TURNS:g} turns of the table or more in all, got {turns:.2f}; "
+            "record for longer."
+        )
+
+
+def _check_sensor(record: Record) -> None:
+    shares = quality_columns(record.signal.values[None])[0]
+    if shares["constant_share"] > _DEAD:
+        time = shares["constant_share"] * record.signal.duration
+        raise SignalError(
+            f"{record.name} must vary throughout, got one value for {time:.3g} s on end; check the sensor and its cable."
+        )
+    if shares["clipped_share"] > _CLIPPED:
+        raise SignalError(
+            f"{record.name} must stay inside the sensor's range, got {shares['clipped_share']:.2%} of its samples at "
+            "flat tops; choose a larger range and record again."
+        )

@@ -1,0 +1,107 @@
+"""Measured files and their conditions -> records."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from datagen.file_table import common_folder, files_found
+from datagen.ingest.settings import Pulse
+from datagen.ingest.turns import pulse_edges
+from datagen.measured import read_recording
+from discrepancy.records.conditions import TABLES, Conditions, conditions_of, table_beside
+from indexer_env.errors import SignalError, refuse
+from indexer_env.signal import Signal
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A measured record with what was known when it was taken.
+
+    Attributes
+    ----------
+    name : str
+        Its file, as below the folder of them all.
+    signal : Signal
+    conditions : Conditions
+    pulses : ndarray (k,) or None
+        Times of the once-per-turn pulses after the first sample [s].
+    """
+
+    name: str
+    signal: Signal
+    conditions: Conditions
+    pulses: np.ndarray | None = None
+
+
+def read_records(
+    measured: str | Sequence[str], table: Path | None, known: Mapping[str, Any], pulse: Pulse, held_out: Sequence[str]
+) -> list[Record]:
+    """Records that a folder, a pattern or a list of files names.
+
+    Parameters
+    ----------
+    measured : str or sequence of str
+    table : Path or None
+        Table of conditions; None: `records.csv` or `records.yaml` beside the files, where there is one.
+    known : mapping
+        Conditions of all files, by the names of `Conditions`.
+    pulse : Pulse
+        The once-per-turn pulse; no column: none.
+    held_out : sequence of str
+        Files to hold out besides those the table says.
+
+    Raises
+    ------
+    SignalError, ParameterError
+        No file, a table or file that cannot be used, or whatever keeps a file from being a record.
+    """
+    paths, root = _paths(measured)
+    table = table or table_beside(paths)
+    paths = [path for path in paths if path.name not in TABLES and (table is None or path != table)]
+    if not paths:
+        raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
+    names = [path.relative_to(root).as_posix() for path in paths]
+    conditions = conditions_of(names, table, known)
+    for wanted in held_out:
+        if not any(_meant(name, wanted) for name in names):
+            raise refuse("discrepancy", "held_out", f"files among {', '.join(names)}", wanted)
+    records = []
+    for name, path in zip(names, paths, strict=True):
+        recording = read_recording(path, conditions[name].reading, pulse.column)
+        edges = None if recording.pulse is None else _edges(recording.pulse, recording.signal, pulse)
+        kept = any(_meant(name, wanted) for wanted in held_out)
+        records.append(Record(name, recording.signal, _held(conditions[name], kept), edges))
+    return records
+
+
+def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
+    if isinstance(measured, str):
+        root, paths = files_found("discrepancy", "measured", measured)
+        return paths, root
+    paths = [Path(name).absolute() for name in measured]
+    for path in paths:
+        if not path.is_file():
+            raise refuse("discrepancy", "measured", "files that exist", str(path), "check the path")
+    return paths, common_folder(paths)
+
+
+def _meant(name: str, wanted: str) -> bool:
+    wanted = wanted.replace("\\", "/").removeprefix("./")
+    return name == wanted or name.endswith(f"/{wanted}") or wanted.endswith(f"/{name}")
+
+
+def _held(conditions: Conditions, kept: bool) -> Conditions:
+    return dataclasses.replace(conditions, held_out=True) if kept else conditions
+
+
+def _edges(pulse: np.ndarray, signal: Signal, settings: Pulse) -> np.ndarray:
+    try:
+        return pulse_edges(pulse, signal.sample_rate, settings, least=1)
+    except SignalError as error:
+        raise SignalError(f"{signal.source}: {error}") from None

@@ -1,0 +1,7 @@
+"""What the chain of stages needs to know of a machine beyond its `Model`: one file for each kind of machine.
+
+In reading order:
+    base     Subject, and View: a model's records laid out for tests and pictures
+    indexer  the cam indexing machine, from measured files and a machine YAML
+    emps     the measured drive
+"""

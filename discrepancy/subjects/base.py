@@ -1,0 +1,158 @@
+"""A machine and its records as the chain of stages takes them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.fit import Point
+from discrepancy.model import Hypothesis, Model
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One way to sort the samples of all windows into cells.
+
+    Attributes
+    ----------
+    name : str
+        As a sentence may hold it: "cam phase", "station".
+    labels : tuple of str
+        One for each cell.
+    cells : ndarray (w, n) of int
+        Cell of each sample; -1 for none.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    cells: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A frequency at which a residual may stand in every record: fixed, or locked to a shaft.
+
+    Attributes
+    ----------
+    name : str
+        "order 1 of the motor shaft", "50 Hz".
+    kind : str
+        What it is locked to: "motor shaft", "cam", "table", "fixed frequency".
+    frequency : ndarray (records,)
+        [Hz]
+    """
+
+    name: str
+    kind: str
+    frequency: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A model's records, window by window.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the records.
+    unit : str
+        Of the records.
+    groups : ndarray (w,) of int
+        Record of each window.
+    inside : ndarray (w, n) of bool
+        Samples that a window has.
+    time : ndarray (w, n)
+        Since the record's first sample [s].
+    measured : ndarray (w, n)
+        [unit]
+    noise : ndarray (records,)
+        Standard deviation [unit].
+    estimated : tuple of bool
+        Which records' noise was estimated from the record itself, as `indexer.windows.white_noise` does.
+    axes : tuple of Axis
+    map_axes : (str, str)
+        Names of the axes of the map: upwards and across.
+    lines : tuple of Line
+    """
+
+    names: tuple[str, ...]
+    unit: str
+    groups: np.ndarray
+    inside: np.ndarray
+    time: np.ndarray
+    measured: np.ndarray
+    noise: np.ndarray
+    estimated: tuple[bool, ...]
+    axes: tuple[Axis, ...]
+    map_axes: tuple[str, str]
+    lines: tuple[Line, ...] = ()
+
+    def axis(self, name: str) -> Axis:
+        """The axis of that name."""
+        return next(axis for axis in self.axes if axis.name == name)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A measurement that could be made, imagined.
+
+    Attributes
+    ----------
+    name : str
+        What to do, as a sentence may hold it: "1200 rpm, 40 N m, 2 turns of the table".
+    model : Model
+        The base model with records of these conditions, all 0: its residuals are predictions.
+    scale : float
+        Its residuals times this are in units of the measuring noise.
+    """
+
+    name: str
+    model: Model
+    scale: float = 1.0
+
+
+class Subject(ABC):
+    """A model with records to fit and to hold out, and what reports need beyond them.
+
+    Attributes
+    ----------
+    kind : str
+        "cam indexing machine"
+    model, held_out : Model
+        The base model with the records to fit, and with those held out.
+    notes : tuple of str
+        What was put right or assumed when the records were taken in.
+    """
+
+    kind: str
+    model: Model
+    held_out: Model
+    notes: tuple[str, ...]
+
+    @abstractmethod
+    def view(self, model: Model) -> View:
+        """The records of `model`, or of one that it was extended to."""
+
+    @abstractmethod
+    def files(self, model: Model, place: Point) -> Mapping[str, str]:
+        """The machine that a fitted place of `model` stands for, as text files by name; always the same names."""
+
+    @abstractmethod
+    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
+        """Measurements that could be made next, of the base model extended by these effects."""
+
+
+def in_turn(model: Model, effects: tuple[Hypothesis, ...]) -> Model:
+    """The model extended by effects, one after the other."""
+    for hypothesis in effects:
+        model = model.extended(hypothesis)
+    return model
+
+
+def binned(values: np.ndarray, edges: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Cell (w, n) of values (w, n) between edges (k+1,); what lies beyond goes to the first or last, outside is -1."""
+    cells = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    return np.where(inside, cells, -1)

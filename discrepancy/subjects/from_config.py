@@ -1,0 +1,59 @@
+"""The cam indexing machine as a subject, from a composed conf/discrepancy.yaml: all that refuses records is here."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from datagen.ingest.settings import Pulse
+from datagen.job_paths import path_given
+from discrepancy.records.experiments import experiments
+from discrepancy.records.machine import nominal_machine
+from discrepancy.records.quality import check_records
+from discrepancy.records.reading import Record, read_records
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env.build import from_mapping
+from indexer_env.errors import SignalError, refuse
+from indexer_env.sensors import Sensor
+
+
+def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
+    """The subject of a configuration.
+
+    Raises
+    ------
+    ParameterError, SignalError, SimulationError
+        What keeps the records or the machine from being used, before any fit.
+    """
+    machine, uncertainty = nominal_machine(config["machine"])
+    sensor = from_mapping(Sensor, config["sensor"], "sensor")
+    table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
+    pulse = from_mapping(Pulse, config["pulse"], "pulse")
+    records = read_records(_measured(config["measured"]), table, config["known"], pulse, _texts("held_out", config))
+    check_records(records, machine)
+    sensor = _with_radius(sensor, records)
+    return IndexerSubject(machine, sensor, experiments(records, machine, sensor), uncertainty)
+
+
+def _measured(given: Any) -> str | Sequence[str]:
+    if isinstance(given, list) and given and all(isinstance(name, str) for name in given):
+        return given
+    return str(path_given("discrepancy", "measured", given))
+
+
+def _texts(key: str, config: dict[str, Any]) -> Sequence[str]:
+    given = config[key]
+    given = [given] if isinstance(given, str) else given
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        raise refuse("discrepancy", key, "a list of files, [a.csv,b.csv]", given)
+    return given
+
+
+def _with_radius(sensor: Sensor, records: Sequence[Record]) -> Sensor:
+    """The sensor at the radius that the records were taken at."""
+    radii = {record.conditions.sensor_radius for record in records} - {None}
+    if len(radii) > 1:
+        got = ", ".join(f"{radius:g}" for radius in sorted(r for r in radii if r is not None))
+        raise SignalError(f"All records must be taken at one sensor_radius, got {got} m; explain them apart.")
+    return dataclasses.replace(sensor, radius=radii.pop()) if radii else sensor

@@ -1,0 +1,164 @@
+"""The cam indexing machine as a subject: its records by cam phase, station, torque, speed and load."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from discrepancy.fit import Point
+from discrepancy.indexer import Experiment, IndexerModel, extended_machine, machine_yaml
+from discrepancy.indexer.windows import START_PHASE
+from discrepancy.model import Hypothesis, Model
+from discrepancy.records.experiments import Experiments
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned, in_turn
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
+
+_TURN = 2.0 * math.pi
+_RPM = _TURN / 60.0
+
+PHASES = 24
+"""Cells of the cam turn: 15° each, an index of half a turn has twelve."""
+
+_MAINS = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
+"""Hz; mains hum of 50 and 60 Hz and its first harmonics."""
+
+_ORDERS = {"table": (1, 2, 3), "cam": (1, 2, 3, 4, 6, 8), "motor shaft": (1, 2, 3, 4)}
+"""Orders looked at of each shaft."""
+
+_SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
+"""Measurements imagined: motor speed over the highest measured, load added [N m], length [table turns]."""
+
+_IMAGINED_NOISE = 100.0
+"""Noise of imagined records over the real one: `IndexerModel` bounds residuals, which here are whole records."""
+
+
+class IndexerSubject(Subject):
+    """A nominal machine and its checked experiments.
+
+    Parameters
+    ----------
+    machine : Machine
+    sensor : Sensor
+    records : Experiments
+    uncertainty : mapping
+        As `IndexerModel` takes it.
+    """
+
+    kind = "cam indexing machine"
+
+    def __init__(
+        self, machine: Machine, sensor: Sensor, records: Experiments, uncertainty: Mapping[str, float] | None = None
+    ) -> None:
+        self.machine, self.sensor, self.uncertainty = machine, sensor, dict(uncertainty or {})
+        self.model = IndexerModel(machine, records.fitted, sensor, self.uncertainty)
+        self.held_out = IndexerModel(machine, records.held_out, sensor, self.uncertainty)
+        self.notes = records.notes
+
+    def view(self, model: Model) -> View:
+        assert isinstance(model, IndexerModel)
+        w, experiments = model.windows, model.experiments
+        samples = np.arange(int(w.count.max()))
+        inside = samples < w.count[:, None]
+        points = [e.operating_point for e in experiments]
+        rates = np.array([e.signal.sample_rate for e in experiments])
+        cam_rates = np.array([self.machine.reduction * p.motor_speed for p in points])
+        starts = np.array([p.start_angle for p in points])
+        time = (w.first[:, None] + samples) / rates[w.record][:, None]
+        measured = np.zeros(inside.shape)
+        for row, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
+            measured[row, :count] = experiments[record].signal.values[first : first + count]
+        turns = (starts[w.record][:, None] + cam_rates[w.record][:, None] * time) / _TURN
+        return View(
+            names=tuple(e.signal.source or f"record {k + 1}" for k, e in enumerate(experiments)),
+            unit=experiments[0].signal.unit,
+            groups=w.record,
+            inside=inside,
+            time=time,
+            measured=measured,
+            noise=np.array([e.noise_level for e in experiments]),
+            estimated=tuple(e.noise is None for e in experiments),
+            axes=self._axes(turns, inside, w.record, points),
+            map_axes=("station", "cam phase"),
+            lines=self._lines(cam_rates / _TURN),
+        )
+
+    def _axes(
+        self, turns: np.ndarray, inside: np.ndarray, record: np.ndarray, points: list[OperatingPoint]
+    ) -> tuple[Axis, ...]:
+        phase, stations = turns % 1.0, self.machine.stations
+        edges = np.linspace(0.0, 1.0, PHASES + 1)
+        # A window, which begins shortly before its index, belongs to the station which that index leaves.
+        turn = np.floor(turns + 1.0 - START_PHASE).astype(int) % stations
+        axes = [
+            Axis("cam phase", tuple(f"{360 * e:.0f}°" for e in edges[:-1]), binned(phase, edges, inside)),
+            Axis("station", tuple(map(str, range(stations))), np.where(inside, turn, -1)),
+            Axis("sign of the torque", ("driving", "braking", "dwell"), np.where(inside, self._sense(phase), -1)),
+        ]
+        for name, values, unit in (
+            ("motor speed", [p.motor_speed / _RPM for p in points], "rpm"),
+            ("load", [p.load_torque for p in points], "N m"),
+        ):
+            different = sorted({round(v, 1) for v in values})
+            if len(different) > 1:
+                of_record = np.array([different.index(round(v, 1)) for v in values])
+                labels = tuple(f"{v:g} {unit}" for v in different)
+                axes.append(Axis(name, labels, np.where(inside, of_record[record][:, None], -1)))
+        return tuple(axes)
+
+    def _sense(self, phase: np.ndarray) -> np.ndarray:
+        """0 where the cam drives the table, 1 where it brakes it, 2 in the dwell; by the motion law (w, n)."""
+        share = self.machine.motion_share
+        acceleration = self.machine.motion_law.evaluate(_TURN * phase, self.machine.stations, share)[2]
+        return np.where(phase >= share, 2, np.where(acceleration >= 0.0, 0, 1))
+
+    def _lines(self, cam: np.ndarray) -> tuple[Line, ...]:
+        shafts = {"table": cam / self.machine.stations, "cam": cam, "motor shaft": cam * self.machine.reduction_ratio}
+        lines = [
+            Line(f"order {order} of the {shaft}", shaft, order * shafts[shaft])
+            for shaft, orders in _ORDERS.items()
+            for order in orders
+        ]
+        fixed = [Line(f"{f:g} Hz", "fixed frequency", np.full(len(cam), f)) for f in _MAINS]
+        return tuple(lines + fixed)
+
+    def files(self, model: Model, place: Point) -> Mapping[str, str]:
+        import yaml
+
+        assert isinstance(model, IndexerModel)
+        sensor = model.machine_at(place.hypothesis, place.z)[1]
+        return {
+            "machine.yaml": machine_yaml(extended_machine(model, place)),
+            "sensor.yaml": yaml.safe_dump(_plain(sensor), sort_keys=False),
+        }
+
+    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
+        first = self.model.experiments[0]
+        speeds = [e.operating_point.motor_speed for e in self.model.experiments]
+        load, found = first.operating_point.load_torque, []
+        for turns in _TURNS:
+            for share in _SPEEDS:
+                for extra in _LOADS:
+                    point = OperatingPoint(share * max(speeds), load + extra)
+                    experiment = self._imagined(point, turns, first)
+                    model = IndexerModel(self.machine, [experiment], self.sensor, self.uncertainty)
+                    words = f"{point.motor_speed / _RPM:.0f} rpm, {point.load_torque:g} N m, "
+                    words += f"{turns} turn{'s' if turns > 1 else ''} of the table"
+                    found.append(Measurement(words, in_turn(model, effects), _IMAGINED_NOISE))
+        return tuple(found)
+
+    def _imagined(self, point: OperatingPoint, turns: int, like: Experiment) -> Experiment:
+        samples = int(turns * self.machine.turn_duration(point) * like.signal.sample_rate)
+        signal = Signal(np.zeros(samples), like.signal.sample_rate, unit=like.signal.unit)
+        return Experiment(signal, point, _IMAGINED_NOISE * like.noise_level)
+
+
+def _plain(sensor: Sensor) -> dict[str, object]:
+    """The sensor's fields as YAML knows them: a fit gives numpy's floats."""
+    values = dataclasses.asdict(sensor)
+    return {name: float(value) if isinstance(value, float) else value for name, value in values.items()}
