@@ -8,8 +8,8 @@ from classifier.compare.draw import dots
 from classifier.compare.measure import METRICS, measured, temperature_of
 from classifier.compare.methods import METHODS
 from classifier.compare.recipes import BENCH, TABLE2, drawn, varied
-from classifier.compare.results import Row
 from classifier.compare.study import Setting, Study
+from classifier.results import Row
 
 LEARNING, NAMING = "learning [s]", "naming [ms]"
 """Processor time to learn from the data set, and to name one record of 8.2 s."""

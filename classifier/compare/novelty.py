@@ -12,12 +12,13 @@ from matplotlib.figure import Figure
 
 from classifier.compare.draw import dots
 from classifier.compare.recipes import but, drawn
-from classifier.compare.results import Row
 from classifier.compare.study import Setting, Study
-from classifier.compare.trained import Seen, chosen
+from classifier.compare.trained import Seen
 from classifier.dataset import Dataset
 from classifier.evaluate import auroc
+from classifier.groups import part
 from classifier.network import Mlp
+from classifier.results import Row
 from classifier.study.recipes import Recipe
 from classifier.tasks.confidence import class_logits, softmax
 from classifier.tasks.novelty import ACCEPTED, SCORES, Novelty
@@ -27,7 +28,7 @@ from classifier.trainers.traingdx import TrainGdx
 
 AREA, FALSE_NAMES, KEPT = "AUROC", f"false names at {100 * ACCEPTED:.0f} % accepted [%]", "known accepted [%]"
 
-_NETWORKS = 10
+_NETWORKS = 5
 NETWORK_SCORES = ("1 - largest probability", "distance of code", "committee")
 """What the networks themselves have to say: how sure the best one is, how far its outputs are from the nearest code,
 and how far apart the outputs of all restarts are (standard deviation, mean over the bits)."""
@@ -105,7 +106,7 @@ def run(setting: Setting) -> list[Row]:
     whole = setting.dataset(drawn(setting.records))
     for name, fault in NEW_FAULTS.items():
         has = whole.table.column(QUANTITIES[fault].column).to_numpy() > 0.0
-        known = chosen(whole, ~has)
+        known = part(whole, ~has)
         judge = Judge.fit(known, setting.seed)
         rows += _judged(setting, name, judge, whole.records[has & whole.rows("validation")])
     judge = Judge.fit(whole, setting.seed)

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from scipy.stats import spearmanr
 
 from classifier.compare.recipes import drawn, varied, wear
-from classifier.compare.results import Row, means
 from classifier.compare.study import Setting, Study
 from classifier.compare.trained import Seen
+from classifier.results import Row, means
 from classifier.style import COLOURS, GREY, style
 from classifier.tasks.severity import COVERAGE, QUANTITIES, Severity, severities_of
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from classifier.compare import baselines, novelty, severity
+from classifier.compare import baselines, novelty, robustness, severity
 from classifier.compare.study import Study
 
-STUDIES: dict[str, Study] = {"baselines": baselines.STUDY, "severity": severity.STUDY, "novelty": novelty.STUDY}
+STUDIES: dict[str, Study] = {
+    "baselines": baselines.STUDY,
+    "severity": severity.STUDY,
+    "novelty": novelty.STUDY,
+    "robustness": robustness.STUDY,
+}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from classifier.compare.results import Row
 from classifier.dataset import Dataset, load_dataset
+from classifier.results import Row
 from classifier.study.recipes import Recipe, make
 from datagen.shard import Records, read_shards
 

@@ -1,4 +1,4 @@
-"""Results of the comparison: one number a row, and their means with intervals over the seeds."""
+"""Results of comparisons: one number a row, and their means with intervals over the seeds."""
 
 from __future__ import annotations
 
