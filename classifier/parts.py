@@ -12,6 +12,9 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from classifier.dataset import Dataset
+from classifier.tasks.confidence import Confidence
+from classifier.tasks.novelty import Novelty
+from classifier.tasks.severity import Severity
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
@@ -55,7 +58,7 @@ class Part(Protocol):
         ...
 
 
-PARTS: dict[str, type[Part]] = {}
+PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Novelty, Severity)}
 """Classes of parts by their kind, in the order in which they are fitted."""
 
 
