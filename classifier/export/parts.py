@@ -11,6 +11,7 @@ from classifier.export.graph import Graph
 from classifier.network import TARGETS, Mlp
 from classifier.tasks.confidence import Confidence
 from classifier.tasks.novelty import NEIGHBOURS, Novelty
+from classifier.tasks.regression import KernelRidge
 from classifier.tasks.severity import QUANTITIES, Severity
 
 
@@ -26,27 +27,17 @@ Columns = dict[str, Column]
 
 
 def add_network(graph: Graph, network: Mlp, parameters: np.ndarray, inputs: str) -> str:
-    """Outputs of networks, on the scale of the bits, for inputs (n, inputs): (n, outputs) for parameters (count,),
-    (networks, n, outputs) for parameters (networks, count)."""
-    stack = np.atleast_2d(parameters)
+    """Outputs (n, outputs) of a network with parameters (count,), on the scale of the bits, for inputs (n, inputs)."""
     hidden, outputs = network.hidden, network.outputs
     sizes = np.cumsum([hidden * network.inputs, hidden, outputs * hidden])
-    w1, b1, w2, b2 = np.split(stack, sizes, axis=1)
-    blocks = [
-        w1.reshape(-1, hidden, network.inputs).transpose(0, 2, 1),
-        b1[:, None, :],
-        w2.reshape(-1, outputs, hidden).transpose(0, 2, 1),
-        b2[:, None, :],
-    ]
-    if parameters.ndim == 1:
-        blocks = [block[0] for block in blocks]
+    w1, b1, w2, b2 = np.split(parameters, sizes)
     functions = {"logistic": "Sigmoid", "tanh": "Tanh", "linear": "Identity"}
     layer = inputs
     for weights, biases, function in (
-        (blocks[0], blocks[1], network.hidden_function),
-        (blocks[2], blocks[3], network.output_function),
+        (w1.reshape(hidden, -1), b1, network.hidden_function),
+        (w2.reshape(outputs, -1), b2, network.output_function),
     ):
-        layer = graph.add(functions[function], graph.add("Add", graph.add("MatMul", layer, weights), biases))
+        layer = graph.add(functions[function], graph.add("Add", graph.add("MatMul", layer, weights.T), biases))
     low, high = TARGETS[network.targets]
     return graph.add("Div", graph.add("Sub", layer, low), high - low)
 
@@ -107,15 +98,22 @@ def _novelty(graph: Graph, part: Novelty, scaled: str, outputs: str) -> Columns:
     return {"novelty": Column(novelty), "is_novel": Column(graph.add("Greater", novelty, 1.0), flag=True)}
 
 
+def _kernels(graph: Graph, regression: KernelRidge, inputs: str) -> str:
+    """Values (n, k) of a kernel ridge regression at inputs (n, d); |x − c|² as |x|² − 2 x·c + |c|²."""
+    own = graph.add("ReduceSumSquare", inputs, axes=[-1], keepdims=1)
+    across = graph.add("MatMul", inputs, -2.0 * regression.centres.T)
+    apart = graph.add("Add", graph.add("Add", own, across), (regression.centres**2).sum(axis=1))
+    bells = graph.add("Exp", graph.add("Div", apart, -2.0 * regression.width**2))
+    return graph.add("Add", graph.add("MatMul", bells, regression.weights), regression.offset)
+
+
 def _severity(graph: Graph, part: Severity, scaled: str, outputs: str) -> Columns:
+    flat = part.standard.deviation == 0.0
+    factor = np.where(flat, 0.0, 1.0 / np.where(flat, 1.0, part.standard.deviation))
     compressed = _compressed(graph, part.compression.knee, scaled)
-    inputs = add_scaling(graph, part.scaling.low, part.scaling.high, compressed)
-    committee = add_network(graph, part.network, part.parameters, inputs)
-    mean = graph.add("ReduceMean", committee, axes=[0], keepdims=0)
-    apart = graph.add("Sub", committee, mean)
-    variance = graph.add("ReduceMean", graph.add("Mul", apart, apart), axes=[0], keepdims=0)
-    unit = graph.add("Sqrt", graph.add("Add", variance, part.floor**2))
-    middle = graph.add("Mul", mean, part.span)
+    inputs = graph.add("Mul", graph.add("Sub", compressed, part.standard.mean), factor)
+    middle = graph.add("Mul", _kernels(graph, part.value, inputs), part.span)
+    unit = graph.add("Max", _kernels(graph, part.error, inputs), part.floor)
     reach = graph.add("Mul", unit, part.span * part.quantile)
     ends = {"": middle, "_low": graph.add("Sub", middle, reach), "_high": graph.add("Add", middle, reach)}
     columns = {}

@@ -62,18 +62,27 @@ def test_a_feature_that_did_not_vary_says_nothing_there_either(result, dataset):
     close(run(to_onnx(model), record=dataset.records.astype(float))["outputs"], model.outputs(dataset.records))
 
 
-@pytest.mark.parametrize("score", SCORES)
-def test_parts_say_the_same(result, dataset, score):
+def with_severities(dataset):
+    """The data set thrice over with some noise, so that there are enough records, and severities of two faults."""
     rng = np.random.default_rng(1)
+    records = np.concatenate([dataset.records + 0.1 * rng.standard_normal(dataset.records.shape) for _ in range(3)])
+    classes = np.tile(dataset.classes, 3)
     table = pa.table(
         {
-            "fault_backlash": 0.1 * dataset.classes + 0.01 * rng.uniform(size=72),
-            "fault_roller_crack": rng.uniform(size=72),
-            "machine_draw": np.arange(72),
+            "fault_backlash": 0.1 * classes + 0.01 * rng.uniform(size=len(classes)),
+            "fault_roller_crack": rng.uniform(size=len(classes)),
+            "machine_draw": np.arange(len(classes)),
         }
     )
-    stated = dataclasses.replace(dataset, table=table)
-    scaled = result.model.scaled(dataset.records)
+    subsets = np.tile(dataset.subsets, 3)
+    changes = {"records": records.astype(np.float32), "classes": classes, "subsets": subsets, "table": table}
+    return dataclasses.replace(dataset, **changes)
+
+
+@pytest.mark.parametrize("score", SCORES)
+def test_parts_say_the_same(result, dataset, score):
+    stated = with_severities(dataset)
+    scaled = result.model.scaled(stated.records)
     outputs = result.model.outputs_of(scaled)
     parts = (
         Confidence.fit(stated, scaled, outputs, 0),
