@@ -50,7 +50,7 @@ def measure(*, quick: bool) -> list[Row]:
     parts = ", ".join(part.kind for part in model.parts) or "no part"
     return [
         Row(
-            f"one diagnosis from a CSV file of one turn (8200 samples), model loaded, bands and {parts} included, one core",
+            f"one diagnosis from a CSV file of one turn (8200 samples), model loaded, with bands, {parts}; one core",
             "≤ 5 ms",
             f"{number(1e3 * whole[1])} ms of processor time ({number(1e3 * whole[0])} ms by the clock): reading "
             f"{number(1e3 * read[1])}, the diagnosis itself {number(1e3 * named[1])}; medians of {repeats}",
