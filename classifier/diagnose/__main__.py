@@ -50,9 +50,8 @@ def run(config: dict[str, Any]) -> None:
     model = load_model(path_given("diagnose", "model", config["model"]))
     cases = cases_of(config["signal"], asked)
     if left_open := model.conditions.not_compared(asked.known):
-        print(
-            f"{'assumed':<{COLUMN}}{', '.join(left_open)} as in the training records; known.{left_open[0]}=VALUE says it"
-        )
+        keys = ", ".join(left_open)
+        print(f"{'assumed':<{COLUMN}}{keys} as in the training records; known.{left_open[0]}=VALUE says it")
     if out is None:
         reports = _told(model, cases, None, 0)
     else:
