@@ -20,7 +20,6 @@ from classifier.dataset import Dataset, load_dataset
 from classifier.evaluate import score
 from classifier.features import make_features
 from classifier.groups import groups_of, part
-from classifier.output_folder import check_output_folder, output_folder
 from classifier.results import Row, markdown, mean, means, to_table
 from classifier.style import COLOURS, GREY, style
 from classifier.tasks.novelty import Novelty
@@ -28,6 +27,7 @@ from classifier.train import Result, train
 from classifier.trainers import make_trainer
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import IndexerError, SignalError, refuse
 

@@ -21,13 +21,13 @@ from classifier.dataset import SUBSETS, Dataset, load_dataset
 from classifier.evaluate import score
 from classifier.features import Scaling
 from classifier.model import MODEL_TENSORS, MODEL_YAML, Model, load_model, save_model
-from classifier.output_folder import check_output_folder, output_folder
 from classifier.parts import fit_parts
 from classifier.results import Row, markdown, means, to_table
 from classifier.style import COLOURS, style
 from classifier.trainers import Examples, Trainer, make_trainer
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError, refuse
 
@@ -65,21 +65,22 @@ def fitted_to(model: Model, dataset: Dataset) -> Dataset:
 class Learner:
     """A model and records of another machine.
 
-    scaled  (n, count) features of all records of the data set, on the model's own scale
+    values  (n, count) features of all records of the data set
     wanted  (n, bits) targets of the model's network
     """
 
     model: Model
     dataset: Dataset
     trainer: Trainer
-    scaled: np.ndarray
+    values: np.ndarray
     wanted: torch.Tensor
 
     @classmethod
     def of(cls, model: Model, dataset: Dataset, trainer: Trainer) -> Learner:
         """Of a data set that fits the model, see `fitted_to`."""
         bits = torch.from_numpy(dataset.codes.targets(dataset.classes))
-        return cls(model, dataset, trainer, model.scaled(dataset.records), model.network.targets_of(bits))
+        values = model.features.compute(dataset.records, dataset.sample_rate)
+        return cls(model, dataset, trainer, values, model.network.targets_of(bits))
 
     def learn(self, start: torch.Tensor, scaled: np.ndarray, rows: np.ndarray, watch: np.ndarray) -> torch.Tensor:
         """Parameters (count,) of the best of the networks that begin at start (n, count), taught on some rows and
@@ -100,19 +101,19 @@ class Learner:
     def curve(self, counts: Sequence[int], seed: int, restarts: int) -> list[Row]:
         """Rows for 0 records and for each count: the same few records teach the old network and new ones.
 
-        The records are all there is: they teach and say when to stop. New networks scale the features on them.
+        The records are all there is: they scale the features, teach and say when to stop.
         """
-        rows = self._rows(AS_IT_IS, 0, seed, self.judged(self.model.parameters, self.scaled))
+        old = self.model.scaling.apply(self.values)
+        rows = self._rows(AS_IT_IS, 0, seed, self.judged(self.model.parameters, old))
         rng = np.random.default_rng(seed)
         order = in_turns(self.dataset, rng.permutation(np.flatnonzero(self.dataset.rows("calibration"))))
-        raw = self.model.features.compute(self.dataset.records, self.dataset.sample_rate)
+        anew = self.model.network.initial(restarts, torch.Generator().manual_seed(seed))
         for count in counts:
             few = order[:count]
-            tuned = self.learn(self.model.parameters[None], self.scaled, few, few)
-            rows += self._rows(FINE_TUNED, count, seed, self.judged(tuned, self.scaled))
-            scaled = Scaling.fit(raw[few]).apply(raw)
-            start = self.model.network.initial(restarts, torch.Generator().manual_seed(seed))
-            rows += self._rows(ANEW, count, seed, self.judged(self.learn(start, scaled, few, few), scaled))
+            scaled = Scaling.fit(self.values[few]).apply(self.values)
+            for method, start in ((FINE_TUNED, self.model.parameters[None]), (ANEW, anew)):
+                learnt = self.learn(start, scaled, few, few)
+                rows += self._rows(method, count, seed, self.judged(learnt, scaled))
         return rows
 
     def _rows(self, method: str, count: int, seed: int, found: dict[str, float]) -> list[Row]:
@@ -122,26 +123,29 @@ class Learner:
     def tuned(self, seed: int) -> Model:
         """The model after learning from all calibration records, stopped by the control records; parts are its own."""
         calibration, control = (np.flatnonzero(self.dataset.rows(name)) for name in ("calibration", "control"))
-        parameters = self.learn(self.model.parameters[None], self.scaled, calibration, control)
+        scaling = Scaling.fit(self.values[calibration])
+        scaled = scaling.apply(self.values)
+        parameters = self.learn(self.model.parameters[None], scaled, calibration, control)
         dataset, labels = self.dataset, self.dataset.classes[calibration]
         densities = self.model.features.density(dataset.records[calibration], dataset.sample_rate)
         model = replace(
             self.model,
+            scaling=scaling,
             parameters=parameters,
             codes=dataset.codes,
             samples=dataset.records.shape[1],
             conditions=dataset.conditions,
             mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
-            mean_features=self.scaled[calibration].mean(axis=0),
+            mean_features=scaled[calibration].mean(axis=0),
             provenance={**self.model.provenance, "fine_tuned_on": dataset.provenance},
             parts=(),
         )
-        outputs = model.outputs_of(self.scaled)
+        outputs = model.outputs_of(scaled)
         scores = {
             name: score(dataset.codes, outputs[dataset.rows(name)], dataset.classes[dataset.rows(name)]).to_dict()
             for name in SUBSETS
         }
-        return replace(model, metrics=scores, parts=fit_parts(dataset, self.scaled, outputs, seed=seed))
+        return replace(model, metrics=scores, parts=fit_parts(dataset, scaled, outputs, seed=seed))
 
 
 def in_turns(dataset: Dataset, rows: np.ndarray) -> np.ndarray:

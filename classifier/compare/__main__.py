@@ -12,10 +12,10 @@ from rich.console import Console
 
 from classifier.compare.studies import STUDIES
 from classifier.compare.study import Setting
-from classifier.output_folder import check_output_folder, output_folder
 from classifier.results import Row, markdown, to_table
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import refuse
 
