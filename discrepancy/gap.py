@@ -70,7 +70,9 @@ def gap_of(before: Point, after: Point, view: View, rng: np.random.Generator) ->
 
 
 def _closed(sums: np.ndarray) -> np.ndarray:
-    return (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+    closed = (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+    # Chance may bring the residual below the noise floor; no more than the gap can be closed.
+    return np.minimum(closed, 1.0)
 
 
 def _share(value: np.ndarray, drawn: np.ndarray) -> Share:

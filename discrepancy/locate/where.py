@@ -8,6 +8,7 @@ lines, drawn as well (Westfall and Young, Resampling-Based Multiple Testing, 199
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from scipy.stats import gamma
@@ -16,7 +17,7 @@ from discrepancy.fit import Point
 from discrepancy.locate.null import Null
 from discrepancy.locate.result import Cell, Map, Spot, Where
 from discrepancy.locate.sentences import sentences
-from discrepancy.locate.statistics import Prominence, levels
+from discrepancy.locate.statistics import Levels, Prominence
 from discrepancy.model import Model
 from discrepancy.subjects.base import Axis, View
 
@@ -48,17 +49,17 @@ def locate(
         Residuals drawn under the null.
     """
     null = Null(model, place, view)
-    return tested(null.residual, list(null.draws(rng, draws)), view, alarms)
+    return tested(null.residual, null.draws(rng, draws), view, alarms)
 
 
-def tested(residual: np.ndarray, drawn: list[np.ndarray], view: View, alarms: float) -> Where:
+def tested(residual: np.ndarray, drawn: Iterable[np.ndarray], view: View, alarms: float) -> Where:
     """The test of residuals (w, n) against residuals drawn under the null."""
     table = _table(view)
     prominence = Prominence(view)
-    axes = (*view.axes, table)
+    levels = [Levels(axis) for axis in (*view.axes, table)]
 
     def statistics(r: np.ndarray) -> np.ndarray:
-        return np.concatenate([*(levels(r, axis) ** 2 for axis in axes), prominence.of(r)])
+        return np.concatenate([*(one.of(r) ** 2 for one in levels), prominence.of(r)])
 
     found, under = statistics(residual), np.array([statistics(r) for r in drawn])
     cells = len(found) - len(prominence.lines)
@@ -83,7 +84,7 @@ def tested(residual: np.ndarray, drawn: list[np.ndarray], view: View, alarms: fl
     )  # fmt: skip
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
     said = sentences(level, rows, spots)
-    return Where(level, _repeats(residual, view), tuple(rows), spots, picture, said, alarms, len(drawn))
+    return Where(level, _repeats(residual, view), tuple(rows), spots, picture, said, alarms, len(under))
 
 
 def _table(view: View) -> Axis:

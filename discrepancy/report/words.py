@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from discrepancy.chain import Outcome
 from discrepancy.findings import Estimate, FoundEffect
 from discrepancy.gap import Share
@@ -36,13 +38,20 @@ def described(effect: FoundEffect) -> str:
 def ranged(e: Estimate) -> str:
     """Value, unit and 95 % interval."""
     unit = "" if e.unit == "-" else f" {e.unit}"
-    return f"{e.value:.4g}{unit}, {e.low:.4g} to {e.high:.4g}"
+    return f"{number(e.value, e)}{unit}, {number(e.low, e)} to {number(e.high, e)}"
+
+
+def number(value: float, e: Estimate) -> str:
+    """A value of an estimate with no more digits than its interval bears."""
+    width = max(e.high - e.low, 1e-3 * abs(e.value))
+    digits = 2 if width == 0.0 else max(0, math.floor(math.log10(max(abs(value), width) / width)) + 2)
+    return f"{value:.{max(digits, 2)}g}"
 
 
 def percent(share: float) -> str:
     """A share in per cent, with as many digits as it needs near 0 and 1."""
     distance = min(abs(share), abs(1.0 - share))
-    return f"{100.0 * share:.{1 if distance < 0.095 else 0}f} %"
+    return f"{100.0 * share:.{1 if 0.0 < distance < 0.095 else 0}f} %"
 
 
 def percents(share: Share) -> str:
