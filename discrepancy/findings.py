@@ -164,7 +164,7 @@ def findings(model: Model, place: Point) -> Findings:
     system = problem.equations(place)
     free = problem.free(place, system)
     reduced = system.reduced()[0]
-    prior = np.diag(problem.known.astype(float))
+    prior = np.diag(problem.precision)
     spread = np.zeros(len(place.z))
     scale = math.sqrt(max(1.0, float(place.squares.sum()) / samples))
     spread[free] = scale * np.sqrt(np.maximum(np.diag(np.linalg.pinv(reduced[np.ix_(free, free)])), 0.0))

@@ -72,9 +72,9 @@ class Point:
 class Problem:
     """One hypothesis about a model's records, with the operations a fit is made of.
 
-    `caution` multiplies the priors: a model that lacks an effect is wrong in many samples alike, which are then no
-    independent evidence against what is known of its parameters; rough parameters are held while it is above 1. With
-    `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
+    `caution` multiplies the machine's priors: a model that lacks an effect is wrong in many samples alike, which are
+    then no independent evidence against what is known of its parameters; rough parameters are held while it is above 1.
+    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
     """
 
     def __init__(self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0) -> None:
@@ -83,9 +83,25 @@ class Problem:
         held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
         self.movable = ~np.array(held)
         self.known = np.array([p.known for p in self.parameters])
+        of_record = np.array([p.of_record for p in self.parameters])
+        self.precision = self.known * np.where(of_record, 1.0, caution)
         bounds = np.array([p.bounds for p in self.parameters])
         self.low, self.high = bounds[:, 0], bounds[:, 1]
         self.all = np.arange(len(model.counts))
+        self.columns = self._columns()
+
+    def _columns(self) -> list[list[int]]:
+        """Movable parameters, those together that belong to different records and so never touch one window."""
+        columns: dict[object, list[int]] = {}
+        counted: dict[int, int] = {}
+        for k in np.flatnonzero(self.movable).tolist():
+            record = self.parameters[k].record
+            if record is None:
+                columns["global", k] = [k]
+            else:
+                counted[record] = counted.get(record, 0) + 1
+                columns.setdefault(("record", counted[record]), []).append(k)
+        return list(columns.values())
 
     def point(self, z: np.ndarray, states: np.ndarray) -> Point:
         """The place (z, states) with its cost."""
@@ -120,8 +136,8 @@ class Problem:
         return problem
 
     def prior(self, z: np.ndarray) -> float:
-        """Σ z² over the parameters that are known to their scale."""
-        return self.caution * float((z[self.known] ** 2).sum())
+        """Σ z² over the parameters that are known to their scale, times the caution where they are the machine's."""
+        return float((self.precision * z**2).sum())
 
     def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
@@ -131,16 +147,21 @@ class Problem:
 
     def linearised(self, place: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residuals (w, n) and their derivatives by the globals (g, w, n) and by the local states (l, w, n)."""
-        movable, size = np.flatnonzero(self.movable), place.states.shape[1]
-        g = len(movable)
-        inward = np.where(place.z[movable] + _GLOBAL_NUDGE > self.high[movable], -1.0, 1.0) * _GLOBAL_NUDGE
+        columns, size = self.columns, place.states.shape[1]
+        g = len(columns)
+        inward = np.where(place.z + _GLOBAL_NUDGE > self.high, -1.0, 1.0) * _GLOBAL_NUDGE
         z = np.repeat(place.z[None], 1 + g + size, axis=0)
         states = np.repeat(place.states[None], 1 + g + size, axis=0)
-        z[1 + np.arange(g), movable] += inward
+        for row, column in enumerate(columns, start=1):
+            z[row, column] += inward[column]
         states[1 + g + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
         r = self.residuals(z, states)
         by_global = np.zeros((len(place.z), *r[0].shape))
-        by_global[movable] = (r[1 : 1 + g] - r[0]) / inward[:, None, None]
+        for row, column in enumerate(columns, start=1):
+            for k in column:
+                record = self.parameters[k].record
+                mine = slice(None) if record is None else self.model.groups == record
+                by_global[k, mine] = (r[row, mine] - r[0, mine]) / inward[k]
         return r[0], by_global, (r[1 + g :] - r[0]) / _LOCAL_NUDGE
 
     def equations(self, place: Point) -> Arrow:
@@ -151,8 +172,7 @@ class Problem:
 
     def informed(self, system: Arrow, z: np.ndarray) -> Arrow:
         """Normal equations at z with the priors added."""
-        precision = self.caution * self.known
-        return Arrow(system.A + np.diag(precision), system.a + precision * z, system.B, system.b, system.C)
+        return Arrow(system.A + np.diag(self.precision), system.a + self.precision * z, system.B, system.b, system.C)
 
     def free(self, place: Point, system: Arrow) -> np.ndarray:
         """Globals (g,) that may move: not those at a bound that the cost pushes against."""

@@ -36,8 +36,8 @@ class Parameter:
     logarithmic : bool
     rough : bool
         True where the records do not depend on it smoothly (a play): it is held while the fit is cautious.
-    of_record : bool
-        True where the parameter belongs to one record alone and is fitted anew on a record held out.
+    record : int or None
+        The record that the parameter belongs to alone (`Model.groups`); it is fitted anew on a record held out.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Parameter:
     known: bool = False
     logarithmic: bool = False
     rough: bool = False
-    of_record: bool = False
+    record: int | None = None
 
     def __post_init__(self) -> None:
         owner = f"Parameter {self.name}"
@@ -58,6 +58,11 @@ class Parameter:
         check_number(owner, "scale", self.scale, low=0.0, low_open=True)
         if not self.low <= self.nominal <= self.high:
             raise refuse(owner, "nominal", f"within [{self.low:g}, {self.high:g}] {self.unit}", self.nominal)
+
+    @property
+    def of_record(self) -> bool:
+        """Whether the parameter belongs to one record alone."""
+        return self.record is not None
 
     def value(self, z: float) -> float:
         """Value [unit] at the scaled coordinate z, kept within the bounds."""

@@ -39,6 +39,12 @@ _MARGIN = 30.0
 _SHARE = 0.05
 """Share of the winner's gain by which the next effect must stay behind; nearer ones are ambiguous."""
 
+_FLOOR = 1.1
+"""Level at which a candidate leaves hardly anything to explain."""
+
+_NEAR = 2.0
+"""A base model whose level is so many times the best candidate's is not fitted to the end."""
+
 _TEMPER = 5.0
 """Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
 
@@ -101,21 +107,22 @@ class Naming:
         return ranked(rows, max(1.0, self.candidates[0].level ** 2) * _TEMPER)
 
 
-def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Point, bool]:
+def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Fit]:
     """Fit the base model from its nominal parameters, or from a place of the model it extends.
 
-    Returns the place where what is known weighs heavily, the place reached from there when it weighs as stated, and
-    whether that one is at rest.
+    Returns the place where what is known weighs heavily, and the fit reached from there when it weighs as stated.
     """
+    careful = _careful(model, start)
+    return careful, _relaxed(model, careful)
+
+
+def _careful(model: Model, start: Point | None) -> Point:
     problem = Problem(model, NONE, caution=CAUTIONS[0])
     z = np.zeros(len(problem.parameters))
     states = np.zeros((len(model.counts), model.local_count(NONE)))
     if start is not None:
         z, states = start.z, model.states_for(NONE, start.states)
-    place = problem.point(z, states)
-    careful = fit(problem, problem.searched(place), steps=_LONG // 2).place
-    result = _relaxed(model, careful)
-    return careful, result.place, result.converged
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_LONG // 2).place
 
 
 def _relaxed(model: Model, place: Point) -> Fit:
@@ -140,18 +147,15 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     start : Point, optional
         Where the base fit begins: the place reached by the model that this one extends.
     """
-    careful, base, at_rest = calibrate(model, start)
-    starts = _promising(model, Scanner(model, careful, CAUTIONS[0]))
-    fitted = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
-    finalists = [_finished(model, place) for place in _distinct(fitted)[:_FINALISTS]]
-    finalists.sort(key=lambda c: c.score)
-    base, at_rest = _rebased(model, base, at_rest, finalists)
-    none = _candidate(model, base, at_rest)
+    careful = _careful(model, start)
+    scanner = Scanner(model, careful, CAUTIONS[0])
+    finalists = _finalists(model, _promising(model, scanner), careful.cost)
+    none = _base(model, careful, finalists[0])
     candidates = sorted([none, *finalists], key=lambda c: c.score)
     held = [held_place(c.place, held_out) for c in candidates]
     tested = [_tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)]
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
-    return _verdict(tested, black_box_level(model, base, held_out, of_none))
+    return _verdict(tested, black_box_level(model, none.place, held_out, of_none))
 
 
 def _promising(model: Model, scanner: Scanner) -> list[Start]:
@@ -162,6 +166,25 @@ def _promising(model: Model, scanner: Scanner) -> list[Start]:
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]] + [starts[1] for starts in best[:2] if len(starts) > 1]
     return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
+
+
+def _finalists(model: Model, starts: list[Start], base: float) -> list[Candidate]:
+    """The candidates worth comparing, fitted to the end, best first; `base` is the base model's cost."""
+    tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
+    tried = sorted((_pursued(model, place) for place in tried[: _FINALISTS + 1]), key=lambda place: place.cost)
+    finished: list[Candidate] = []
+    for place in _distinct(tried)[:_FINALISTS]:
+        # one that got not half as far as the best one, which leaves nothing to explain, is no rival
+        done = finished and finished[0].level < _FLOOR
+        if done and place.cost > 0.5 * (base + finished[0].place.cost):
+            continue
+        finished.append(_finished(model, place))
+        finished.sort(key=lambda c: c.score)
+    return finished
+
+
+def _level(model: Model, place: Point) -> float:
+    return math.sqrt(place.squares.sum() / model.counts.sum())
 
 
 def _distinct(places: list[Point]) -> list[Point]:
@@ -176,30 +199,36 @@ def _tried(model: Model, start: Start) -> Point:
     """A few joint steps from a start, with what is known of the machine weighing heavily."""
     problem = Problem(model, start.hypothesis, caution=CAUTIONS[0])
     place = problem.searched(problem.point(start.place.z, start.place.states))
-    return fit(problem, place, steps=_SHORT).place
+    return fit(problem, place, steps=_SHORT // 2).place
+
+
+def _pursued(model: Model, place: Point) -> Point:
+    return fit(Problem(model, place.hypothesis, caution=CAUTIONS[0]), place, steps=_SHORT).place
 
 
 def _finished(model: Model, place: Point) -> Candidate:
-    problem = Problem(model, place.hypothesis, caution=CAUTIONS[0])
-    result = _relaxed(model, fit(problem, place, steps=_SHORT).place)
+    result = _relaxed(model, place)
     return _candidate(model, result.place, result.converged)
 
 
-def _rebased(model: Model, base: Point, at_rest: bool, finalists: list[Candidate]) -> tuple[Point, bool]:
-    """The base model fitted once more from the best candidate's parameters, where that is better: a poor base fit must
-    not make an effect look needed."""
-    best = finalists[0].place
+def _base(model: Model, careful: Point, best: Candidate) -> Candidate:
+    """The base model fitted from where it was calibrated and from the best candidate's parameters, to the end where it
+    comes near: a poor base fit must not make an effect look needed."""
     problem = Problem(model, NONE)
-    place = problem.searched(problem.point(best.z[: len(base.z)], model.states_for(NONE, best.states)))
-    result = fit(problem, place, steps=_LONG)
-    return (result.place, result.converged) if result.place.cost < base.cost else (base, at_rest)
+    other = problem.point(best.place.z[: len(careful.z)], model.states_for(NONE, best.place.states))
+    places = [problem.adopted(careful), problem.searched(other)]
+    fits = [fit(problem, place, steps=_SHORT) for place in places]
+    result = min(fits, key=lambda f: f.place.cost)
+    if _level(model, result.place) < _NEAR * max(1.0, best.level):
+        result = fit(problem, result.place, steps=_LONG, damping=result.damping)
+    return _candidate(model, result.place, result.converged)
 
 
 def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     samples = float(model.counts.sum())
     choices = len(model.hypotheses().get(place.hypothesis.name, (NONE,)))
     price = len(place.hypothesis.parameters) * math.log(samples) + 2.0 * math.log(choices)
-    level = math.sqrt(place.squares.sum() / samples)
+    level = _level(model, place)
     return Candidate(place.hypothesis.name, place, place.cost + price, level, math.nan, converged)
 
 

@@ -73,7 +73,7 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
         "inverse_square": Move(2e-7, tuple(1.0 / (_TURN * f) ** 2 for f in (30, 45, 65, 90, 130, 180)), 2.6e-7, 1e-3),
         "damping": Move(0.02, (0.03,), 0.002, 0.3),
     },
-    "sensor.mains_hum": {"amplitude": Move(0.1, (0.1, 0.5)), "phase": _PHASE},
+    "sensor.mains_hum": {"amplitude": Move(0.1, _ladder(0.05, 4))},
     "sensor.offset_drift": {"rate": Move(0.01, (0.02, -0.02))},
 }
 

@@ -38,14 +38,21 @@ class Experiment:
     signal : Signal
         The table's acceleration.
     operating_point : OperatingPoint
-        Motor speed, load torque and the cam angle at the first sample.
+        The motor's mean speed, load torque and the cam angle at the first sample.
     noise : float or None
         Standard deviation of the measuring noise [unit of the signal], > 0; estimated from the record where not given.
+    start_uncertainty : float
+        Standard deviation with which the cam angle at the first sample is known [rad], > 0.
+    speed_uncertainty : float
+        Relative standard deviation with which the mean speed is known [-], > 0; a once-per-turn pulse gives it to about
+        the start angle's uncertainty over the record's cam angle.
     """
 
     signal: Signal
     operating_point: OperatingPoint
     noise: float | None = None
+    start_uncertainty: float = 2e-3
+    speed_uncertainty: float = 1e-4
 
     def __post_init__(self) -> None:
         if not isinstance(self.signal, Signal):
@@ -54,6 +61,9 @@ class Experiment:
             raise refuse("Experiment", "operating_point", "an OperatingPoint", self.operating_point)
         if self.noise is not None:
             check_number("Experiment", "noise", self.noise, low=0.0, low_open=True, unit=self.signal.unit)
+        start, speed = self.start_uncertainty, self.speed_uncertainty
+        check_number("Experiment", "start_uncertainty", start, low=0.0, low_open=True, unit="rad")
+        check_number("Experiment", "speed_uncertainty", speed, low=0.0, low_open=True)
 
     @property
     def noise_level(self) -> float:

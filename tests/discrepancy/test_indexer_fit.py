@@ -14,7 +14,7 @@ from discrepancy.naming import calibrate
 def test_calibration_reaches_the_noise_floor(records, play_factor: float, level: float) -> None:
     """Seed 5; no play, the healthy 2′ and 20° at the motor shaft: one start, and stiffness over inertia within 3 %."""
     model, _, truth = records(5, play_factor)
-    _, base, _ = calibrate(model)
+    base = calibrate(model)[1].place
     assert math.sqrt(base.squares.sum() / model.counts.sum()) < level
     values = model.values(NONE, base.z)
     found = values["output_joint.stiffness"] / values["table_inertia"]
