@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import resource
 import time
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from torch.utils.data import DataLoader
 
@@ -27,22 +29,35 @@ def measure(*, quick: bool) -> list[Row]:
 
 
 def _batches(sensor: str, count: int, epochs: int) -> Row:
-    rates, processor = [], []
-    stream = RecordStream(data_set(sensor, count), ("code",), batch_size=BATCH)
+    stream = RecordStream(data_set(sensor, count), ("code",), batch_size=BATCH, threads=CORES)
+    rates, processor, by_processes = [], [], []
     for epoch in range(epochs):
         stream.set_epoch(epoch)
-        begin, before = time.perf_counter(), _processor_time()
-        records = sum(len(batch["record"]) for batch in DataLoader(stream, batch_size=None, num_workers=CORES))
-        rates.append(records / (time.perf_counter() - begin))
-        processor.append(records / (_processor_time() - before))
+        before = _processor_time()
+        rates.append(_rate(stream))
+        processor.append(count / (_processor_time() - before))
+        by_processes.append(_rate(DataLoader(stream, batch_size=None, num_workers=CORES)))
     rate, per_core = max(rates), max(processor)
     return Row(
-        f"shuffled batches of {BATCH} records of 8200 samples, {CORES} workers started anew, sensor {sensor}",
+        f"shuffled batches of {BATCH} records of 8200 samples, {CORES} worker threads, sensor {sensor}",
         f"≥ {number(REQUIRED)} records/s",
-        f"{number(rate)} records/s ({number(per_core)} per second of one core's time, all processes together)",
+        f"{number(rate)} records/s ({number(per_core)} per second of one core's time); "
+        f"{number(max(by_processes))} with {CORES} worker processes started anew",
         rate >= REQUIRED,
-        {"records_per_s": rate, "records_per_processor_s": per_core, "records": count},
+        {
+            "records_per_s": rate,
+            "records_per_processor_s": per_core,
+            "records_per_s_by_processes": max(by_processes),
+            "records": count,
+        },
     )
+
+
+def _rate(batches: Iterable[dict[str, Any]]) -> float:
+    """Records a second of one epoch."""
+    begin = time.perf_counter()
+    records = sum(len(batch["record"]) for batch in batches)
+    return records / (time.perf_counter() - begin)
 
 
 def _processor_time() -> float:

@@ -7,12 +7,14 @@ Read in this order:
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks
+    conditions     under what records were taken: radius, speed, machine; what a sensor may clip
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
     evaluate       mean square error [%], misclassified share [%], confusion
     train          features + network + trainer -> classifier and its scores
+    parts          what a classifier can say beyond its outputs, stored with it
     model          a trained classifier; its folder of safetensors + YAML
-    diagnose       one measured record -> class, outputs, distance, margin       (python -m
-                   classifier.diagnose)
+    diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
+                   (python -m classifier.diagnose)
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
     __main__       the training command                                          (python -m classifier)
 

@@ -17,11 +17,11 @@ from rich.table import Table
 from classifier.dataset import SUBSETS, load_dataset
 from classifier.features import make_features
 from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
-from datagen.output_folder import check_output_folder, output_folder
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from classifier.codes import CodeBook
+from classifier.conditions import Conditions
 from datagen.campaign import SUBSETS
 from datagen.places.local import file_sha256
 from datagen.shard import read_shards
@@ -27,6 +29,9 @@ class Dataset:
     sample_rate  [Hz]
     provenance   where the records come from: folder, SHA-256 of its manifest, number of records, campaign,
                  seed
+    conditions   under what the records were taken
+    table        (n rows) all further columns of `datagen.schema`; without a column where the records are no data set
+                 of `datagen`
     """
 
     records: np.ndarray
@@ -37,6 +42,8 @@ class Dataset:
     quantity: str
     unit: str
     provenance: dict[str, Any]
+    conditions: Conditions = field(default_factory=Conditions)
+    table: pa.Table = field(default_factory=lambda: pa.table({}))
 
     def __post_init__(self) -> None:
         for subset in SUBSETS:
@@ -70,11 +77,21 @@ def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
             )
 
 
+def _check_sensors(table: pa.Table, path: Path) -> None:
+    dead = np.flatnonzero(table.column("constant_share").to_numpy() >= 1.0)
+    if dead.size:
+        item = table.column("item")[int(dead[0])].as_py()
+        raise SignalError(
+            f"all records of {path} must vary, got one value throughout in {dead.size} of them (item {item} first); "
+            "check the sensor and make the data set without them."
+        )
+
+
 def load_dataset(path: str | Path) -> Dataset:
     """Data set from a folder written by `datagen`.
 
     Raises SignalError for a folder that is none, for records that differ in rate, length, quantity or unit,
-    for a machine draw in two subsets, and for a subset that lacks a class.
+    for a machine draw in two subsets, for a record of a dead sensor and for a subset that lacks a class.
     """
     folder = Path(path)
     data = read_shards(folder)
@@ -82,6 +99,7 @@ def load_dataset(path: str | Path) -> Dataset:
     classes = table.column("class").to_numpy()
     subsets = np.array(table.column("subset").to_pylist())
     _check_no_leak(table.column("machine_draw").to_numpy(), subsets, folder)
+    _check_sensors(table, folder)
     names, codes = (np.array(table.column(name).to_pylist()) for name in ("class_name", "code"))
     return Dataset(
         records=data.records,
@@ -97,4 +115,6 @@ def load_dataset(path: str | Path) -> Dataset:
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },
+        conditions=Conditions.of_rows(table, subsets == "calibration"),
+        table=table,
     )

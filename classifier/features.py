@@ -7,11 +7,13 @@ that does depend on other records is `Scaling`, and it is fitted on the calibrat
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy.fft
 import scipy.signal
 
 from indexer_env.build import from_mapping
@@ -22,7 +24,32 @@ _CHUNK = 1024  # records at a time: bounds the memory of the windowed segments, 
 
 
 @dataclass(frozen=True)
-class Psd:
+class Features(ABC):
+    """What every kind of feature offers; a member is a frozen dataclass of its numbers."""
+
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def frequencies(self, sample_rate: float) -> np.ndarray:
+        """Frequencies (count,) [Hz] of the features at a sample rate [Hz]. Raises ParameterError above half
+        the rate.
+        """
+
+    @abstractmethod
+    def density(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
+        """Power spectral densities (n, count) [(unit of the record)²/Hz] at these frequencies, of records
+        (n, samples) at a sample rate [Hz].
+
+        Raises ParameterError for records that are too short.
+        """
+
+    @abstractmethod
+    def compute(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
+        """Features (n, count) of records (n, samples). Raises ParameterError as `density` does."""
+
+
+@dataclass(frozen=True)
+class Psd(Features):
     """One-sided power spectral density by Welch's averaged periodogram, from 0 Hz to maximum_hz inclusive.
 
         P(f_j) = 2 / (f_s Σ w²) · mean over segments of |Σ_t w_t (x_t − x̄) e^(−2πi j t / L)|²,   f_j = j
@@ -67,10 +94,7 @@ class Psd:
         """Frequencies (count,) [Hz] of the features at a sample rate [Hz]. Raises ParameterError above half
         the rate.
         """
-        if self.maximum_hz > sample_rate / 2:
-            raise refuse("Psd", "maximum_hz", f"<= half the sample rate = {sample_rate / 2:g} Hz", self.maximum_hz)
-        frequencies = np.fft.rfftfreq(self.segment(sample_rate), 1 / sample_rate)
-        return frequencies[frequencies <= self.maximum_hz * (1 + 1e-9)]
+        return _lines("Psd", self.segment(sample_rate), self.maximum_hz, sample_rate)
 
     def density(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
         """Densities (n, count) [(unit of the record)²/Hz] of records (n, samples) at a sample rate [Hz].
@@ -105,10 +129,77 @@ class Psd:
         return np.log10(np.maximum(densities, np.finfo(np.float64).tiny))
 
 
-FEATURES: dict[str, type[Psd]] = {Psd.kind: Psd}
+@dataclass(frozen=True)
+class Fft(Features):
+    """Amplitudes of the lines of the whole record's spectrum, above 0 Hz up to maximum_hz inclusive.
+
+        a_j = 2/N |Σ_t (x_t − x̄) e^(−2πi j t / N)|,   f_j = j f_s/N,   j = 1, 2 …
+
+    maximum_hz  last frequency kept [Hz], at most half the sample rate: the paper's cut
+    duration_s  part of the record that is transformed [s], N = round(duration_s · f_s) samples; the spacing of
+                the lines is its inverse, 0.122 Hz for the paper's 8.2 s
+
+    The window is rectangular: a record of one table turn is periodic but for what its play does. The mean x̄ is
+    taken away as in `Psd`, samples after duration_s are not used. A line at half the sample rate counts twice.
+    Source: the paper's §4.2, which prints no formula.
+
+    Raises ParameterError.
+    """
+
+    kind: ClassVar[str] = "fft"
+
+    maximum_hz: float = 100.0
+    duration_s: float = 8.2
+
+    def __post_init__(self) -> None:
+        check_number("Fft", "duration_s", self.duration_s, low=0.0, low_open=True, unit="s")
+        check_number("Fft", "maximum_hz", self.maximum_hz, low=0.0, low_open=True, unit="Hz")
+        if self.maximum_hz * self.duration_s < 1.0:
+            raise refuse("Fft", "maximum_hz", f">= 1 / duration_s = {1 / self.duration_s:g} Hz", self.maximum_hz)
+
+    def segment(self, sample_rate: float) -> int:
+        """Samples that are transformed at a sample rate [Hz]."""
+        return round(self.duration_s * sample_rate)
+
+    def frequencies(self, sample_rate: float) -> np.ndarray:
+        """Frequencies (count,) [Hz] of the lines at a sample rate [Hz]. Raises ParameterError above half the
+        rate.
+        """
+        return _lines("Fft", self.segment(sample_rate), self.maximum_hz, sample_rate)[1:]
+
+    def density(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
+        """Periodograms a² N / (2 f_s) (n, count), which say in the PSD's unit what the amplitudes say."""
+        return self.compute(records, sample_rate) ** 2 * self.segment(sample_rate) / (2 * sample_rate)
+
+    def compute(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
+        """Amplitudes a (n, count), in the unit of the records (n, samples).
+
+        Raises ParameterError for records shorter than duration_s.
+        """
+        count, segment = len(self.frequencies(sample_rate)), self.segment(sample_rate)
+        if records.shape[-1] < segment:
+            duration = records.shape[-1] / sample_rate
+            raise refuse("Fft", "duration_s", f"<= {duration:g} s, the duration of the records", self.duration_s)
+        amplitudes = np.empty((len(records), count))
+        for first in range(0, len(records), _CHUNK):
+            chunk = np.asarray(records[first : first + _CHUNK, :segment], dtype=np.float64)
+            spectrum = scipy.fft.rfft(chunk - chunk.mean(axis=1, keepdims=True))
+            amplitudes[first : first + _CHUNK] = 2 / segment * np.abs(spectrum[:, 1 : count + 1])
+        return amplitudes
 
 
-def make_features(mapping: Mapping[str, Any]) -> Psd:
+def _lines(owner: str, samples: int, maximum_hz: float, sample_rate: float) -> np.ndarray:
+    """Frequencies [Hz] of a transform of so many samples, from 0 to maximum_hz inclusive."""
+    if maximum_hz > sample_rate / 2:
+        raise refuse(owner, "maximum_hz", f"<= half the sample rate = {sample_rate / 2:g} Hz", maximum_hz)
+    frequencies = np.fft.rfftfreq(samples, 1 / sample_rate)
+    return frequencies[frequencies <= maximum_hz * (1 + 1e-9)]
+
+
+FEATURES: dict[str, type[Features]] = {kind.kind: kind for kind in (Psd, Fft)}
+
+
+def make_features(mapping: Mapping[str, Any]) -> Features:
     """Features from a plain mapping ``{"kind": ..., parameters}``, as in conf/features. Raises
     ParameterError.
     """
@@ -118,7 +209,7 @@ def make_features(mapping: Mapping[str, Any]) -> Psd:
     return from_mapping(FEATURES[kind], parameters, owner="features")
 
 
-def describe_features(features: Psd) -> dict[str, Any]:
+def describe_features(features: Features) -> dict[str, Any]:
     """The mapping from which `make_features` makes these features again."""
     return {"kind": features.kind, **asdict(features)}
 

@@ -22,13 +22,16 @@ from safetensors.torch import save as save_tensors
 from torch import Tensor
 
 from classifier.codes import CodeBook
-from classifier.features import Psd, Scaling, describe_features, make_features
+from classifier.conditions import Conditions
+from classifier.features import Features, Scaling, describe_features, make_features
 from classifier.network import Mlp
-from indexer_env.errors import IndexerError
+from classifier.parts import PARTS, Part
+from indexer_env.checks import check_choice
+from indexer_env.errors import IndexerError, ParameterError
 
 MODEL_YAML = "model.yaml"
 MODEL_TENSORS = "model.safetensors"
-FORMAT = 1
+FORMAT = 2
 
 
 class ModelFileError(IndexerError, ValueError):
@@ -42,13 +45,17 @@ class Model:
     parameters           (network.count,) float64
     sample_rate, samples rate [Hz] and length of the records it was trained on: one table turn
     quantity, unit       of these records
+    conditions           under what they were taken
     mean_densities       (classes, frequencies) mean PSD of the calibration records per class [unit²/Hz], for
                          pictures
+    mean_features        (count,) mean of the scaled features of the calibration records: what an explanation compares
+                         a record with
     provenance           data set, seed, training rule, versions
     metrics              scores per subset
+    parts                what it says beyond its outputs
     """
 
-    features: Psd
+    features: Features
     scaling: Scaling
     codes: CodeBook
     network: Mlp
@@ -57,17 +64,31 @@ class Model:
     samples: int
     quantity: str
     unit: str
+    conditions: Conditions
     mean_densities: np.ndarray
+    mean_features: np.ndarray
     provenance: dict[str, Any]
     metrics: dict[str, Any]
+    parts: tuple[Part, ...] = ()
 
-    def outputs(self, records: np.ndarray) -> np.ndarray:
-        """Outputs (n, bits) for records (n, samples) at the model's rate, in its unit, on the scale of the bits:
-        0 and 1 are the targets, whatever the network's own are.
+    def scaled(self, records: np.ndarray) -> np.ndarray:
+        """Features (n, count) as the network sees them, for records (n, samples) at the model's rate, in its unit."""
+        return self.scaling.apply(self.features.compute(records, self.sample_rate))
+
+    def outputs_of(self, scaled: np.ndarray) -> np.ndarray:
+        """Outputs (n, bits) for scaled features (n, count), on the scale of the bits: 0 and 1 are the targets, whatever
+        the network's own are.
         """
-        scaled = self.scaling.apply(self.features.compute(records, self.sample_rate))
         outputs = self.network.outputs_of(self.parameters[None], torch.from_numpy(scaled))[0]
         return self.network.bits_of(outputs).numpy()
+
+    def outputs(self, records: np.ndarray) -> np.ndarray:
+        """Outputs (n, bits), on the scale of the bits, for records (n, samples) at the model's rate, in its unit."""
+        return self.outputs_of(self.scaled(records))
+
+    def assess(self, scaled: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
+        """What all parts say of scaled features (n, count) and outputs (n, bits): named columns, see `Part.assess`."""
+        return {name: column for part in self.parts for name, column in part.assess(scaled, outputs).items()}
 
 
 def save_model(model: Model, folder: Path) -> None:
@@ -80,12 +101,14 @@ def save_model(model: Model, folder: Path) -> None:
             "quantity": model.quantity,
             "unit": model.unit,
         },
+        "conditions": model.conditions.to_dict(),
         "features": describe_features(model.features),
         "network": asdict(model.network),
         "classes": [
             {"class": label, "name": name, "code": code}
             for label, name, code in zip(model.codes.classes, model.codes.names, model.codes.codes, strict=True)
         ],
+        "parts": [{"kind": part.kind, **part.body()} for part in model.parts],
         "metrics": model.metrics,
         "provenance": model.provenance,
     }
@@ -94,6 +117,12 @@ def save_model(model: Model, folder: Path) -> None:
         "scaling.low": torch.tensor(model.scaling.low),
         "scaling.high": torch.tensor(model.scaling.high),
         "mean_densities": torch.from_numpy(np.ascontiguousarray(model.mean_densities)),
+        "mean_features": torch.from_numpy(np.ascontiguousarray(model.mean_features)),
+        **{
+            f"{_prefix(place, part.kind)}{name}": torch.from_numpy(np.array(array, order="C"))
+            for place, part in enumerate(model.parts)
+            for name, array in part.arrays().items()
+        },
     }
     data = save_tensors(tensors, metadata={"body_sha256": _digest(body)})
     (folder / MODEL_TENSORS).write_bytes(data)
@@ -123,19 +152,52 @@ def load_model(path: str | Path) -> Model:
     if _digest(body) != saved_with:
         raise _damaged(folder / MODEL_YAML, "its contents are not those that were saved with the weights")
 
-    tensors = load_tensors(data)
+    try:
+        return _model(body, {name: tensor.numpy() for name, tensor in load_tensors(data).items()})
+    except (KeyError, TypeError, ParameterError) as error:
+        reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error).rstrip(".")
+        raise _damaged(folder / MODEL_YAML, reason) from None
+
+
+def _model(body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Model:
     record, classes = body["record"], body["classes"]
+    network = Mlp(**body["network"])
+    parameters = np.concatenate([tensors[name].ravel() for name in ("w1", "b1", "w2", "b2")])
+    scaling = Scaling(tensors["scaling.low"], tensors["scaling.high"])
+    for name, got, wanted in (
+        ("the number of weights", parameters.size, network.count),
+        ("the number of scaled features", scaling.low.size, network.inputs),
+        ("the number of mean features", tensors["mean_features"].size, network.inputs),
+    ):
+        if got != wanted:
+            raise ParameterError(f"{name} is {got} where the network has {wanted}.")
     return Model(
         features=make_features(body["features"]),
-        scaling=Scaling(tensors["scaling.low"].numpy(), tensors["scaling.high"].numpy()),
+        scaling=scaling,
         codes=CodeBook(*(tuple(entry[key] for entry in classes) for key in ("class", "name", "code"))),
-        network=Mlp(**body["network"]),
-        parameters=torch.cat([tensors[name].flatten() for name in ("w1", "b1", "w2", "b2")]),
-        mean_densities=tensors["mean_densities"].numpy(),
+        network=network,
+        parameters=torch.from_numpy(parameters),
+        conditions=Conditions.from_dict(body["conditions"]),
+        mean_densities=tensors["mean_densities"],
+        mean_features=tensors["mean_features"],
         provenance=body["provenance"],
         metrics=body["metrics"],
+        parts=tuple(_part(place, dict(entry), tensors) for place, entry in enumerate(body["parts"])),
         **record,
     )
+
+
+def _part(place: int, body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Part:
+    kind = body.pop("kind")
+    check_choice("parts", "kind", kind, PARTS)
+    prefix = _prefix(place, kind)
+    arrays = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
+    return PARTS[kind].restore(body, arrays)
+
+
+def _prefix(place: int, kind: str) -> str:
+    """How the names of a part's tensors begin in the file."""
+    return f"parts.{place}.{kind}."
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

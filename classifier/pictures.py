@@ -4,45 +4,22 @@ nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from classifier.dataset import SUBSETS, Dataset
 from classifier.diagnose import Diagnosis
+from classifier.diagnose.report import CaseReport
 from classifier.model import Model
+from classifier.style import COLOURS as _COLOURS
+from classifier.style import DARK as _DARK
+from classifier.style import GREY as _GREY
+from classifier.style import style as _style
 from classifier.train import Result
-from indexer_env.signal import Signal
-
-# Okabe and Ito's colours, told apart by colour-blind readers too; black and grey are kept for what is no
-# class.
-_COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#8A7A00")
-_GREY, _DARK = "0.75", "0.25"
-_STYLE: Any = {
-    "figure.dpi": 130,
-    "savefig.dpi": 130,
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "lines.linewidth": 1.0,
-}
-
-
-@contextmanager
-def _style() -> Iterator[None]:
-    with matplotlib.rc_context(_STYLE):
-        yield
 
 
 def _colour(position: int) -> str:
@@ -166,47 +143,80 @@ def _confusion(dataset: Dataset, result: Result) -> Figure:
     return figure
 
 
-def draw_diagnosis(model: Model, signal: Signal, diagnosis: Diagnosis) -> Figure:
-    """The record, its PSD among the mean PSDs of the classes, and the outputs beside the nearest code."""
+def draw_diagnosis(model: Model, report: CaseReport) -> Figure:
+    """The first diagnosed turn of a signal: its record, its PSD among the mean PSDs of the classes, the bands that
+    spoke and the outputs beside the nearest code; with several turns what each was named.
+    """
+    shown = next(turn for turn in report.turns if turn.diagnosis is not None)
+    diagnosis = shown.diagnosis
+    assert diagnosis is not None and shown.record is not None
+    several = len(report.turns) > 1
     with _style():
-        figure = Figure(figsize=(11, 6.5), layout="constrained")
-        grid = figure.add_gridspec(2, 2, width_ratios=(2, 1))
-        named = model.codes.classes.index(diagnosis.class_label)
-        used = signal.values[: model.samples]
+        figure = Figure(figsize=(11, 9.5 if several else 7.5), layout="constrained")
+        heights = (1, 1.3, 0.6) if several else (1, 1.3)
+        grid = figure.add_gridspec(len(heights), 3, width_ratios=(2, 1, 1), height_ratios=heights)
 
         ax = figure.add_subplot(grid[0, :])
-        ax.plot(signal.time[: used.size], used, color=_DARK, linewidth=0.6)
-        ax.set(xlabel="time [s]", ylabel=_name(signal.quantity, signal.unit))
-        ax.set_title(
-            f"class {diagnosis.class_label}: {diagnosis.class_name} "
-            f"(distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f})",
-            fontweight="bold",
-        )
+        ax.plot(np.arange(shown.record.size) / model.sample_rate, shown.record, color=_DARK, linewidth=0.6)
+        ax.set(xlabel="time in the turn [s]", ylabel=_name(model.quantity, model.unit))
+        title = f"turn {shown.turn}: {'none of the classes taught; nearest ' if diagnosis.is_novel else ''}"
+        words = f"class {diagnosis.class_label}: {diagnosis.class_name}"
+        agreement = f"(distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f})"
+        ax.set_title(f"{title if several or diagnosis.is_novel else ''}{words} {agreement}", fontweight="bold")
+        figure.suptitle(report.name, fontsize=9)
 
-        ax = figure.add_subplot(grid[1, 0])
-        frequencies = model.features.frequencies(model.sample_rate)
-        for position, label in enumerate(model.codes.classes):
-            width = 2.0 if position == named else 0.8
-            ax.semilogy(
-                frequencies,
-                model.mean_densities[position],
-                color=_colour(position),
-                linewidth=width,
-                label=f"class {label}",
-            )
-        density = model.features.density(used[None], model.sample_rate)[0]
-        ax.semilogy(frequencies, density, color="black", linewidth=1.2, label="record")
-        ax.set(xlabel="frequency [Hz]", ylabel=_density_name(model.unit))
-        ax.set_title("record among the mean PSDs of the classes")
-        ax.legend(ncols=2)
-
-        ax = figure.add_subplot(grid[1, 1])
-        nodes = np.arange(1, model.codes.bits + 1)
-        ax.bar(nodes, diagnosis.outputs, color=_colour(named), width=0.6, label="output")
-        code = [int(bit) for bit in diagnosis.code]
-        ax.plot(nodes, code, linestyle="none", marker="_", markersize=28, color="black", label="nearest code")
-        ax.set_xticks(nodes, [f"{node}\n{value:.3f}" for node, value in zip(nodes, diagnosis.outputs, strict=True)])
-        ax.set(xlabel="output node", ylabel="output", ylim=(-0.05, 1.25))
-        ax.set_title(f"outputs and code {diagnosis.code}")
-        ax.legend(loc="upper center", ncols=2)
+        _densities(figure.add_subplot(grid[1, 0]), model, shown.record, diagnosis)
+        _bands(figure.add_subplot(grid[1, 1]), diagnosis)
+        _outputs(figure.add_subplot(grid[1, 2]), model, diagnosis)
+        if several:
+            _turns(figure.add_subplot(grid[2, :]), model, report)
     return figure
+
+
+def _densities(ax: Axes, model: Model, record: np.ndarray, diagnosis: Diagnosis) -> None:
+    frequencies = model.features.frequencies(model.sample_rate)
+    for position, label in enumerate(model.codes.classes):
+        width = 2.0 if label == diagnosis.class_label else 0.8
+        means, colour = model.mean_densities[position], _colour(position)
+        ax.semilogy(frequencies, means, color=colour, linewidth=width, label=f"class {label}")
+    density = model.features.density(record[None], model.sample_rate)[0]
+    ax.semilogy(frequencies, density, color="black", linewidth=1.2, label="record")
+    ax.set(xlabel="frequency [Hz]", ylabel=_density_name(model.unit))
+    ax.set_title("record among the mean PSDs of the classes")
+    ax.legend(ncols=2)
+
+
+def _bands(ax: Axes, diagnosis: Diagnosis) -> None:
+    """What each band added to the agreement with the code."""
+    values = [band.contribution for band in diagnosis.bands]
+    colours = [_COLOURS[2] if value >= 0 else _COLOURS[4] for value in values]
+    ax.barh([f"{band.low_hz:g}–{band.high_hz:g}" for band in diagnosis.bands], values, color=colours)
+    ax.axvline(0.0, color=_DARK, linewidth=0.8)
+    ax.set(xlabel="contribution to the agreement", ylabel="band [Hz]")
+    ax.set_title("the bands that spoke")
+
+
+def _outputs(ax: Axes, model: Model, diagnosis: Diagnosis) -> None:
+    nodes = np.arange(1, model.codes.bits + 1)
+    named = model.codes.classes.index(diagnosis.class_label)
+    ax.bar(nodes, diagnosis.outputs, color=_colour(named), width=0.6, label="output")
+    code = [int(bit) for bit in diagnosis.code]
+    ax.plot(nodes, code, linestyle="none", marker="_", markersize=20, color="black", label="nearest code")
+    ax.set_xticks(nodes, [f"{node}\n{value:.2f}" for node, value in zip(nodes, diagnosis.outputs, strict=True)])
+    ax.set(xlabel="output node", ylabel="output", ylim=(-0.05, 1.3))
+    ax.set_title(f"outputs and code {diagnosis.code}")
+    ax.legend(loc="upper center", ncols=2, columnspacing=0.8, handlelength=1.2)
+
+
+def _turns(ax: Axes, model: Model, report: CaseReport) -> None:
+    """What each turn was named; a cross where it is none of the classes, a grey stretch where it was not diagnosed."""
+    for turn in report.turns:
+        if turn.diagnosis is None:
+            ax.axvspan(turn.start, turn.start + turn.duration, color=_GREY, linewidth=0)
+            continue
+        position = model.codes.classes.index(turn.diagnosis.class_label)
+        marker, middle = ("x" if turn.diagnosis.is_novel else "o"), turn.start + turn.duration / 2
+        ax.plot(middle, position, marker, color=_colour(position), markersize=5)
+    ax.set_yticks(range(len(model.codes.classes)), [f"class {label}" for label in model.codes.classes])
+    ax.set(xlabel="time [s]", ylim=(-0.5, len(model.codes.classes) - 0.5))
+    ax.set_title("each turn: circle: its class; cross: none of the classes taught; grey: not diagnosed")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,10 @@ import torch
 
 from classifier.dataset import SUBSETS, Dataset
 from classifier.evaluate import Score, score
-from classifier.features import Psd, Scaling, describe_features
+from classifier.features import Features, Scaling, describe_features
 from classifier.model import Model
 from classifier.network import Mlp
+from classifier.parts import fit_parts
 from classifier.trainers import Examples, Trainer, Training
 from datagen.versions import versions_of
 from indexer_env.checks import check_choice, check_integer
@@ -72,7 +73,7 @@ class Result:
 
 def train(
     dataset: Dataset,
-    features: Psd,
+    features: Features,
     trainer: Trainer,
     hidden: int = 20,
     seed: int = 0,
@@ -81,6 +82,7 @@ def train(
     hidden_function: str = Mlp.hidden_function,
     output_function: str = Mlp.output_function,
     targets: str = Mlp.targets,
+    parts: Sequence[str] | None = None,
     device: str = "cpu",
     progress: Callable[[int, float], None] | None = None,
 ) -> Result:
@@ -91,6 +93,7 @@ def train(
     hidden    nodes of the hidden layer
     seed      of the random start; the networks of a smaller number of restarts are the first ones of a larger
     hidden_function, output_function, targets  of the network, see `Mlp`
+    parts     kinds of the parts fitted to the kept network, see `fit_parts`; None: all that the data set allows
     device    "cpu" or "cuda": where the networks are trained
     progress  as in `Trainer.train`
 
@@ -105,7 +108,8 @@ def train(
     values = features.compute(dataset.records, dataset.sample_rate)
     calibration = dataset.rows("calibration")
     scaling = Scaling.fit(values[calibration])
-    scaled = torch.from_numpy(scaling.apply(values)).to(device)
+    values = scaling.apply(values)
+    scaled = torch.from_numpy(values).to(device)
     network = Mlp(scaled.shape[1], hidden, dataset.codes.bits, hidden_function, output_function, targets)
     wanted = network.targets_of(torch.from_numpy(dataset.codes.targets(dataset.classes))).to(device)
     examples = {subset: Examples(scaled[dataset.rows(subset)], wanted[dataset.rows(subset)]) for subset in SUBSETS}
@@ -133,7 +137,9 @@ def train(
         samples=dataset.records.shape[1],
         quantity=dataset.quantity,
         unit=dataset.unit,
+        conditions=dataset.conditions,
         mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
+        mean_features=values[calibration].mean(axis=0),
         provenance={
             "data": dataset.provenance,
             "seed": seed,
@@ -148,4 +154,5 @@ def train(
             **{subset: scores[subset][kept].to_dict() for subset in SUBSETS},
         },
     )
-    return Result(model, kept, training, scores)
+    fitted = fit_parts(dataset, values, model.outputs_of(values), parts, seed)
+    return Result(replace(model, parts=fitted), kept, training, scores)

@@ -1,20 +1,25 @@
 """Data sets as PyTorch sees them: shuffled batches streamed from the shards, or single records by their place.
 
     stream = RecordStream("data/table2", columns=("code",), subset="calibration")
-    loader = DataLoader(stream, batch_size=None, num_workers=2)  # the stream makes whole batches itself
     for epoch in range(10):
         stream.set_epoch(epoch)
-        for batch in loader:
+        for batch in stream:
             batch["record"], batch["code"]  # (256, samples) and (256, outputs), float32
 
+The stream makes whole batches itself, `threads` windows at once. In a DataLoader with worker processes it stands with
+``batch_size=None``; that is slower, as every batch then crosses from one process to another in memory of its own.
 Numbers come as tensors (null: NaN), texts as lists of str, and `code` as 0.0 and 1.0 of shape (n, outputs).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import contextlib
+import itertools
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -22,10 +27,13 @@ import torch
 from torch.utils.data import Dataset, IterableDataset, default_collate, get_worker_info
 
 from datagen.campaign import SUBSETS
+from datagen.places import Place, open_place
 from datagen.schema import COLUMNS, RECORD
 from datagen.shard import open_shard, read_manifest, record_matrix
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import SignalError, refuse
+
+T = TypeVar("T")
 
 Batch = dict[str, Any]
 """`record`, shape (n, samples) float32, and n values of each column asked for."""
@@ -35,14 +43,14 @@ class RecordStream(IterableDataset[Batch]):
     """All records of a data set once an epoch, as shuffled batches.
 
     The shards are put in random order and their records cut into windows of `window` records; each window is read a
-    row group at a time and shuffled whole. So memory is that of one window in each worker of a DataLoader, 67 MB for
-    2048 records of 8200 samples; records of far apart places meet in a batch where a window spans several shards. The
-    batches of an epoch follow from `seed`, epoch and sizes alone: more workers give the same ones in another order.
-    Only the last of them may be shorter.
+    row group at a time and shuffled whole; records of far apart places meet in a batch where a window spans several
+    shards. The batches of an epoch follow from `seed`, epoch and sizes alone: more threads give the same ones in the
+    same order, worker processes of a DataLoader in another. Only the last of them may be shorter. A window takes 67 MB
+    at 2048 records of 8200 samples; each thread fills one while another is cut into batches.
 
     Parameters
     ----------
-    folder : path
+    folder : path or URL
         The data set.
     columns : sequence of str
         Columns that a batch holds beside `record`, e.g. ("code",) or ("fault_backlash", "item").
@@ -54,6 +62,8 @@ class RecordStream(IterableDataset[Batch]):
         Records shuffled together, a multiple of `batch_size`.
     seed : int
         Of the shuffling, >= 0.
+    threads : int
+        Windows read at once, >= 1; worker processes of a DataLoader read one each.
 
     Raises
     ------
@@ -66,21 +76,23 @@ class RecordStream(IterableDataset[Batch]):
 
     def __init__(
         self,
-        folder: str | Path,
+        folder: str | Path | Place,
         columns: Sequence[str] = ("code",),
         subset: str | None = None,
         *,
         batch_size: int = 256,
         window: int = 2048,
         seed: int = 0,
+        threads: int = 2,
     ) -> None:
         check_integer("RecordStream", "batch_size", batch_size, low=1)
+        check_integer("RecordStream", "threads", threads, low=1)
         check_integer("RecordStream", "seed", seed, low=0)
         check_integer("RecordStream", "window", window, low=batch_size)
         if window % batch_size:
             raise refuse("RecordStream", "window", f"a multiple of batch_size ({batch_size})", window)
         self._rows = _Rows(folder, columns, subset)
-        self._batch_size, self._window, self._seed = batch_size, window, seed
+        self._batch_size, self._window, self._seed, self._threads = batch_size, window, seed, threads
         # Shared memory, so that workers that outlive an epoch see the next one's number.
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()
 
@@ -98,11 +110,20 @@ class RecordStream(IterableDataset[Batch]):
         number, workers = (worker.id, worker.num_workers) if worker else (0, 1)
         epoch = int(self._epoch)
         shards = np.random.default_rng((self._seed, epoch)).permutation(len(self._rows.shards))
-        buffer = np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32)
-        for place, begin in enumerate(range(0, len(self._rows), self._window)):
-            if place % workers == number:
-                order = np.random.default_rng((self._seed, epoch, place))
-                yield from self._batches(self._fill(buffer, shards, begin), buffer, order)
+        windows = range(-(-len(self._rows) // self._window))[number::workers]
+        threads = 1 if worker else min(self._threads, len(windows))
+        ahead = threads if threads > 1 else 0
+        buffers = itertools.cycle(
+            np.empty((min(self._window, len(self._rows)), self._rows.samples), dtype=np.float32)
+            for _ in range(ahead + 1)
+        )
+
+        def fill(place: int, buffer: np.ndarray) -> tuple[int, np.ndarray, pa.Table]:
+            return place, buffer, self._fill(buffer, shards, place * self._window)
+
+        with contextlib.closing(_ahead(fill, zip(windows, buffers, strict=False), ahead)) as filled:
+            for place, buffer, table in filled:
+                yield from self._batches(table, buffer, np.random.default_rng((self._seed, epoch, place)))
 
     def _fill(self, buffer: np.ndarray, shards: np.ndarray, begin: int) -> pa.Table:
         """Read the window that begins at this place of the epoch: the records into the buffer, the other columns as a
@@ -120,14 +141,15 @@ class RecordStream(IterableDataset[Batch]):
         return pa.concat_tables(tables).combine_chunks()
 
     def _batches(self, table: pa.Table, buffer: np.ndarray, order: np.random.Generator) -> Iterator[Batch]:
-        records = torch.from_numpy(buffer).unbind()
+        records = torch.from_numpy(buffer).unbind() if get_worker_info() else buffer
         columns = {name: values_of(table.column(name), name) for name in self._rows.columns}
         shuffled = order.permutation(len(table))
         for first in range(0, len(table), self._batch_size):
             places = shuffled[first : first + self._batch_size]
-            # In a worker this copies straight into memory that the training process shares.
-            batch = default_collate([records[place] for place in places])
-            yield {RECORD: batch, **{name: _taken(values, places) for name, values in columns.items()}}
+            yield {
+                RECORD: _stacked(records, places),
+                **{name: _taken(values, places) for name, values in columns.items()},
+            }
 
 
 class RecordTable(Dataset[Batch]):
@@ -137,7 +159,9 @@ class RecordTable(Dataset[Batch]):
     they touch once. `RecordStream` is faster wherever records are shuffled. Parameters and errors are as there.
     """
 
-    def __init__(self, folder: str | Path, columns: Sequence[str] = ("code",), subset: str | None = None) -> None:
+    def __init__(
+        self, folder: str | Path | Place, columns: Sequence[str] = ("code",), subset: str | None = None
+    ) -> None:
         self._rows = _Rows(folder, columns, subset)
         self._ends = np.cumsum([len(rows) for rows in self._rows.rows])
 
@@ -169,14 +193,14 @@ class RecordTable(Dataset[Batch]):
 class _Rows:
     """The rows of a data set that were asked for, in the order of the items."""
 
-    def __init__(self, folder: str | Path, columns: Sequence[str], subset: str | None) -> None:
+    def __init__(self, folder: str | Path | Place, columns: Sequence[str], subset: str | None) -> None:
         for name in columns:
             check_choice("data set", "columns", name, [name for name in COLUMNS if name != RECORD])
         if subset is not None:
             check_choice("data set", "subset", subset, SUBSETS)
-        self.folder = Path(folder)
+        self.place = open_place(folder)
         self.columns = list(columns)
-        shards = read_manifest(folder)["shards"]
+        shards = read_manifest(self.place)["shards"]
         self.shards = [entry["name"] for entry in shards]
         self.rows = [self._chosen(entry, subset) for entry in shards]
         if not len(self):
@@ -192,13 +216,13 @@ class _Rows:
         """Rows of a shard that belong to the subset."""
         if subset is None:
             return np.arange(entry["rows"])
-        with open_shard(self.folder / entry["name"]) as file:
+        with open_shard(self.place, entry["name"]) as file:
             return np.flatnonzero(np.array(file.read(["subset"]).column(0).to_pylist()) == subset)
 
     def read(self, shard: int, rows: np.ndarray) -> Iterator[tuple[pa.Table, np.ndarray]]:
         """These rows of a shard, ascending, a row group at a time: the columns asked for and the records."""
         name = self.shards[shard]
-        with open_shard(self.folder / name) as file:
+        with open_shard(self.place, name) as file:
             end = 0
             for group in range(file.num_row_groups):
                 begin, end = end, end + file.metadata.row_group(group).num_rows
@@ -214,6 +238,22 @@ class _Rows:
                 yield table, records
 
 
+def _ahead(function: Callable[..., T], arguments: Iterable[tuple[Any, ...]], threads: int) -> Generator[T]:
+    """Results in order, each being worked on by a thread while those before it are used; without threads when asked."""
+    if not threads:
+        yield from itertools.starmap(function, arguments)
+        return
+    pool, waiting = ThreadPoolExecutor(threads, thread_name_prefix="records"), iter(arguments)
+    try:
+        running = deque(pool.submit(function, *each) for each in itertools.islice(waiting, threads))
+        while running:
+            result = running.popleft().result()
+            running.extend(pool.submit(function, *each) for each in itertools.islice(waiting, 1))
+            yield result
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
 def values_of(column: pa.ChunkedArray, name: str) -> torch.Tensor | list[str]:
     """A column as a tensor, null as NaN; texts as a list, but codes as 0.0 and 1.0, shape (n, outputs)."""
     if name == "code":
@@ -224,6 +264,14 @@ def values_of(column: pa.ChunkedArray, name: str) -> torch.Tensor | list[str]:
         return column.to_pylist()
     # A copy: Arrow's own memory is read-only, of which PyTorch warns.
     return torch.from_numpy(column.to_numpy().copy())
+
+
+def _stacked(records: np.ndarray | tuple[torch.Tensor, ...], places: np.ndarray) -> torch.Tensor:
+    """The records at these places as one tensor of its own memory."""
+    if isinstance(records, np.ndarray):
+        return torch.from_numpy(np.take(records, places, axis=0))
+    # In a worker process this copies straight into memory that the training process shares.
+    return default_collate([records[place] for place in places])
 
 
 def _taken(values: torch.Tensor | list[str], places: np.ndarray) -> torch.Tensor | list[str]:

@@ -1,4 +1,4 @@
-"""`python -m datagen.check FOLDER`: assert every line of DATA.md and the checksums, and name the shard or row at fault.
+"""`python -m datagen.check FOLDER_OR_URL`: assert every line of DATA.md and the checksums, and name what is at fault.
 
 Shards are read one after the other, so memory stays that of one. Exit codes: 0 sound, 1 faults found, 2 no data set.
 """
@@ -17,7 +17,8 @@ from datagen.audit.together import Together
 from datagen.audit.values import value_faults
 from datagen.audit.words import Faults
 from datagen.command import DIFFERENT, hydra_command
-from datagen.job_paths import path_given
+from datagen.job_paths import place_given
+from datagen.places import Place, open_place
 from datagen.progress import progress
 from datagen.schema import RECORD
 from datagen.shard import open_shard, read_manifest
@@ -47,12 +48,12 @@ class Verdict:
     notes: list[str] = field(default_factory=list)
 
 
-def check(folder: str | Path, remake: int = 8, seed: int = 0) -> Verdict:
+def check(folder: str | Path | Place, remake: int = 8, seed: int = 0) -> Verdict:
     """Check a data set against datagen/DATA.md.
 
     Parameters
     ----------
-    folder : path
+    folder : path or URL
         The data set.
     remake : int
         Simulated rows to make again, at most.
@@ -68,13 +69,13 @@ def check(folder: str | Path, remake: int = 8, seed: int = 0) -> Verdict:
     """
     check_integer("check", "remake", remake, low=0)
     check_integer("check", "seed", seed, low=0)
-    folder = Path(folder)
-    manifest = read_manifest(folder)
+    place = open_place(folder)
+    manifest = read_manifest(place)
     verdict = Verdict(faults=list(manifest_faults(manifest)))
     if verdict.faults:
         return verdict
-    verdict.faults += folder_faults(folder, manifest)
-    rejected, found = rejected_faults(folder)
+    verdict.faults += folder_faults(place, manifest)
+    rejected, found = rejected_faults(place)
     verdict.faults += found
     together = Together(manifest)
     again = Again(sum(entry["rows"] for entry in manifest["shards"]), remake, seed)
@@ -82,8 +83,8 @@ def check(folder: str | Path, remake: int = 8, seed: int = 0) -> Verdict:
     with progress("checking", manifest["records"], "records") as advance:
         for entry in manifest["shards"]:
             try:
-                unread = list(shard_faults(folder, entry))
-                found = [] if unread else list(_rows_faults(folder, entry, together, again))
+                unread = list(shard_faults(place, entry))
+                found = [] if unread else list(_rows_faults(place, entry, together, again))
             except SignalError as error:
                 unread, found = [f"{entry['name']}: {error}"], []
             whole &= not unread
@@ -97,10 +98,10 @@ def check(folder: str | Path, remake: int = 8, seed: int = 0) -> Verdict:
     return verdict
 
 
-def _rows_faults(folder: Path, entry: dict[str, Any], together: Together, again: Again) -> Faults:
+def _rows_faults(place: Place, entry: dict[str, Any], together: Together, again: Again) -> Faults:
     """Faults of the rows of a shard, a row group at a time."""
     name, ends = entry["name"], []
-    with open_shard(folder / name) as file:
+    with open_shard(place, name) as file:
         for group in range(file.num_row_groups):
             table = file.read_row_group(group)
             items = table.column("item").to_numpy()
@@ -118,7 +119,7 @@ def _rows_faults(folder: Path, entry: dict[str, Any], together: Together, again:
 @hydra_command("check", positional="data")
 def main(config: dict[str, Any]) -> None:
     """Check a data set and say what is at fault."""
-    verdict = check(path_given("check", "data", config["data"]), config["remake"], config["seed"])
+    verdict = check(place_given("check", "data", config["data"]), config["remake"], config["seed"])
     for line in (*verdict.faults, *verdict.notes):
         print(line)
     count = len(verdict.faults)

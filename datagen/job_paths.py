@@ -8,7 +8,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import OmegaConf
 
-from datagen.places import is_url
+from datagen.places import Place, is_url, open_place
 from indexer_env.errors import refuse
 
 
@@ -23,6 +23,11 @@ def path_given(command: str, key: str, value: object) -> Path:
     if not isinstance(value, str) or not value.strip():
         raise refuse(command, key, "a path", value, f"write {key}=./NAME for a name that reads as something else")
     return Path(value)
+
+
+def place_given(command: str, key: str, value: object) -> Place:
+    """As `path_given`, for a command that reads URLs as well."""
+    return open_place(str(value) if is_url(value) else path_given(command, key, value))
 
 
 def job_folder(command: str, out: object) -> Path:

@@ -60,7 +60,7 @@ class Order:
     run: Run = Run()
     count: int = 126
     seed: int = 0
-    shard_items: int = 512
+    shard_items: int = 576
     config: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

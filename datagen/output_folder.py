@@ -6,6 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from datagen.command import check_flag
@@ -19,7 +20,8 @@ def check_output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool) 
     long work.
 
     out        absent, empty, or, with overwrite, one that came from the same command and holds nothing else
-    own        names of all files that the command leaves, first the one by which its folder is known
+    own        names of all files that the command leaves, or patterns of such names; first the one by which its
+               folder is known
 
     Raises ParameterError, and StoreError where no folder can be made.
     """
@@ -31,7 +33,7 @@ def check_output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool) 
     held = sorted(path.name for path in folder.iterdir())
     if not held:
         return folder
-    foreign = [name for name in held if name not in own]
+    foreign = [name for name in held if not any(fnmatchcase(name, pattern) for pattern in own)]
     if foreign or own[0] not in held:
         rule = f"a new folder, an empty one or one that holds an earlier {own[0]} and nothing else"
         remedy = f"it holds other files ({(foreign or held)[0]}); name another"

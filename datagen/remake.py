@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from datagen.command import DIFFERENT, hydra_command
-from datagen.job_paths import path_given
+from datagen.job_paths import path_given, place_given
 from datagen.places import open_place
 from datagen.rows import remade, version_columns
 from datagen.schema import RECORD
@@ -83,7 +83,7 @@ def main(config: dict[str, Any]) -> None:
     out = None if config["out"] is None else path_given("remake", "out", config["out"])
     if out is not None and (out.suffix != ".parquet" or out.exists()):
         raise refuse("remake", "out", "a new file that ends in .parquet", str(out))
-    rows = read_rows(path_given("remake", "data", config["data"]), items)
+    rows = read_rows(place_given("remake", "data", config["data"]), items)
     records = [remake(row) for row in rows]
     if out is not None:
         _write(out, rows, records)

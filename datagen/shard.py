@@ -20,6 +20,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from datagen.places import Place, open_place
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
 from indexer_env.errors import IndexerError, SignalError
@@ -110,40 +111,41 @@ def _group_size(table: pa.Table) -> int:
     return max(1, min(GROUP_RECORDS, GROUP_SAMPLES // longest))
 
 
-def read_manifest(folder: str | Path) -> dict[str, Any]:
-    """The manifest of a data set.
+def read_manifest(folder: str | Path | Place) -> dict[str, Any]:
+    """The manifest of a data set in a folder or behind a URL.
 
     Raises
     ------
     SignalError
         No such folder, no data set, an unfinished one, a damaged manifest, or one of another schema version.
+    StoreError
+        The folder cannot be read.
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise SignalError(f"{folder} is no folder; give the folder that datagen wrote (out=FOLDER).")
-    path = folder / MANIFEST
-    if not path.is_file():
-        if (folder / ORDER).is_file():
+    place = open_place(folder)
+    content = place.read(MANIFEST)
+    if content is None:
+        if place.read(ORDER) is not None:
             remedy = "run the command that began it again, which goes on where it stopped"
-            raise SignalError(f"{folder} holds an unfinished data set; {remedy}.")
-        raise SignalError(
-            f"{folder} holds no data set (no {MANIFEST}); give the folder that datagen wrote (out=FOLDER)."
-        )
+            raise SignalError(f"{place} holds an unfinished data set; {remedy}.")
+        rule = f"is no folder that holds a data set (no {MANIFEST})"
+        raise SignalError(f"{place} {rule}; give the folder that datagen wrote (out=FOLDER).")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = json.loads(content)
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise SignalError(f"{path} is damaged ({error}); generate the data set again.") from None
+        raise SignalError(f"{place}/{MANIFEST} is damaged ({error}); generate the data set again.") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise SignalError(f"{path} is not the manifest of a data set; give the folder that datagen wrote (out=FOLDER).")
+        raise SignalError(
+            f"{place}/{MANIFEST} is not the manifest of a data set; give the folder that datagen wrote (out=FOLDER)."
+        )
     if manifest.get("schema_version") != SCHEMA_VERSION:
         raise SignalError(
-            f"{folder} must have schema version {SCHEMA_VERSION}, got {manifest.get('schema_version')}; "
+            f"{place} must have schema version {SCHEMA_VERSION}, got {manifest.get('schema_version')}; "
             "generate the data set again with this version of the package."
         )
     return manifest
 
 
-def iterate_shards(folder: str | Path) -> Iterator[pa.Table]:
+def iterate_shards(folder: str | Path | Place) -> Iterator[pa.Table]:
     """The tables of a data set's shards, one at a time in the order of the items, so that memory stays that
     of one.
 
@@ -152,13 +154,13 @@ def iterate_shards(folder: str | Path) -> Iterator[pa.Table]:
     SignalError
         As `read_manifest`; a shard that is missing, cut short, damaged or of another schema.
     """
-    folder = Path(folder)
-    for entry in read_manifest(folder)["shards"]:
-        yield _read_shard(folder / entry["name"], entry["bytes"])
+    place = open_place(folder)
+    for entry in read_manifest(place)["shards"]:
+        yield _read_shard(place, entry["name"], entry["bytes"])
 
 
-def read_shards(path: str | Path) -> Records:
-    """All records of a data set folder in memory: 33 kB a record of 8200 samples.
+def read_shards(path: str | Path | Place) -> Records:
+    """All records of a data set in memory, from its folder or URL: 33 kB a record of 8200 samples.
 
     Raises
     ------
@@ -190,7 +192,7 @@ def record_matrix(column: pa.ChunkedArray, owner: str) -> np.ndarray:
 
 
 @contextlib.contextmanager
-def open_shard(path: Path) -> Iterator[pq.ParquetFile]:
+def open_shard(place: Place, name: str) -> Iterator[pq.ParquetFile]:
     """A shard to be read by row groups and columns.
 
     Raises
@@ -198,19 +200,20 @@ def open_shard(path: Path) -> Iterator[pq.ParquetFile]:
     SignalError
         It is missing or, when opened or while the block lasts, found to be damaged.
     """
-    if not path.is_file():
-        raise SignalError(f"{path} is missing but listed in the manifest; generate the data set again.")
+    if place.size(name) is None:
+        raise SignalError(f"{place}/{name} is missing but listed in the manifest; generate the data set again.")
     try:
         # Not pq.read_table: it would make a column of a folder that is named key=value.
-        with pq.ParquetFile(path, memory_map=True) as file:
+        with place.open(name) as content, pq.ParquetFile(content) as file:
             yield file
     except (pa.ArrowException, OSError) as error:
         if isinstance(error, IndexerError):
             raise
-        raise SignalError(f"{path} is damaged ({str(error).splitlines()[0]}); generate the data set again.") from None
+        cause = str(error).splitlines()[0]
+        raise SignalError(f"{place}/{name} is damaged ({cause}); generate the data set again.") from None
 
 
-def read_rows(folder: str | Path, items: Sequence[int]) -> list[dict[str, Any]]:
+def read_rows(folder: str | Path | Place, items: Sequence[int]) -> list[dict[str, Any]]:
     """The rows of these items, each a mapping of column names with its record as a list.
 
     Raises
@@ -218,22 +221,22 @@ def read_rows(folder: str | Path, items: Sequence[int]) -> list[dict[str, Any]]:
     SignalError
         As `open_shard`; an item that was rejected or that the data set does not have.
     """
-    folder = Path(folder)
-    manifest = read_manifest(folder)
+    place = open_place(folder)
+    manifest = read_manifest(place)
     rows = []
     for item in items:
         holders = [entry for entry in manifest["shards"] if entry["first_item"] <= item <= entry["last_item"]]
-        found = [row for entry in holders for row in _rows_of(folder / entry["name"], item)]
+        found = [row for entry in holders for row in _rows_of(place, entry["name"], item)]
         if not found:
             rule = f"an item that has a record, 0 to {manifest['count'] - 1} without those of {REJECTED}"
-            raise SignalError(f"item must be {rule}, got {item} of {folder}.")
+            raise SignalError(f"item must be {rule}, got {item} of {place}.")
         rows += found
     return rows
 
 
-def _rows_of(path: Path, item: int) -> list[dict[str, Any]]:
+def _rows_of(place: Place, name: str, item: int) -> list[dict[str, Any]]:
     """The row of an item in a shard, alone in a list, or an empty list."""
-    with open_shard(path) as file:
+    with open_shard(place, name) as file:
         for group in range(file.num_row_groups):
             items = file.read_row_group(group, ["item"]).column(0).to_numpy()
             if item in items:
@@ -241,17 +244,18 @@ def _rows_of(path: Path, item: int) -> list[dict[str, Any]]:
     return []
 
 
-def _read_shard(path: Path, size: int) -> pa.Table:
-    if path.is_file() and path.stat().st_size != size:
+def _read_shard(place: Place, name: str, size: int) -> pa.Table:
+    found = place.size(name)
+    if found is not None and found != size:
         raise SignalError(
-            f"{path} must have {size} bytes, got {path.stat().st_size}; it was cut or changed, "
-            "generate the data set again."
+            f"{place}/{name} must have {size} bytes, got {found}; it was cut or changed, generate the data set again."
         )
-    with open_shard(path) as file:
+    with open_shard(place, name) as file:
         table = file.read()
     if not table.schema.equals(schema()):
         different = sorted(set(COLUMNS).symmetric_difference(table.column_names)) or ["the type of a column"]
         raise SignalError(
-            f"{path} does not follow schema version {SCHEMA_VERSION} ({different[0]}); generate the data set again."
+            f"{place}/{name} does not follow schema version {SCHEMA_VERSION} ({different[0]}); "
+            "generate the data set again."
         )
     return table

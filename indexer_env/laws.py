@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import ndtri
 
 _LEAST, _MOST = 2.0**-54, 1.0 - 2.0**-53
 """Stands for u = 0, where Φ⁻¹ is infinite (half of the smallest step of u); the largest u below 1."""
@@ -171,6 +170,8 @@ class Normal(Law):
     sd: float
 
     def at(self, u: float, nominal: Any = None) -> float:
+        from scipy.special import ndtri  # here, not above: its import takes as long as all others of this package
+
         return self.mean + self.sd * float(ndtri(max(u, _LEAST)))
 
     @property

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ import pyarrow.parquet as pq
 
 from datagen.audit.words import Faults, rows_at_fault
 from datagen.campaign import SUBSETS
-from datagen.places.local import file_sha256
+from datagen.places import Place
+from datagen.places.base import TEMPORARY
 from datagen.schema import SCHEMA_VERSION, rejected_schema, schema
 from datagen.shard import open_shard
 from datagen.store import CARD, CROISSANT, REJECTED, SHARD_FOLDER
@@ -49,71 +50,72 @@ def _keys(owner: str, mapping: Mapping[str, Any], kinds: Mapping[str, type]) -> 
             yield f"{owner}: {name} must be given as {kind.__name__}, got {mapping.get(name)!r}."
 
 
-def folder_faults(folder: Path, manifest: Mapping[str, Any]) -> Faults:
+def folder_faults(place: Place, manifest: Mapping[str, Any]) -> Faults:
     """Files that are missing, left over or listed in no manifest."""
+    present = set(place.names())
     for name in (REJECTED, CARD, CROISSANT):
-        if not (folder / name).is_file():
+        if name not in present:
             yield f"{name}: it must be there, got no such file."
     listed = [entry["name"] for entry in manifest["shards"]]
     if doubled := sorted({name for name in listed if listed.count(name) > 1}):
         yield f"manifest.json: a shard must be listed once, got {doubled[0]} more often."
-    present = {path.relative_to(folder).as_posix() for path in (folder / SHARD_FOLDER).rglob("*") if path.is_file()}
-    for name in sorted(present - set(listed)):
+    for name in sorted(name for name in present - set(listed) if name.startswith(f"{SHARD_FOLDER}/")):
         yield f"{name}: {SHARD_FOLDER}/ must hold the shards of the manifest alone, got a file that it does not list."
-    for path in sorted(folder.glob("*")):
-        if path.suffix == ".part" or path.name.startswith("unfinished"):
-            yield f"{path.name}: a finished data set must hold nothing left over from its making, got this."
-    yield from _example_faults(folder)
-    yield from _croissant_faults(folder, manifest)
+    for name in sorted({name.partition("/")[0] for name in present}):
+        if name.endswith(TEMPORARY) or name.startswith("unfinished"):
+            yield f"{name}: a finished data set must hold nothing left over from its making, got this."
+    yield from _example_faults(place, present)
+    yield from _croissant_faults(place, manifest)
 
 
-def _example_faults(folder: Path) -> Faults:
-    csv, truth = folder / "example.csv", folder / "example.json"
-    if csv.is_file() != truth.is_file():
-        here, missing = (csv, truth) if csv.is_file() else (truth, csv)
-        yield f"{missing.name}: it must be there beside {here.name}, got no such file."
-    if truth.is_file():
-        yield from _json_faults(truth, "class")
+def _example_faults(place: Place, present: set[str]) -> Faults:
+    missing = {"example.csv", "example.json"} - present
+    if len(missing) == 1:
+        (name,) = missing
+        (here,) = {"example.csv", "example.json"} - missing
+        yield f"{name}: it must be there beside {here}, got no such file."
+    yield from _json_faults("example.json", place.read("example.json"), "class")
 
 
-def _croissant_faults(folder: Path, manifest: Mapping[str, Any]) -> Faults:
-    path = folder / CROISSANT
-    if not path.is_file():
-        return
-    found = list(_json_faults(path, "distribution"))
+def _croissant_faults(place: Place, manifest: Mapping[str, Any]) -> Faults:
+    content = place.read(CROISSANT)
+    found = list(_json_faults(CROISSANT, content, "distribution"))
     yield from found
-    if found:
+    if found or content is None:
         return
-    files = {file.get("contentUrl"): file.get("sha256") for file in json.loads(path.read_text())["distribution"]}
+    files = {file.get("contentUrl"): file.get("sha256") for file in json.loads(content)["distribution"]}
     for entry in manifest["shards"]:
         if files.get(entry["name"]) != entry["sha256"]:
             rule = f"sha256 of {entry['name']} must be that of the manifest"
             yield f"{CROISSANT}: {rule}, got {files.get(entry['name'])!r}."
 
 
-def _json_faults(path: Path, key: str) -> Faults:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        yield f"{path.name}: it must be JSON, got {error}."
+def _json_faults(name: str, content: bytes | None, key: str) -> Faults:
+    """Faults of a file that need not be there."""
+    if content is None:
         return
-    if not isinstance(content, dict) or key not in content:
-        yield f"{path.name}: it must be a mapping with {key}, got none."
+    try:
+        mapping = json.loads(content)
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        yield f"{name}: it must be JSON, got {error}."
+        return
+    if not isinstance(mapping, dict) or key not in mapping:
+        yield f"{name}: it must be a mapping with {key}, got none."
 
 
-def shard_faults(folder: Path, entry: Mapping[str, Any]) -> Faults:
+def shard_faults(place: Place, entry: Mapping[str, Any]) -> Faults:
     """Faults of a shard as a file; where there are any, its rows are not looked at."""
-    path, name = folder / entry["name"], entry["name"]
-    if not path.is_file():
+    name, content = entry["name"], place.read(entry["name"])
+    if content is None:
         yield f"{name}: it must be there, as the manifest lists it, got no such file."
         return
-    if path.stat().st_size != entry["bytes"]:
-        yield f"{name}: it must have {entry['bytes']} bytes, got {path.stat().st_size}; it was cut or changed."
+    if len(content) != entry["bytes"]:
+        yield f"{name}: it must have {entry['bytes']} bytes, got {len(content)}; it was cut or changed."
         return
-    if (found := file_sha256(path)) != entry["sha256"]:
+    if (found := hashlib.sha256(content).hexdigest()) != entry["sha256"]:
         yield f"{name}: its SHA-256 must be {entry['sha256']}, got {found}; it was changed."
         return
-    with open_shard(path) as file:
+    with open_shard(place, name) as file:
         yield from schema_faults(name, file.schema_arrow, schema())
         if file.metadata.num_rows != entry["rows"]:
             yield f"{name}: it must have {entry['rows']} rows, as the manifest says, got {file.metadata.num_rows}."
@@ -142,13 +144,14 @@ def _kind(field: pa.Field) -> str:
     return f"{field.type}{'' if field.nullable else ', never null'}"
 
 
-def rejected_faults(folder: Path) -> tuple[pa.Table, list[str]]:
+def rejected_faults(place: Place) -> tuple[pa.Table, list[str]]:
     """The table of rejected items and its faults."""
-    path, empty = folder / REJECTED, rejected_schema().empty_table()
-    if not path.is_file():
+    empty = rejected_schema().empty_table()
+    if place.size(REJECTED) is None:
         return empty, []
     try:
-        table = pq.ParquetFile(path).read()
+        with place.open(REJECTED) as content, pq.ParquetFile(content) as file:
+            table = file.read()
     except (pa.ArrowInvalid, OSError) as error:
         return empty, [f"{REJECTED}: it must be Parquet, got {str(error).splitlines()[0]}."]
     if faults := list(schema_faults(REJECTED, table.schema, rejected_schema())):

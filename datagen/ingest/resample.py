@@ -28,6 +28,10 @@ MOST_UPSAMPLING = 1.1
 """Largest ratio of the wanted rate to the file's: above half its own rate a file holds nothing, and a record with an
 empty band there would show its logger instead of its machine."""
 
+REACH = 48
+"""Samples at the lower of both rates that a stretch depends on at each side of it: half the filter's length, 32, and
+what the spline's ends need to fade out."""
+
 _LARGEST_FACTOR = 64
 """Of the polyphase filter upwards; an odd ratio is met nearly by the filter and exactly by the spline."""
 
@@ -62,10 +66,15 @@ def resampled(
         `target` is more than MOST_UPSAMPLING times `rate`.
     """
     check_ratio(rate, target)
-    first, end = starts * rate, (starts + samples * steps) * rate
-    if rate == target and _whole(first) and _whole(end) and bool((np.round(end - first) == samples).all()):
-        return values[np.round(first).astype(int)[:, None] + np.arange(samples)]
+    if on_grid(rate, target, starts, steps, samples):
+        return values[np.round(starts * rate).astype(int)[:, None] + np.arange(samples)]
     return _curve(values, rate, target)(starts[:, None] + steps[:, None] * np.arange(samples))
+
+
+def on_grid(rate: float, target: float, starts: np.ndarray, steps: np.ndarray, samples: int) -> bool:
+    """Whether the samples of all stretches are samples of the record itself; as in `resampled`."""
+    first, end = starts * rate, (starts + samples * steps) * rate
+    return rate == target and _whole(first) and _whole(end) and bool((np.round(end - first) == samples).all())
 
 
 def check_ratio(rate: float, target: float) -> None:

@@ -72,30 +72,71 @@ def pulse_edges(pulse: np.ndarray, rate: float, settings: Pulse, least: int = 2)
     SignalError
         The pulse is constant, does not reach the threshold, or has fewer than `least` edges.
     """
-    low, high = float(pulse.min()), float(pulse.max())
-    if low == high:
-        raise SignalError(f"the pulse must change, got {low:g} throughout; check the sensor and its cable.")
-    level = 0.5 * low + 0.5 * high if settings.threshold is None else float(settings.threshold)
-    if not low < level < high:
-        raise SignalError(f"pulse.threshold must lie within the pulse, {low:g} to {high:g}, got {level:g}.")
-    # In shares of the largest value, so that no difference of absurd values overflows.
-    scale = max(abs(low), abs(high)) * (1.0 if settings.edge == "rising" else -1.0)
-    margin = HYSTERESIS * min(level / abs(scale) - low / abs(scale), high / abs(scale) - level / abs(scale))
-    edges = _crossings(pulse / scale - level / scale, margin)
+    edges, _ = EdgeFinder(float(pulse.min()), float(pulse.max()), settings).feed(pulse)
     if len(edges) < least:
         wanted = f"two {settings.edge} edges" if least == 2 else f"one {settings.edge} edge"
-        raise SignalError(
-            f"the pulse must have {wanted} at least, got {len(edges)}; record more turns."
-        )
+        raise SignalError(f"the pulse must have {wanted} at least, got {len(edges)}; record more turns.")
     return edges / rate
 
 
-def _crossings(height: np.ndarray, margin: float) -> np.ndarray:
-    """Where `height` rises through 0 [samples] on its way from below -margin to above +margin."""
-    index = np.arange(len(height))
+class EdgeFinder:
+    """Edges of a pulse whose samples come piece by piece; four of them are kept, and how they are cut changes nothing.
+
+    Parameters
+    ----------
+    low, high : float
+        Extremes of the pulse, in its unit.
+    settings : Pulse
+
+    Raises
+    ------
+    SignalError
+        The extremes are equal, or the threshold does not lie between them.
+    """
+
+    def __init__(self, low: float, high: float, settings: Pulse) -> None:
+        if low == high:
+            raise SignalError(f"the pulse must change, got {low:g} throughout; check the sensor and its cable.")
+        level = 0.5 * low + 0.5 * high if settings.threshold is None else float(settings.threshold)
+        if not low < level < high:
+            raise SignalError(f"pulse.threshold must lie within the pulse, {low:g} to {high:g}, got {level:g}.")
+        # In shares of the largest value, so that no difference of absurd values overflows.
+        self._scale = max(abs(low), abs(high)) * (1.0 if settings.edge == "rising" else -1.0)
+        self._level = level / self._scale
+        reach = level / abs(self._scale)
+        self._margin = HYSTERESIS * min(reach - low / abs(self._scale), high / abs(self._scale) - reach)
+        self._index, self._height, self._count = np.empty(0, int), np.empty(0), 0
+
+    def feed(self, pulse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where it has crossed the threshold [samples since the first of all], and after how many samples of all each
+        crossing was sure."""
+        index = np.concatenate([self._index, self._count + np.arange(len(pulse))])
+        height = np.concatenate([self._height, pulse / self._scale - self._level])
+        self._count += len(pulse)
+        before, tops = _crossings(height, self._margin)
+        # What is kept holds the crossing that was told before.
+        new = tops >= len(self._index)
+        before, tops = before[new], tops[new]
+        edges = index[before] + height[before] / (height[before] - height[before + 1])
+        kept = _deciding(height, self._margin)
+        self._index, self._height = index[kept], height[kept]
+        return edges, index[tops] + 1
+
+
+def _crossings(height: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
+    """Last places below 0 from which `height` rises on its way from below -margin to above +margin, and the first
+    places above."""
     outside = np.flatnonzero(np.abs(height) > margin)
     above = height[outside] > 0.0
     tops = outside[1:][above[1:] & ~above[:-1]]
-    last_below = np.maximum.accumulate(np.where(height <= 0.0, index, -1))
-    before = last_below[tops]
-    return before + height[before] / (height[before] - height[before + 1])
+    last_below = np.maximum.accumulate(np.where(height <= 0.0, np.arange(len(height)), -1))
+    return last_below[tops], tops
+
+
+def _deciding(height: np.ndarray, margin: float) -> np.ndarray:
+    """Places, in order, of the samples on which the next crossing depends: the last outside the margin, the last below
+    0 with the one after it, and the last of all."""
+    outside, below = np.flatnonzero(np.abs(height) > margin)[-1:], np.flatnonzero(height <= 0.0)[-1:]
+    last = np.array([len(height) - 1], dtype=int)
+    places = np.unique(np.concatenate([outside, below, below + 1, last]))
+    return places[(places >= 0) & (places < len(height))]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
-from typing import BinaryIO
+
+import pyarrow as pa
 
 from indexer_env.errors import IndexerError
 
@@ -43,7 +44,7 @@ class Place(ABC):
         """The content of a file; None where there is none."""
 
     @abstractmethod
-    def open(self, name: str) -> BinaryIO:
+    def open(self, name: str) -> pa.NativeFile:
         """A file opened to be read in pieces."""
 
     @abstractmethod

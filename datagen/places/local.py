@@ -8,7 +8,8 @@ import hashlib
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+
+import pyarrow as pa
 
 from datagen.places.base import TEMPORARY, Place, StoreError, told
 
@@ -45,9 +46,9 @@ class LocalPlace(Place):
             except (FileNotFoundError, NotADirectoryError):
                 return None
 
-    def open(self, name: str) -> BinaryIO:
+    def open(self, name: str) -> pa.NativeFile:
         with told(f"{self.folder / name} cannot be read"):
-            return (self.folder / name).open("rb")
+            return pa.memory_map(str(self.folder / name))
 
     def size(self, name: str) -> int | None:
         path = self.folder / name

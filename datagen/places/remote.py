@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import io
 from collections.abc import Iterable
-from typing import Any, BinaryIO
+from typing import Any
+
+import pyarrow as pa
 
 from datagen.places.base import TEMPORARY, Place, StoreError, told
 
@@ -67,9 +68,9 @@ class RemotePlace(Place):
             except FileNotFoundError:
                 return None
 
-    def open(self, name: str) -> BinaryIO:
+    def open(self, name: str) -> pa.NativeFile:
         with told(f"{self.url}/{name} cannot be read", remote=True):
-            return io.BytesIO(self.filesystem.cat_file(self._path(name)))
+            return pa.BufferReader(self.filesystem.cat_file(self._path(name)))
 
     def size(self, name: str) -> int | None:
         with told(f"{self.url}/{name} cannot be read", remote=True):

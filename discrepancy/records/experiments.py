@@ -161,7 +161,9 @@ def _check_period(record: Record, machine: Machine) -> None:
     expected = _TURN / (machine.reduction * record.conditions.motor_speed)
     found = cam_period(record.signal.values, record.signal.sample_rate, expected)
     if found is not None and abs(found / expected - 1.0) > SPEED_TOLERANCE:
-        raise _wrong_speed(record, record.conditions.motor_speed * expected / found, f"as it repeats every {found:.4g} s")
+        raise _wrong_speed(
+            record, record.conditions.motor_speed * expected / found, f"as it repeats every {found:.4g} s"
+        )
     if found is None and record.signal.duration > 2.2 * expected:
         raise SignalError(
             f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that repeats "

@@ -84,7 +84,11 @@ def write_dataset() -> Callable[..., Path]:
                 "machine_draw": item,
                 "item": item,
             }
-            others = {name: empty[column.type] for name, column in COLUMNS.items() if name != RECORD}
+            others = {
+                name: None if column.nullable else empty[column.type]
+                for name, column in COLUMNS.items()
+                if name != RECORD
+            }
             rows.append({**others, **fixed, **own})
         rows[-1].update(last)
         place, shard = open_place(folder), parquet_bytes(to_table(rows, dataset.records))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from classifier import __main__ as training
-from classifier import diagnose as diagnosing
+from classifier.diagnose import __main__ as diagnosing
 
 SETTINGS = (
     "features.maximum_hz=50",
@@ -83,9 +83,11 @@ def test_diagnosis_of_a_csv_file(place, csv):
     code, out, err = start("classifier.diagnose", "model=model", f"signal={csv}", "out=diagnosis", cwd=place)
     assert (code, err) == (0, ""), err
     assert "3: rings at 30 Hz" in out
-    said = json.loads((place / "diagnosis" / "diagnosis.json").read_text())
+    names = {path.name for path in (place / "diagnosis").iterdir()}
+    assert names == {"diagnosis.json", "turns.csv", "record.diagnosis.json", "record.diagnosis.png"}
+    (said,) = json.loads((place / "diagnosis" / "record.diagnosis.json").read_text())["turns"]
     assert (said["class_label"], said["code"], len(said["outputs"])) == (3, "110", 3)
-    assert (place / "diagnosis" / "diagnosis.png").stat().st_size > 10_000
+    assert (place / "diagnosis" / "record.diagnosis.png").stat().st_size > 10_000
 
 
 def test_diagnosis_without_a_folder_only_prints(place, csv):

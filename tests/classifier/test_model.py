@@ -54,11 +54,11 @@ def edit(path, change):
             "not those that were saved",
         ),
         (MODEL_YAML, lambda data: data.replace(b"'011'", b"'111'"), "not those that were saved"),
-        (MODEL_YAML, lambda data: data[:200], "states no SHA-256"),
+        (MODEL_YAML, lambda data: data[: data.index(b"features:")], "states no SHA-256"),
         (MODEL_YAML, lambda data: b"", "states no format"),
         (MODEL_YAML, lambda data: b"a: [", "not YAML"),
         (MODEL_YAML, lambda data: b"\xff\xfe\x00", "not YAML"),
-        (MODEL_YAML, lambda data: data.replace(b"format: 1", b"format: 2"), "format must be 1, got 2"),
+        (MODEL_YAML, lambda data: data.replace(b"format: 2", b"format: 3"), "format must be 2, got 3"),
         (MODEL_YAML, lambda data: b"!!python/object/apply:os.getcwd []\n", "not YAML"),
     ],
 )

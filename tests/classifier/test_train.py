@@ -144,5 +144,5 @@ def test_a_data_set_with_one_odd_row_is_refused(dataset, write_dataset, tmp_path
 
 
 def test_a_folder_without_a_data_set_is_refused(tmp_path):
-    with pytest.raises(SignalError, match="no data set"):
+    with pytest.raises(SignalError, match="is no folder that holds a data set"):
         load_dataset(tmp_path)

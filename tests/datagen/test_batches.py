@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +52,25 @@ def test_every_record_once_with_its_own_columns(larger):
 def test_workers_change_the_order_of_the_batches_only(larger, workers):
     stream = RecordStream(larger, ("item",), batch_size=8, window=24, seed=5)
     assert sorted(items(stream, workers)) == sorted(items(stream))
+
+
+@pytest.mark.parametrize("threads", [2, 3, 50])
+def test_threads_give_the_same_batches_in_the_same_order(larger, threads):
+    alone, together = (
+        list(RecordStream(larger, ("item", "code"), batch_size=8, window=24, seed=5, threads=number))
+        for number in (1, threads)
+    )
+    assert len(alone) == len(together) == 13
+    for one, other in zip(alone, together, strict=True):
+        assert all(torch.equal(one[name], other[name]) for name in ("item", "code", "record"))
+
+
+def test_threads_end_with_a_loop_that_is_left(larger):
+    batches = iter(RecordStream(larger, batch_size=8, window=8, threads=2))
+    next(batches)
+    assert any(thread.name.startswith("records") for thread in threading.enumerate())
+    batches.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert not any(thread.name.startswith("records") for thread in threading.enumerate())
 
 
 def test_seed_and_epoch_decide_the_batches(larger):
@@ -151,6 +171,7 @@ def test_a_network_learns_from_the_stream(larger):
         ({"batch_size": 100, "window": 150}, r"window must be a multiple of batch_size \(100\), got 150"),
         ({"batch_size": 100, "window": 50}, "window must be a whole number >= 100, got 50"),
         ({"seed": -1}, "seed must be a whole number >= 0"),
+        ({"threads": 0}, "threads must be a whole number >= 1, got 0"),
     ],
 )
 def test_mistakes(larger, arguments, sentence):

@@ -133,7 +133,7 @@ def test_mistakes(call, tmp_path, arguments, sentence):
 
 def test_help_shows_every_key_though_nothing_is_given(call):
     code, out, err = call("--help")
-    assert (code, err) == (0, "") and "shard_items: 512" in out and "operating_point" in out
+    assert (code, err) == (0, "") and "shard_items: 576" in out and "operating_point" in out
 
 
 def test_stopped_from_the_keyboard(call, monkeypatch):

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import datagen
+from datagen.batches import RecordStream
+from datagen.check import check
 from datagen.executors import LocalExecutor
 from datagen.generate import generate, head
 from datagen.places import LocalPlace, RemotePlace, StoreError, is_url, open_place
+from datagen.shard import read_shards
 from datagen.store import ORDER, as_json, making
+from indexer_env.errors import SignalError
 from indexer_env.simulate import Run
 
 BUCKET = "records"
@@ -79,6 +85,22 @@ def url(request):
 def test_the_same_files_behind_a_url(small, local, url):
     generate(small, url)
     assert files(url) == local
+
+
+def test_a_data_set_behind_a_url_is_read_and_checked(small, tmp_path, url):
+    generate(small, url)
+    generate(small, tmp_path / "local")
+    there, here = read_shards(url), read_shards(tmp_path / "local")
+    assert there.table.equals(here.table)
+    np.testing.assert_array_equal(there.records, here.records)
+    items = [batch["item"].tolist() for batch in RecordStream(url, ("item",), batch_size=2, window=2)]
+    assert sorted(itertools.chain(*items)) == [0, 1, 2, 3, 4]
+    assert check(url).faults == []
+    place, name = open_place(url), there.manifest["shards"][0]["name"]
+    place.publish(name, (place.read(name) or b"")[:-1])
+    assert any("it was cut or changed" in fault and fault.startswith(name) for fault in check(url).faults)
+    with pytest.raises(SignalError, match=r"is no folder that holds a data set"):
+        read_shards(f"{url}-none")
 
 
 def test_a_stopped_run_goes_on_behind_a_url(small, local, url, monkeypatch):

@@ -34,7 +34,7 @@ def change_manifest(folder, **changes):
 def test_no_folder_no_data_set(tmp_path, copy):
     assert "is no folder" in refusal(tmp_path / "none")
     assert "is no folder" in refusal(copy / "manifest.json")
-    assert "holds no data set" in refusal(tmp_path)
+    assert "holds a data set (no manifest.json)" in refusal(tmp_path)
 
 
 def test_another_schema_version(copy):

@@ -1,0 +1,90 @@
+"""Results of the comparison: one number a row, and their means with intervals over the seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from scipy import stats
+
+CONFIDENCE = 0.95
+"""Share of repetitions of the whole comparison whose interval would hold the true mean."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number.
+
+    study   which comparison
+    data    the data set it was measured on
+    method  what was measured
+    metric  what the number is, with its unit where it has one
+    seed    of data and training
+    value   the number
+    """
+
+    study: str
+    data: str
+    method: str
+    metric: str
+    seed: int
+    value: float
+
+
+def to_table(rows: Iterable[Row]) -> pa.Table:
+    """Rows as an Arrow table, a column for each of their fields."""
+    return pa.Table.from_pylist([asdict(row) for row in rows])
+
+
+class Mean(NamedTuple):
+    """Mean over the seeds, the ends of its interval by Student's t, and the number of seeds that it is over.
+
+    The interval says where the mean over all seeds lies, not where one training would; NaN for a single seed.
+    """
+
+    value: float
+    low: float
+    high: float
+    seeds: int
+
+    def text(self, digits: int) -> str:
+        """Such as ``1.2 ± 0.3``."""
+        if not np.isfinite(self.high):
+            return f"{self.value:.{digits}f}"
+        return f"{self.value:.{digits}f} ± {self.high - self.value:.{digits}f}"
+
+
+def mean(values: Sequence[float]) -> Mean:
+    """Mean of one value per seed; values that are NaN (not defined for this seed) do not count."""
+    known = np.array([value for value in values if not np.isnan(value)])
+    if len(known) == 0:
+        return Mean(*[float("nan")] * 3, seeds=0)
+    centre = float(known.mean())
+    if len(known) == 1:
+        return Mean(centre, float("nan"), float("nan"), 1)
+    reach = stats.t.ppf((1 + CONFIDENCE) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
+    return Mean(centre, centre - float(reach), centre + float(reach), len(known))
+
+
+def means(rows: Iterable[Row]) -> dict[tuple[str, str, str], Mean]:
+    """Mean over the seeds by (data, method, metric), in the order in which the rows come."""
+    found: dict[tuple[str, str, str], list[float]] = {}
+    for row in rows:
+        found.setdefault((row.data, row.method, row.metric), []).append(row.value)
+    return {key: mean(values) for key, values in found.items()}
+
+
+def markdown(rows: Sequence[Row], metrics: Sequence[tuple[str, int]]) -> str:
+    """A table with a line for each data set and method and a column for each metric with its number of decimals."""
+    found = means(rows)
+    heads = ["data", "method", *(metric for metric, _ in metrics)]
+    lines = [" | ".join(heads), " | ".join(["---", "---", *["---:"] * len(metrics)])]
+    for data, method in dict.fromkeys((data, method) for data, method, _ in found):
+        cells = [
+            found[key].text(digits) if (key := (data, method, metric)) in found else "" for metric, digits in metrics
+        ]
+        lines.append(" | ".join([data, method, *cells]))
+    return "".join(f"| {line} |\n" for line in lines)

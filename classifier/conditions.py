@@ -1,0 +1,166 @@
+"""Under what records were taken: what a classifier was trained for, and whether another record is of that kind."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from indexer_env.checks import check_number
+from indexer_env.errors import SignalError, refuse
+
+TOLERANCE = {"sensor_radius": 0.01, "motor_speed": 0.02}
+"""By which share a record's value may lie outside the range of the training records: densities grow with the square of
+the radius, 2 % for 1 %; the speed may vary as a turn between two pulses may (`datagen.ingest.settings.Pulse`)."""
+
+CLIPPED = 0.005
+"""Share of a turn [-] that may be clipped beyond what the training records are: each clipped peak is a step in the
+acceleration, whose spectrum reaches over all features."""
+
+CONSTANT = 0.05
+"""Share of a turn [-] that may lie in one run of equal samples beyond what it does in the training records, less than
+half of one of eight stations."""
+
+_WORDS = {
+    "sensor_radius": ("the radius of the accelerometer", "m", "sensor_radius", 1.0),
+    "motor_speed": ("the speed of the motor shaft", "rpm", "motor_speed_rpm", 60.0 / (2.0 * math.pi)),
+}
+
+
+@dataclass(frozen=True)
+class RecordConditions:
+    """What is known of one record beside its samples; None where it is not.
+
+    sensor_radius  radius of the accelerometer [m], > 0
+    motor_speed    speed of the motor shaft [rad/s], > 0
+    machine        name of the machine
+
+    Raises ParameterError.
+    """
+
+    sensor_radius: float | None = None
+    motor_speed: float | None = None
+    machine: str | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("sensor_radius", "m"), ("motor_speed", "rad/s")):
+            if getattr(self, name) is not None:
+                check_number("known", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        if not isinstance(self.machine, str | type(None)):
+            raise refuse("known", "machine", "a text or null", self.machine, "quote it: known.machine='\"...\"'")
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What the training records have in common, as far as each of their rows states it.
+
+    sensor_radius   least and greatest radius of the accelerometer [m]; None: not stated, or not on a radius
+    motor_speed     least and greatest speed of the motor shaft [rad/s]; None: not stated
+    machines        names of the machines; (): not stated
+    clipped_share, constant_share  greatest of the calibration records [-], see `datagen.quality`
+    """
+
+    sensor_radius: tuple[float, float] | None = None
+    motor_speed: tuple[float, float] | None = None
+    machines: tuple[str, ...] = ()
+    clipped_share: float = 0.0
+    constant_share: float = 0.0
+
+    @classmethod
+    def of_rows(cls, table: pa.Table, calibration: np.ndarray) -> Conditions:
+        """Conditions of the rows of a data set, of which the mask calibration (n,) marks those of that subset."""
+        names = table.column("machine_name")
+        shares = {name: table.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
+        return cls(
+            sensor_radius=_range(table, "sensor_radius"),
+            motor_speed=_range(table, "motor_speed"),
+            machines=() if names.null_count else tuple(sorted(names.unique().to_pylist())),
+            **{name: float(values.max(initial=0.0)) for name, values in shares.items()},
+        )
+
+    def check(self, record: RecordConditions, name: str) -> None:
+        """Refuse a record taken under other conditions, as far as they are known of both.
+
+        Raises SignalError; also for an unknown radius where that of the training records is known, since the
+        readings grow with it.
+        """
+        for field in _WORDS:
+            trained, value = getattr(self, field), getattr(record, field)
+            if trained is not None and value is not None and not _inside(value, trained, TOLERANCE[field]):
+                raise _other(name, field, trained, value)
+        if self.sensor_radius is not None and record.sensor_radius is None:
+            raise SignalError(
+                f"{name}: the radius of the accelerometer must be known as the model was trained at "
+                f"{_written('sensor_radius', self.sensor_radius)}, got none; give known.sensor_radius=NUMBER in m."
+            )
+        if self.machines and record.machine is not None and record.machine not in self.machines:
+            raise SignalError(
+                f"{name}: the machine must be one that the model was trained on ({', '.join(self.machines)}), "
+                f"got {record.machine!r}; train on records of it."
+            )
+
+    def not_compared(self, record: RecordConditions) -> tuple[str, ...]:
+        """Keys of the conditions that are known of the training records but not of this one."""
+        pairs = {
+            "motor_speed_rpm": (self.motor_speed, record.motor_speed),
+            "machine": (self.machines or None, record.machine),
+        }
+        return tuple(key for key, (trained, value) in pairs.items() if trained is not None and value is None)
+
+    def flaw(self, clipped_share: float, constant_share: float) -> str:
+        """What is wrong with the sensor of a turn with these shares [-]; empty where nothing is."""
+        if constant_share > self.constant_share + CONSTANT:
+            return f"must vary, got one value over {100 * constant_share:.3g} % of it; check the sensor and its cable"
+        if clipped_share > self.clipped_share + CLIPPED:
+            return (
+                f"must stay within the sensor's range, got {100 * clipped_share:.3g} % clipped samples; "
+                "lower the gain or use a sensor of a larger range"
+            )
+        return ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain lists and numbers, from which `from_dict` makes equal conditions."""
+        return {
+            "sensor_radius": None if self.sensor_radius is None else list(self.sensor_radius),
+            "motor_speed": None if self.motor_speed is None else list(self.motor_speed),
+            "machines": list(self.machines),
+            "clipped_share": self.clipped_share,
+            "constant_share": self.constant_share,
+        }
+
+    @classmethod
+    def from_dict(cls, body: dict[str, Any]) -> Conditions:
+        """Inverse of `to_dict`."""
+        values: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in body.items()
+        }
+        return cls(**values)
+
+
+def _range(table: pa.Table, name: str) -> tuple[float, float] | None:
+    column = table.column(name)
+    if column.null_count:
+        return None
+    values = column.to_numpy()
+    return float(values.min()), float(values.max())
+
+
+def _inside(value: float, trained: tuple[float, float], tolerance: float) -> bool:
+    return trained[0] * (1 - tolerance) <= value <= trained[1] * (1 + tolerance)
+
+
+def _written(field: str, values: tuple[float, float]) -> str:
+    _, unit, _, factor = _WORDS[field]
+    low, high = (f"{factor * value:.6g}" for value in values)
+    return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
+
+
+def _other(name: str, field: str, trained: tuple[float, float], value: float) -> SignalError:
+    words, unit, key, factor = _WORDS[field]
+    return SignalError(
+        f"{name}: {words} must be {_written(field, trained)} within {100 * TOLERANCE[field]:g} % as in the records the "
+        f"model was trained on, got {factor * value:.6g} {unit}; correct known.{key} or train on such records."
+    )

@@ -1,0 +1,136 @@
+"""Diagnosis of measured records: ``python -m classifier.diagnose model=DIR signal=FILE out=DIR``."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+from pyarrow.csv import write_csv
+
+from classifier.conditions import RecordConditions
+from classifier.diagnose.report import CaseReport, line, lines, summary
+from classifier.diagnose.signals import Asked, Case, cases_of
+from classifier.model import Model, load_model
+from datagen.command import check_flag, hydra_command
+from datagen.ingest.settings import Pulse
+from datagen.job_paths import job_folder, path_given
+from datagen.measured import Reading
+from datagen.output_folder import check_output_folder, output_folder
+from indexer_env.build import from_mapping
+from indexer_env.checks import check_integer
+from indexer_env.errors import SignalError
+
+SUMMARY = "diagnosis.json"
+TURNS = "turns.csv"
+ENDINGS = (".diagnosis.json", ".diagnosis.png")
+FILES = (SUMMARY, TURNS, *(f"*{ending}" for ending in ENDINGS))
+"""All that the command leaves in its folder, as patterns."""
+
+_LINES = 100
+"""Signals told in a line each; of further ones the files tell."""
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/diagnose.yaml."""
+    check_flag("diagnose", "overwrite", config["overwrite"])
+    check_integer("diagnose", "pictures", config["pictures"], low=0)
+    out = None if config["out"] is None else job_folder("diagnose", config["out"])
+    if out is not None:
+        check_output_folder(out, FILES, config["overwrite"])
+    asked = Asked(
+        from_mapping(Reading, config["read"], "read"),
+        from_mapping(Pulse, config["pulse"], "pulse"),
+        from_mapping(RecordConditions, _stated(config["known"]), "known"),
+    )
+    model = load_model(path_given("diagnose", "model", config["model"]))
+    cases = cases_of(config["signal"], asked)
+    if left_open := model.conditions.not_compared(asked.known):
+        print(f"{'assumed':<11}{', '.join(left_open)} as in the training records; known.{left_open[0]}=VALUE says it")
+    if out is None:
+        reports = _told(model, cases, None, 0)
+    else:
+        with output_folder(out, FILES, config["overwrite"]) as folder:
+            reports = _told(model, cases, folder, config["pictures"])
+            _write_summary(folder, str(config["model"]), reports)
+        print(f"{'written':<11}{out}")
+    problems = [report.problem for report in reports if report.problem]
+    if problems:
+        raise SignalError(f"{len(problems)} of {len(reports)} signals could not be diagnosed; the first: {problems[0]}")
+
+
+def _stated(known: Any) -> Any:
+    """What is not null, so that null may stand beside a key of another unit."""
+    return {key: value for key, value in known.items() if value is not None} if isinstance(known, dict) else known
+
+
+def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: int) -> list[CaseReport]:
+    """Diagnose all cases, tell of each and write its files; raises SignalError where none could be diagnosed."""
+    first = list(itertools.islice(cases, 2))
+    alone, reports, names = len(first) == 1, [], set[str]()
+    for number, case in enumerate(itertools.chain(first, cases)):
+        report = _report(model, case)
+        if alone and not report.problem:
+            print("\n".join(lines(report)))
+        elif not alone and number < _LINES:
+            print(line(report))
+        if folder is not None:
+            _write(folder / _stem(report.name, names), model, report, number < pictures)
+        reports.append(_without_records(report))
+    if all(report.problem for report in reports):
+        more = f" ({len(reports)} signals, none of which could be diagnosed)" if len(reports) > 1 else ""
+        raise SignalError(f"{reports[0].problem.removesuffix('.')}{more}.")
+    if not alone:
+        print(json.dumps(summary(reports), ensure_ascii=False))
+    return reports
+
+
+def _report(model: Model, case: Case) -> CaseReport:
+    try:
+        return CaseReport.of(case.name, case.true_class, case.reports(model))
+    except SignalError as error:
+        return CaseReport(case.name, case.true_class, (), str(error))
+
+
+def _stem(name: str, taken: set[str]) -> str:
+    """Name of a signal's files, no two alike."""
+    plain = "-".join(part for part in Path(name.replace(", item ", "-item-")).stem.split() if part) or "signal"
+    numbered = (plain if number == 1 else f"{plain}-{number}" for number in itertools.count(1))
+    stem = next(candidate for candidate in numbered if candidate not in taken)
+    taken.add(stem)
+    return stem
+
+
+def _write(stem: Path, model: Model, report: CaseReport, draw: bool) -> None:
+    json_ending, picture_ending = ENDINGS
+    text = json.dumps(report.to_dict(), indent=1, ensure_ascii=False)
+    stem.with_name(stem.name + json_ending).write_text(text + "\n", encoding="utf-8")
+    if draw and report.diagnosed:
+        # Drawing is loaded only where a picture is wanted: it takes longer than the diagnosis.
+        from classifier.pictures import draw_diagnosis
+
+        draw_diagnosis(model, report).savefig(stem.with_name(stem.name + picture_ending))
+
+
+def _write_summary(folder: Path, model: str, reports: list[CaseReport]) -> None:
+    signals = [{"signal": report.name, "verdict": report.verdict, "problem": report.problem} for report in reports]
+    told = {"model": model, **summary(reports), "signals_told": signals}
+    (folder / SUMMARY).write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    rows = [row for report in reports for row in report.rows()]
+    columns = dict.fromkeys(name for row in rows for name in row)
+    table = pa.table({name: [row.get(name) for row in rows] for name in columns})
+    write_csv(table, folder / TURNS)
+
+
+def _without_records(report: CaseReport) -> CaseReport:
+    return replace(report, turns=tuple(replace(turn, record=None) for turn in report.turns))
+
+
+main = hydra_command("diagnose")(run)
+
+if __name__ == "__main__":
+    main()

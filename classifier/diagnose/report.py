@@ -1,0 +1,162 @@
+"""Reports of diagnosed signals: in words, as JSON and as the rows of a table."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from classifier.diagnose.diagnosis import NOVEL, Diagnosis
+from classifier.diagnose.incremental import TurnReport
+
+NOVEL_WORDS = "none of the classes it was taught"
+STRONGEST = 3
+"""Bands named in words; JSON holds all."""
+
+_INTERVAL = ("_low", "_high")
+
+
+@dataclass(frozen=True)
+class CaseReport:
+    """What became of one signal.
+
+    name        as in `Case`
+    true_class  the name of its class, where its data set says; None: not known
+    turns       of the table, in their order
+    problem     the sentence for which no turn of it was diagnosed; "" where one was
+    """
+
+    name: str
+    true_class: str | None
+    turns: tuple[TurnReport, ...]
+    problem: str = ""
+
+    @classmethod
+    def of(cls, name: str, true_class: str | None, turns: Sequence[TurnReport]) -> CaseReport:
+        """Report of a signal whose turns were looked at."""
+        problem = "" if any(turn.diagnosis for turn in turns) else f"{name}: {_refused(turns[0])}"
+        return cls(name, true_class, tuple(turns), problem)
+
+    @property
+    def diagnosed(self) -> list[Diagnosis]:
+        """The diagnoses of its turns that have one."""
+        return [turn.diagnosis for turn in self.turns if turn.diagnosis is not None]
+
+    @property
+    def verdict(self) -> str:
+        """What most of its turns are named; of two equally frequent names the one that comes first."""
+        names = Counter(_said(diagnosis) for diagnosis in self.diagnosed)
+        return names.most_common(1)[0][0] if names else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "signal": self.name,
+            "verdict": self.verdict,
+            "problem": self.problem,
+            **({} if self.true_class is None else {"true_class": self.true_class}),
+            "turns": [turn.to_dict() for turn in self.turns],
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a turn: plain numbers and texts by column name; a single one for a signal without a turn."""
+        common = {"signal": self.name, "true_class": self.true_class or ""}
+        if not self.turns:
+            return [{**common, "problem": self.problem}]
+        return [{**common, **_row(turn)} for turn in self.turns]
+
+
+def _row(turn: TurnReport) -> dict[str, Any]:
+    row: dict[str, Any] = {"turn": turn.turn, "start": turn.start, "duration": turn.duration, "problem": turn.problem}
+    diagnosis = turn.diagnosis
+    if diagnosis is None:
+        return row
+    row |= {name: getattr(diagnosis, name) for name in ("class_label", "class_name", "code", "distance", "margin")}
+    row |= {NOVEL: diagnosis.is_novel}
+    row |= {f"output_{node}": value for node, value in enumerate(diagnosis.outputs, start=1)}
+    return row | {name: value for name, value in diagnosis.assessment.items() if not isinstance(value, list)}
+
+
+def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
+    """Counts over many signals: turns by verdict, what was not diagnosed, and the share that is right [%] where the
+    true classes are known."""
+    diagnoses = [(report, diagnosis) for report in reports for diagnosis in report.diagnosed]
+    counts = {
+        "signals": len(reports),
+        "signals_not_diagnosed": sum(bool(report.problem) for report in reports),
+        "turns": sum(len(report.turns) for report in reports),
+        "turns_not_diagnosed": sum(bool(turn.problem) for report in reports for turn in report.turns),
+        "verdicts": dict(Counter(_said(diagnosis) for _, diagnosis in diagnoses).most_common()),
+    }
+    known = [(report.true_class, _said(diagnosis)) for report, diagnosis in diagnoses if report.true_class is not None]
+    if known:
+        counts["right_percent"] = 100.0 * sum(true == said for true, said in known) / len(known)
+    return counts
+
+
+def line(report: CaseReport) -> str:
+    """A signal in one line."""
+    if report.problem:
+        return f"{report.name}  not diagnosed"
+    named = [_said(diagnosis) for diagnosis in report.diagnosed]
+    share = f"  ({named.count(report.verdict)} of {len(report.turns)} turns)" if len(report.turns) > 1 else ""
+    true = "" if report.true_class in (None, report.verdict) else f"  (is: {report.true_class})"
+    return f"{report.name}  {report.verdict}{share}{true}"
+
+
+def lines(report: CaseReport) -> list[str]:
+    """A signal in words: every turn, with all that the model says of it."""
+    text = [f"{'record':<11}{report.name}"]
+    for turn in report.turns:
+        place = f"{turn.turn}, {turn.duration:.6g} s from {turn.start:.6g} s on"
+        if turn.diagnosis is None:
+            text += [f"{'turn':<11}{place}", f"{'refused':<11}{_refused(turn)}"]
+        else:
+            text += [f"{'turn':<11}{place}", *_words(turn.diagnosis)]
+    return text
+
+
+def _words(diagnosis: Diagnosis) -> list[str]:
+    outputs = "  ".join(f"{value:.4f}" for value in diagnosis.outputs)
+    nearest = f"{diagnosis.class_label}: {diagnosis.class_name}"
+    strongest = sorted(diagnosis.bands, key=lambda band: -abs(band.contribution))[:STRONGEST]
+    spoke = ", ".join(f"{band.low_hz:g} to {band.high_hz:g} Hz {band.contribution:+.3f}" for band in strongest)
+    entries = {
+        "class": f"{NOVEL_WORDS}; nearest {nearest}" if diagnosis.is_novel else nearest,
+        "code": "  ".join(f"{bit:6s}" for bit in diagnosis.code).rstrip(),
+        "outputs": outputs,
+        "distance": f"{diagnosis.distance:.4f} from this code",
+        "margin": f"{diagnosis.margin:.4f} to the next: {diagnosis.second_name}",
+        **assessed(diagnosis.assessment),
+        "spoke": spoke,
+    }
+    return [f"{name:<10} {value}" for name, value in entries.items()]
+
+
+def assessed(assessment: dict[str, Any]) -> dict[str, str]:
+    """What the parts of a model say, in words by name: an interval stands in brackets behind its value."""
+    words = {}
+    for name, value in assessment.items():
+        if name == NOVEL or name.endswith(_INTERVAL):
+            continue
+        low, high = (assessment.get(f"{name}{end}") for end in _INTERVAL)
+        interval = "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
+        words[name.replace("_", " ")] = f"{_number(value)}{interval}"
+    return words
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, list):
+        return "  ".join(_number(entry) for entry in value)
+    if isinstance(value, bool | str):
+        return str(value)
+    return f"{value:.3g}"
+
+
+def _said(diagnosis: Diagnosis) -> str:
+    return NOVEL_WORDS if diagnosis.is_novel else diagnosis.class_name
+
+
+def _refused(turn: TurnReport) -> str:
+    return f"the turn that begins at {turn.start:.6g} s {turn.problem}."

@@ -1,0 +1,111 @@
+"""What the command is to diagnose: files, patterns, folders and data sets as signals, one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from classifier.conditions import RecordConditions
+from classifier.diagnose.incremental import TurnReport, diagnose
+from classifier.model import Model
+from datagen.file_table import files_found
+from datagen.ingest.settings import Pulse
+from datagen.measured import Reading, read_recording
+from datagen.schema import RECORD
+from datagen.shard import iterate_shards, record_matrix
+from datagen.store import MANIFEST
+from indexer_env.errors import SignalError, refuse
+from indexer_env.signal import Signal
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command says of all signals: how to read files, where turns begin, what is known beside the samples."""
+
+    read: Reading
+    pulse: Pulse
+    known: RecordConditions
+
+
+@dataclass(frozen=True)
+class Case:
+    """A signal before it is opened.
+
+    name        what reports call it
+    true_class  the name of its class as its data set says; None: not known
+    reports     opens it and diagnoses every turn; raises SignalError for one that cannot be used
+    """
+
+    name: str
+    true_class: str | None
+    reports: Callable[[Model], Sequence[TurnReport]]
+
+
+def cases_of(signal: object, asked: Asked) -> Iterator[Case]:
+    """The cases that `signal` names: a file, a list of files, a pattern, a folder of files, or a data set.
+
+    Raises ParameterError where it names nothing, SignalError for a data set that cannot be read.
+    """
+    names = signal if isinstance(signal, list) else [signal]
+    if not names:
+        raise refuse("diagnose", "signal", "a file, a list of files, a pattern, a folder or a data set", signal)
+    for name in names:
+        if not isinstance(name, str) or not name.strip():
+            remedy = "write signal=./NAME for a name that reads as something else"
+            raise refuse(
+                "diagnose", "signal", "a file, a list of files, a pattern, a folder or a data set", name, remedy
+            )
+        if (Path(name) / MANIFEST).is_file():
+            yield from _rows(Path(name), asked)
+        elif Path(name).is_file():
+            yield _file(Path(name), asked)
+        else:
+            yield from (_file(path, asked) for path in _named(name))
+
+
+def _named(name: str) -> list[Path]:
+    # A name without a sign of a pattern is a path that is not there: the reader says so best.
+    if not Path(name).is_dir() and not set(name) & set("*?["):
+        return [Path(name)]
+    return files_found("diagnose", "signal", name)[1]
+
+
+def _file(path: Path, asked: Asked) -> Case:
+    def reports(model: Model) -> list[TurnReport]:
+        recording = read_recording(path, asked.read, asked.pulse.column)
+        return diagnose(model, recording.signal, asked.known, recording.pulse, asked.pulse)
+
+    return Case(str(path), None, reports)
+
+
+def _rows(folder: Path, asked: Asked) -> Iterator[Case]:
+    for table in iterate_shards(folder):
+        records = record_matrix(table.column(RECORD), str(folder))
+        for row, record in zip(table.drop_columns([RECORD]).to_pylist(), records, strict=True):
+            yield _row(folder, row, record, asked)
+
+
+def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked) -> Case:
+    name = f"{folder}, item {row['item']}"
+
+    def reports(model: Model) -> list[TurnReport]:
+        lasts, turn = len(record) / row["sample_rate"], model.samples / model.sample_rate
+        if abs(lasts - turn) > asked.pulse.tolerance * turn:
+            raise SignalError(
+                f"{name} must last {turn:g} s within {100 * asked.pulse.tolerance:g} %, one turn as the model was "
+                f"trained on, got {lasts:g} s; train on records of this speed or machine."
+            )
+        known = asked.known
+        signal = Signal(record, row["sample_rate"], row["quantity"], row["unit"], name)
+        stated = RecordConditions(
+            row["sensor_radius"] or known.sensor_radius,
+            row["motor_speed"] or known.motor_speed,
+            row["machine_name"] or known.machine,
+        )
+        return diagnose(model, signal, stated)
+
+    return Case(name, row["class_name"], reports)

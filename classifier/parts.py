@@ -1,0 +1,83 @@
+"""What a stored classifier can say beyond its outputs: parts such as a severity, a confidence or a novelty.
+
+A part is fitted in training, is stored in the two files of its model and looks at what the network sees and says.
+Parts need not derive from `Part`, they only have to have its methods; PARTS finds them by their ``kind``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+
+from classifier.dataset import Dataset
+from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
+
+
+@runtime_checkable
+class Part(Protocol):
+    """A frozen object that judges records by their features and the network's outputs.
+
+    kind  the name by which PARTS finds its class
+    """
+
+    kind: ClassVar[str]
+
+    @classmethod
+    def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Part | None:
+        """A part fitted to a data set; None where the columns of the data set do not allow it.
+
+        features (n, count)  scaled as the network sees them
+        outputs  (n, bits)   of the trained network, on the scale of the bits
+        seed                 of whatever is drawn
+        """
+        ...
+
+    @classmethod
+    def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Part:
+        """The part that gave this body and these arrays, equal to it bit for bit."""
+        ...
+
+    def body(self) -> dict[str, Any]:
+        """All of it that is no array: texts, numbers, flags, lists and mappings, as YAML holds them."""
+        ...
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Its arrays by name."""
+        ...
+
+    def assess(self, features: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
+        """What it says of records with features (n, count) and outputs (n, bits): named columns, each with first
+        axis n. Names that end in ``_low`` and ``_high`` are the ends of an interval for the column without the ending.
+        """
+        ...
+
+
+PARTS: dict[str, type[Part]] = {}
+"""Classes of parts by their kind, in the order in which they are fitted."""
+
+
+def fit_parts(
+    dataset: Dataset, features: np.ndarray, outputs: np.ndarray, kinds: Sequence[str] | None = None, seed: int = 0
+) -> tuple[Part, ...]:
+    """Parts fitted to a data set, given the scaled features (n, count) and the outputs (n, bits) of all its records.
+
+    kinds  which; None: all that the columns of the data set allow
+
+    Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
+    """
+    for kind in kinds or ():
+        check_choice("classifier", "parts", kind, PARTS)
+        if list(kinds or ()).count(kind) > 1:
+            raise refuse("classifier", "parts", "a list that names each part once", list(kinds or ()))
+    fitted = []
+    for kind in PARTS if kinds is None else kinds:
+        part = PARTS[kind].fit(dataset, features, outputs, seed)
+        if part is not None:
+            fitted.append(part)
+        elif kinds is not None:
+            rule = "parts that the columns of the data set allow"
+            raise refuse("classifier", "parts", rule, kind, f"leave {kind} out or use a data set that states it")
+    return tuple(fitted)

@@ -1,0 +1,50 @@
+"""The paper's claims, one file each.
+
+    base      what every claim offers
+    lines     what the claims that compare variants share
+    table2    six classes with 0.3 % error                        (§4.3)
+    fig4      PSD against FFT, from fine to coarse
+    fig5      a thousand starts
+    fig6      hidden nodes
+    pairs     binary against bipolar targets, logistic against linear outputs (figs. 7 and 8)
+    fig9      ten training rules
+    fig11     the backlash node's output against the play
+    on_bench  what the next two share
+    fig12     the twenty cases of the bench
+    fig13     backlashes that were not taught                     (figs. 13–15)
+
+CLAIMS finds a claim by its key, in the order of the paper; `chosen` reads a choice of them.
+"""
+
+from __future__ import annotations
+
+from classifier.study.claims.base import Claim
+from classifier.study.claims.fig4 import Fig4
+from classifier.study.claims.fig5 import Fig5
+from classifier.study.claims.fig6 import Fig6
+from classifier.study.claims.fig9 import Fig9
+from classifier.study.claims.fig11 import Fig11
+from classifier.study.claims.fig12 import Fig12
+from classifier.study.claims.fig13 import Fig13
+from classifier.study.claims.pairs import Fig7, Fig8
+from classifier.study.claims.table2 import Table2
+from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
+
+__all__ = ["CLAIMS", "Claim", "chosen"]
+
+CLAIMS: dict[str, Claim] = {
+    claim.key: claim for claim in (Table2(), Fig4(), Fig5(), Fig6(), Fig7(), Fig8(), Fig9(), Fig11(), Fig12(), Fig13())
+}
+
+
+def chosen(keys: object) -> tuple[Claim, ...]:
+    """The claims of "all", of one key or of a list of keys, in the order of the paper. Raises ParameterError."""
+    if keys == "all":
+        return tuple(CLAIMS.values())
+    wanted = [keys] if isinstance(keys, str) else keys
+    if not isinstance(wanted, list) or not wanted:
+        raise refuse("study", "claims", f"all, or one or a list of {', '.join(CLAIMS)}", keys)
+    for key in wanted:
+        check_choice("study", "claims", key, ("all", *CLAIMS))
+    return tuple(claim for key, claim in CLAIMS.items() if key in wanted)

@@ -1,0 +1,48 @@
+"""What every claim offers; a claim is one file, listed in `classifier.study.claims.CLAIMS`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+from matplotlib.axes import Axes
+
+from classifier.study.lab import Lab
+from classifier.study.settings import Setting
+from classifier.study.verdicts import Statement
+
+Rows = list[dict[str, Any]]
+"""A results table: rows of plain values under the same keys."""
+
+
+class Claim(ABC):
+    """One claim of the paper.
+
+    key       its name on the command line and its folder
+    where     figure or section of the paper
+    title     a few words
+    says      the claim in our own words
+    choices   what the paper leaves open or misprints, and what is done here
+    settings  under which it is judged
+    panels    axes that a picture has for each setting
+    """
+
+    key: ClassVar[str]
+    where: ClassVar[str]
+    title: ClassVar[str]
+    says: ClassVar[str]
+    choices: ClassVar[tuple[str, ...]]
+    settings: ClassVar[tuple[Setting, ...]]
+    panels: ClassVar[int] = 1
+
+    @abstractmethod
+    def collect(self, lab: Lab, setting: Setting) -> Rows:
+        """Do the work under one setting."""
+
+    @abstractmethod
+    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+        """The claim's statements, from the rows of one setting alone."""
+
+    @abstractmethod
+    def draw(self, axes: list[Axes], rows: Rows) -> None:
+        """The paper's figure, from the rows of one setting."""

@@ -1,0 +1,115 @@
+"""Figs. 7 and 8: two kinds of network compared over several numbers of hidden nodes."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from classifier.study.claims.base import Claim, Rows
+from classifier.study.claims.lines import BETTER, better, better_best, draw_lines, errors_made
+from classifier.study.lab import Lab
+from classifier.study.settings import TABLE2, Setting
+from classifier.study.verdicts import Interval, Statement, by_seed, geometric
+
+HIDDEN = (5, 10, 15, 20, 30)
+
+
+class Pair(Claim):
+    """What both figures share.
+
+    first, second  name of each kind; the claim is that the first performs better
+    networks       choices of each kind by its name, as `Variant` takes them; further kinds are only drawn and told
+    """
+
+    first: ClassVar[str]
+    second: ClassVar[str]
+    networks: ClassVar[dict[str, dict[str, Any]]]
+    settings: ClassVar[tuple[Setting, ...]] = TABLE2
+
+    def collect(self, lab: Lab, setting: Setting) -> Rows:
+        """Every kind with every number of hidden nodes."""
+        variants = [
+            lab.variant(setting, _name(kind, hidden), hidden, hidden=hidden, **choices)
+            for kind, choices in self.networks.items()
+            for hidden in HIDDEN
+        ]
+        return lab.trials(setting, variants)
+
+    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+        """Mean and best performance of the first kind over those of the second."""
+        first, second = _names(self.first), _names(self.second)
+        return (
+            better(f"{self.first} better in the mean ({errors_made(rows)})", rows, first, second),
+            better_best(f"{self.first} better at best", rows, first, second),
+        )
+
+    def draw(self, axes: list[Axes], rows: Rows) -> None:
+        """First kind solid, the others dashed, as in the paper: mean with circles, best with dots."""
+        (ax,) = axes
+        for place, kind in enumerate(self.networks):
+            style = "-" if kind == self.first else "--"
+            draw_lines(ax, rows, _names(kind), kind, (0, 4, 2)[place], style)
+        ax.set_xlabel("hidden nodes")
+
+
+class Fig7(Pair):
+    """Targets."""
+
+    key: ClassVar[str] = "fig7"
+    where: ClassVar[str] = "§4.2, fig. 7"
+    title: ClassVar[str] = "Binary targets are better than bipolar ones"
+    says: ClassVar[str] = "Networks taught 0 and 1 perform better than networks taught −1 and 1."
+    choices: ClassVar[tuple[str, ...]] = (
+        "A logistic output cannot reach −1: bipolar networks get a tanh output; the hidden layer is logistic, and tanh "
+        "as well in a third line.",
+        "The mean square error on targets of −1 and 1 is four times that on 0 and 1 for the same answers: all are "
+        "compared on the scale of 0 and 1, and the ratio on the targets' own scale is told beside it.",
+        f"The abscissa is not named: hidden nodes, {', '.join(map(str, HIDDEN))}.",
+    )
+    first: ClassVar[str] = "binary"
+    second: ClassVar[str] = "bipolar"
+    networks: ClassVar[dict[str, dict[str, Any]]] = {
+        "binary": {},
+        "bipolar": {"targets": "bipolar", "output_function": "tanh"},
+        "bipolar, tanh hidden": {"targets": "bipolar", "output_function": "tanh", "hidden_function": "tanh"},
+    }
+
+    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+        """As for every pair, and by the answers, which know no scale."""
+        own = by_seed(rows, "performance_of_targets")
+        raw = Interval.of_ratio(*(geometric(own[name] for name in _names(kind)) for kind in (self.first, self.second)))
+        mean, best = super().judge(rows)
+        found = f"{mean.found}; on the targets' own scale {raw}"
+        return Statement(mean.says, mean.rule, found, mean.holds), best, self._answers(rows)
+
+    def _answers(self, rows: Rows) -> Statement:
+        shares = by_seed(rows, "control_misclassified")
+        first, second = (np.mean([shares[name] for name in _names(kind)], axis=0) for kind in (self.first, self.second))
+        difference = Interval.of(first - second)
+        rule = BETTER.replace("ratio", "difference").replace("1", "0")
+        return Statement("binary misclassifies less", rule, f"difference {difference.percent()}", difference.high < 0.0)
+
+
+class Fig8(Pair):
+    """Output functions."""
+
+    key: ClassVar[str] = "fig8"
+    where: ClassVar[str] = "§4.2, fig. 8"
+    title: ClassVar[str] = "A logistic output is better than a linear one"
+    says: ClassVar[str] = (
+        "Logistic functions in both layers perform better than a logistic hidden and a linear output layer."
+    )
+    choices: ClassVar[tuple[str, ...]] = (f"The abscissa is not named: hidden nodes, {', '.join(map(str, HIDDEN))}.",)
+    first: ClassVar[str] = "logistic"
+    second: ClassVar[str] = "linear"
+    networks: ClassVar[dict[str, dict[str, Any]]] = {"logistic": {}, "linear": {"output_function": "linear"}}
+
+
+def _name(kind: str, hidden: int) -> str:
+    return f"{kind}, {hidden} hidden"
+
+
+def _names(kind: str) -> list[str]:
+    return [_name(kind, hidden) for hidden in HIDDEN]

@@ -1,0 +1,11 @@
+"""What a trained classifier says beyond the class: the parts that are stored with it (`classifier.parts`).
+
+    spectrum     scaled features -> compressed and whitened ones, on which severities and novelty are judged
+    conformal    intervals that hold a stated share of new records
+    confidence   probabilities of classes and faults, by a temperature
+    severity     backlash in degrees, crack and looseness, each with its interval
+    novelty      whether a record is like those of the training at all
+
+Each part learns on the calibration subset and is tuned on the control subset alone; the validation subset is never
+looked at, so it may judge them.
+"""

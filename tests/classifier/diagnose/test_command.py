@@ -1,0 +1,164 @@
+"""The command over files, patterns, folders and data sets; in this process, to save time."""
+
+import dataclasses
+import json
+import sys
+
+import numpy as np
+import pyarrow.csv
+import pytest
+
+from classifier.diagnose import __main__ as command
+from classifier.model import save_model
+
+
+def write(path, records, rate=200.0):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    values = np.concatenate(records)
+    time = np.arange(len(values)) / rate
+    header = "time [s],acceleration [rad/s^2]"
+    np.savetxt(path, np.column_stack([time, values]), delimiter=",", fmt="%.6f", header=header, comments="")
+
+
+@pytest.fixture(scope="module")
+def place(result, dataset, write_dataset, tmp_path_factory):
+    """A model, files of one to three turns of classes 1 to 3 (one dead, one too short), and their data set."""
+    folder = tmp_path_factory.mktemp("diagnose")
+    (folder / "model").mkdir()
+    save_model(result.model, folder / "model")
+    chosen = [dataset.records[np.flatnonzero(dataset.classes == label)[-1]] for label in (1, 2, 3)]
+    write(folder / "bench" / "one.csv", chosen[:1])
+    write(folder / "bench" / "b" / "one.csv", [chosen[1], chosen[1], chosen[2]])
+    write(folder / "bench" / "dead turn.csv", [chosen[2], np.zeros(400)])
+    write(folder / "bad" / "dead.csv", [np.zeros(400)])
+    write(folder / "bad" / "short.csv", [chosen[0][:100]])
+    rows = np.flatnonzero(dataset.subsets == "validation")
+    write_dataset(dataset, folder / "set")
+    assert len(rows) == 24
+    return folder
+
+
+@pytest.fixture
+def diagnosed(place, monkeypatch, capsys):
+    """Run the command in the place; what it printed, what it complained of and its exit code."""
+
+    def run(*overrides):
+        monkeypatch.chdir(place)
+        monkeypatch.setattr(sys, "argv", ["diagnose", "model=model", *overrides])
+        code = 0
+        try:
+            command.main()
+        except SystemExit as stopped:
+            code = stopped.code
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run
+
+
+def turns(place, out):
+    return pyarrow.csv.read_csv(place / out / "turns.csv").to_pylist()
+
+
+def test_a_folder_of_files_gives_a_report_and_a_picture_each(place, diagnosed):
+    code, out, err = diagnosed("signal=bench", "out=folder")
+    assert (code, err) == (0, "")
+    assert "bench/b/one.csv  rings at 20 Hz  (2 of 3 turns)" in out
+    names = {path.name for path in (place / "folder").iterdir()}
+    stems = {"one", "one-2", "dead-turn"}
+    assert names == {"diagnosis.json", "turns.csv"} | {
+        f"{stem}.diagnosis.{end}" for stem in stems for end in ("json", "png")
+    }
+    told = json.loads((place / "folder" / "diagnosis.json").read_text())
+    assert (told["signals"], told["turns"], told["turns_not_diagnosed"]) == (3, 6, 1)
+    assert told["verdicts"] == {"rings at 20 Hz": 2, "rings at 30 Hz": 2, "rings at 10 Hz": 1}
+    rows = turns(place, "folder")
+    assert [row["turn"] for row in rows] == [0, 1, 2, 0, 1, 0]
+    assert [row["problem"][:9] for row in rows] == ["", "", "", "", "must vary", ""]
+
+
+@pytest.mark.parametrize(
+    ("signal", "found"),
+    [
+        ("signal='bench/**/one.csv'", 2),
+        ("signal=[bench/one.csv,bench/b/one.csv]", 2),
+        ("signal=[bench,bad/dead.csv]", 4),
+    ],
+)
+def test_patterns_and_lists_of_files(diagnosed, signal, found):
+    _, out, _ = diagnosed(signal)
+    assert sum(".csv  " in text for text in out.splitlines()) == found
+    assert "bench/one.csv  rings at 10 Hz" in out
+
+
+def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
+    code, out, err = diagnosed("signal=set", "out=rows", "pictures=2")
+    assert (code, err) == (0, "")
+    told = json.loads((place / "rows" / "diagnosis.json").read_text())
+    assert (told["signals"], told["turns"], told["right_percent"]) == (72, 72, 100.0)
+    assert len(list((place / "rows").glob("*.png"))) == 2
+    assert (place / "rows" / "set-item-7.diagnosis.json").is_file()
+    assert {row["true_class"] == row["class_name"] for row in turns(place, "rows")} == {True}
+
+
+def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):
+    code, out, err = diagnosed("signal=[bad/short.csv,bench/one.csv,bad/dead.csv,nowhere.csv]", "out=mixed")
+    assert code == 2
+    assert len(err.strip().splitlines()) == 1
+    assert err.startswith(
+        "error: 3 of 4 signals could not be diagnosed; the first: bad/short.csv must hold at least 2 s"
+    )
+    assert "bench/one.csv  rings at 10 Hz" in out and "bad/dead.csv  not diagnosed" in out
+    told = json.loads((place / "mixed" / "diagnosis.json").read_text())
+    problems = {entry["signal"]: entry["problem"] for entry in told["signals_told"]}
+    assert "must vary, got one value over 100 %" in problems["bad/dead.csv"]
+    assert "nowhere.csv does not exist" in problems["nowhere.csv"]
+    assert problems["bench/one.csv"] == ""
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["signal=bad/dead.csv"], "bad/dead.csv: the turn that begins at 0 s must vary"),
+        (["signal=[bad/dead.csv,bad/short.csv]"], "2 signals, none of which could be diagnosed"),
+        (["signal=nowhere.csv"], "nowhere.csv does not exist"),
+        (["signal='nowhere/*.csv'"], "folder or pattern with measured files"),
+        (["signal=[]"], "diagnose.signal must be"),
+        (["signal=5"], "diagnose.signal must be"),
+        (["signal=bench/one.csv", "pictures=-1"], "diagnose.pictures must be a whole number >= 0"),
+        (["signal=bench/one.csv", "pulse.column=tacho"], "no numeric column 'tacho'"),
+        (["signal=bench/one.csv", "pulse.edge=up"], "pulse.edge must be one of rising, falling"),
+        (["signal=bench/one.csv", "known.sensor_radius=-1"], "known.sensor_radius must be"),
+        (["signal=bench/one.csv", "known=null"], "known must be a mapping"),
+        (["signal=bench/one.csv", "known.speed=3"], "known.speed"),
+    ],
+)
+def test_what_gives_no_diagnosis_at_all_is_one_sentence_and_nothing_is_written(place, diagnosed, overrides, words):
+    before = set(place.iterdir())
+    code, _, err = diagnosed(*overrides, "out=new")
+    assert code == 2
+    assert err.startswith("error: ") and len(err.strip().splitlines()) == 1
+    assert words in err
+    assert set(place.iterdir()) == before
+
+
+def test_a_model_of_known_conditions_asks_for_them(result, place, diagnosed, dataset):
+    conditions = dataclasses.replace(result.model.conditions, motor_speed=(157.0, 157.1), machines=("bench",))
+    (place / "strict").mkdir(exist_ok=True)
+    save_model(dataclasses.replace(result.model, conditions=conditions), place / "strict")
+    code, out, _ = diagnosed("model=strict", "signal=bench/one.csv")
+    assert code == 0 and "motor_speed_rpm, machine as in the training records" in out
+    code, out, _ = diagnosed(
+        "model=strict", "signal=bench/one.csv", "known.motor_speed_rpm=1500", "known.machine=bench"
+    )
+    assert code == 0 and "assumed" not in out
+    code, _, err = diagnosed("model=strict", "signal=bench/one.csv", "known.motor_speed_rpm=900")
+    assert code == 2 and "1499.24 to 1500.19 rpm within 2 %" in err and "got 900 rpm" in err
+
+
+def test_earlier_results_are_replaced_only_when_asked(place, diagnosed):
+    assert diagnosed("signal=bench/one.csv", "out=again")[0] == 0
+    code, _, err = diagnosed("signal=bench", "out=again")
+    assert code == 2 and "overwrite=true" in err
+    assert diagnosed("signal=bench", "out=again", "overwrite=true")[0] == 0
+    assert (place / "again" / "dead-turn.diagnosis.json").is_file()
