@@ -67,13 +67,6 @@ class Prominence:
         self._records = [_Spectrum(view, number) for number in range(len(view.noise))]
         slowest = max((_LEAST_WIDTHS / record.span for record in self._records), default=0.0)
         self.lines = tuple(line for line in view.lines if line.frequency.min() > slowest)
-<<<<<<< HEAD
-=======
-        self._waves = [
-            _waves(view.time[part], self.lines, g, span)
-            for g, (part, span) in enumerate(zip(self._parts, spans, strict=True))
-        ]
->>>>>>> origin/main
 
     def of(self, residual: np.ndarray) -> np.ndarray:
         """Prominence of each line (k,): 1 is that of noise on average."""

@@ -171,4 +171,3 @@ def _lines(ax: Axes, outcome: Outcome) -> None:
 
 def _short(name: str) -> str:
     return name.removeprefix("order ").replace(" of the ", "× ").replace("motor shaft", "motor")
-
