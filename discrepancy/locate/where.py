@@ -79,7 +79,10 @@ def tested(residual: np.ndarray, drawn: Iterable[np.ndarray], view: View, alarms
     shape = len(upwards.labels), len(across.labels)
     picture = Map(upwards, across, np.sqrt(found[at:cells]).reshape(shape), significant[at:cells].reshape(shape))
     spots = tuple(
-        Spot(line.name, line.kind, tuple(map(float, line.frequency)), float(found[k]), float(adjusted[k]), bool(significant[k]))
+        Spot(
+            line.name, line.kind, tuple(map(float, line.frequency)), float(found[k]), float(adjusted[k]),
+            bool(significant[k]),
+        )
         for k, line in enumerate(prominence.lines, start=cells)
     )  # fmt: skip
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))

@@ -90,7 +90,9 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         fitted = tuple(e for e, held in zip(made, kept, strict=True) if not held)
         held = tuple(e for e, out in zip(made, kept, strict=True) if out)
     else:
-        notes.append("no record is held out as a whole, so the last third of each is; one at another speed proves more")
+        notes.append(
+            "the last third of each record is held out, as no whole one is; a record at another speed would prove more"
+        )
         fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
     speeds = {round(e.operating_point.motor_speed / _RPM) for e in made}
     if len(speeds) == 1:
@@ -105,7 +107,8 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     if signal.unit != sensor.unit:
         remedy = "state sensor_radius" if sensor.radius is None else "leave sensor_radius out"
         raise SignalError(
-            f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the unit."
+            f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the "
+            "unit."
         )
     speed, start = _by_pulse(record, machine)
     if speed is None:
@@ -124,15 +127,15 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     if start is None:
         start = match.start_angle
         notes.append(
-            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, its "
-            "first station taken for station 0"
+            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, "
+            "its first station taken for station 0"
         )
     off = abs((start - match.start_angle + math.pi) % _TURN - math.pi)
     if off > _ANGLE_TOLERANCE:
         raise SignalError(
             f"{record.name}: the cam angle at the first sample must agree with the record within {_ANGLE_TOLERANCE:g} "
-            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct start_angle "
-            "or pulse_angle."
+            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct "
+            "start_angle or pulse_angle."
         )
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
     return Experiment(named, OperatingPoint(speed, stated.load_torque, start), stated.noise), notes
@@ -166,24 +169,24 @@ def _check_period(record: Record, machine: Machine) -> None:
         )
     if found is None and record.signal.duration > 2.2 * expected:
         raise SignalError(
-            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that repeats "
-            f"every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor, the speed and the reduction."
+            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that "
+            f"repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the speed."
         )
 
 
 def _wrong_speed(record: Record, speed: float, how: str) -> SignalError:
     return SignalError(
         f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
-        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; correct "
-        "motor_speed_rpm, or the machine's reduction_ratio."
+        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; "
+        "correct motor_speed_rpm, or the machine's reduction_ratio."
     )
 
 
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
     if match.likeness < _LIKENESS:
         raise SignalError(
-            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of the "
-            f"cam, got {match.likeness:.2f}; check motion_law, motion_share and reduction_ratio, or whose record it is."
+            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
+            f"the cam, got {match.likeness:.2f}; check motion_law and motion_share, or whose record it is."
         )
     if not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(

@@ -22,7 +22,8 @@ def headline(outcome: Outcome) -> str:
         also = f"{_and([described(effect) for effect in sure])}, and " if sure else ""
         return f"The model lacks {also}{rivals}, which these records cannot tell apart; {_remedy(outcome)}."
     if answer.verdict == "none":
-        return f"Nothing is missing: the calibrated model leaves {percent(gap.before.value)} of the records, {_floor(gap)}."
+        left, floor = percent(gap.before.value), percent(gap.noise_floor.value)
+        return f"Nothing is missing: the calibrated model leaves {left} of the records; the noise alone is {floor}."
     if answer.verdict == "unexplained":
         return f"Something is missing that the library does not know: {answer.reason}; nothing was added."
     return f"The calibration did not come to rest, so nothing can be said of what is missing: {answer.reason}."
@@ -45,7 +46,7 @@ def number(value: float, e: Estimate) -> str:
     """A value of an estimate with no more digits than its interval bears."""
     width = max(e.high - e.low, 1e-3 * abs(e.value))
     digits = 2 if width == 0.0 else max(0, math.floor(math.log10(max(abs(value), width) / width)) + 2)
-    return f"{value:.{max(digits, 2)}g}"
+    return f"{float(f'{value:.{max(digits, 2)}g}'):g}"
 
 
 def percent(share: float) -> str:
@@ -67,10 +68,6 @@ def _closed(share: Share | None) -> str:
 
 def _it(effects: tuple[FoundEffect, ...]) -> str:
     return "it" if len(effects) == 1 else "them"
-
-
-def _floor(gap) -> str:
-    return f"which is the noise ({percent(gap.noise_floor.value)})"
 
 
 def _remedy(outcome: Outcome) -> str:

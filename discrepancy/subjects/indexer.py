@@ -51,6 +51,8 @@ class IndexerSubject(Subject):
     """
 
     kind = "cam indexing machine"
+    model: IndexerModel
+    held_out: IndexerModel
 
     def __init__(
         self, machine: Machine, sensor: Sensor, records: Experiments, uncertainty: Mapping[str, float] | None = None
