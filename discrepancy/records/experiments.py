@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datagen.measured import STANDARD_GRAVITY
 from discrepancy.indexer import Experiment
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
@@ -41,9 +42,10 @@ _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
 
 _UNITS = {
-    9.80665: "g for m/s^2", 57.29578: "deg/s^2 for rad/s^2", 1000.0: "mm/s^2 for m/s^2", 1e3 / 9.80665: "mg for m/s^2",
+    STANDARD_GRAVITY: "g for m/s^2", math.pi / 180.0: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
+    1e-3 * STANDARD_GRAVITY: "mg for m/s^2",
 }  # fmt: skip
-"""Factors by which a record is off when its unit is mistaken."""
+"""What one of the first unit is worth in the second."""
 
 FIT_SHARE = 2.0 / 3.0
 """Share of each record that is fitted where no record is held out as a whole."""
@@ -197,7 +199,7 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
 
 def _guess(level: float, sensor: Sensor) -> str:
     """What may be wrong where the level is."""
-    units = {**_UNITS, **({} if sensor.radius is None else {1.0 / sensor.radius: "rad/s^2 for m/s^2"})}
+    units = {**_UNITS, **({} if sensor.radius is None else {sensor.radius: "rad/s^2 for m/s^2"})}
     for factor, words in units.items():
         first, _, second = words.partition(" for ")
         if 0.75 < level * factor < 1.33:

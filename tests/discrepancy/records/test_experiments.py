@@ -71,7 +71,7 @@ def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
 
 def test_a_wrong_start_angle_is_refused(record, nominal) -> None:
     said = refusal([record(start_angle=2.0)], nominal)
-    assert "2.000 rad stated and 1.3" in said
+    assert "2.000 rad stated and 1.29" in said
 
 
 def test_noise_alone_is_no_record_of_a_machine(record, nominal) -> None:
