@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.fft import next_fast_len, rfft
 
 from discrepancy.subjects.base import Axis, View
 
@@ -21,7 +20,7 @@ _AROUND = (2.0, 12.0)
 """Nearest and farthest distance of a line's surroundings, in widths 1/T of its record's length T."""
 
 _PADDING = 4
-"""Zeros are added up to this many times the record's length: a line lies an eighth of a width off a bin at most."""
+"""Zeros are added up to this many times the record's length or more: a line lies an eighth of a width off at most."""
 
 _LEAST_WIDTHS = 3.0
 """Widths above zero below which a line cannot be told from a constant."""
@@ -89,7 +88,7 @@ class _Spectrum:
         step = float(np.median(np.diff(np.sort(time))))
         self._at = np.rint((time - time.min()) / step).astype(int)
         self._count = int(self._at.max()) + 1
-        self._padded = next_fast_len(_PADDING * self._count, real=True)
+        self._padded = 1 << (_PADDING * self._count - 1).bit_length()
         self._per_width = self._padded / self._count
         self._per_hertz = self._padded * step
         self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2
@@ -99,7 +98,7 @@ class _Spectrum:
         """Power at frequencies (k,) [Hz] over that of their surroundings, or of white noise where that is more."""
         row = np.zeros(self._count)
         row[self._at] = residual[self._part]
-        power = np.abs(rfft(self._hann * row, self._padded)) ** 2
+        power = np.abs(np.fft.rfft(self._hann * row, self._padded)) ** 2
         distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
         shifts = np.concatenate([[0.0], -distances, distances]) * self._per_width
         bins = np.rint(frequencies[:, None] * self._per_hertz + shifts).astype(int)

@@ -112,7 +112,7 @@ def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
         spots.append(Spot(line.name, line.kind, frequencies, float(found[k]), chance, bool(significant[k])))
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
     said = sentences(level, rows, spots)
-    repeats = _repeats(residual, view)
+    repeats = _repeats(residual, view) if view.aligned else math.nan
     return Where(level, repeats, tuple(rows), tuple(spots), picture, said, alarms, len(law.under))
 
 
@@ -136,5 +136,5 @@ def _repeats(residual: np.ndarray, view: View) -> float:
             if key in last:
                 shared = view.inside[row] & view.inside[last[key]]
                 differences.append((residual[row] - residual[last[key]])[shared])
-            last[key] = row
+            last[key] = int(row)
     return math.sqrt(float((np.concatenate(differences) ** 2).mean()) / 2.0) if differences else math.nan

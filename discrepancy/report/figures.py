@@ -63,12 +63,15 @@ def _records(outcome: Outcome) -> Figure:
     if outcome.effects:
         above.plot(time, measured + left_new, color=AFTER, label="extended model")
         below.plot(time, left_new, color=AFTER, label="extended model")
-    above.set_title(f"{view.names[view.groups[window]]}, not fitted: the cam turn on which the base model is worst")
+    above.set_title(
+        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst"
+    )
     below.set_title("simulated - measured")
     below.set_xlabel("time since the first sample [s]")
     for ax in (above, below):
         ax.set_ylabel(f"[{view.unit.replace('^2', '²')}]")
-        ax.legend(loc="upper right", ncols=3)
+    above.legend(loc="upper right", ncols=3)
+    below.legend(handles=[below.patches[0]], loc="upper right")
     return figure
 
 
@@ -83,7 +86,7 @@ def _maps(outcome: Outcome) -> Figure:
     if outcome.effects:
         pictures.append(("extended model", outcome.where_after))
     highest = max(float(np.nanmax(where.map.levels)) for _, where in pictures)
-    figure = Figure(figsize=(_WIDTH, 0.9 + 0.2 * len(outcome.where.map.upwards.labels)), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(outcome.where.map.upwards.labels))), layout="constrained")
     axes = figure.subplots(1, len(pictures), squeeze=False, sharey=True)[0]
     norm = LogNorm(0.9, max(highest, 3.0))
     mesh = None
@@ -109,9 +112,9 @@ def _map(ax: Axes, picture: Map, norm: LogNorm):
     up, across = np.nonzero(picture.significant)
     ax.plot(across + 0.5, up, ".", color="black", markersize=2.5)
     every = max(1, columns // 6)
-    ax.set_xticks(np.arange(0, columns, every), picture.across.labels[::every])
+    ax.set_xticks(np.arange(0, columns, every), [_tick(label) for label in picture.across.labels[::every]])
     ax.set_yticks(np.arange(rows), picture.upwards.labels)
-    ax.set_xlabel(picture.across.name)
+    ax.set_xlabel(_titled(picture.across.name, picture.across.labels))
     return mesh
 
 
@@ -127,6 +130,9 @@ def _levels(outcome: Outcome) -> Figure:
         _bars(ax, name, _cells(outcome.where, name), _cells(outcome.where_after, name) if outcome.effects else None)
     if outcome.where.spots:
         _lines(axes[len(names)], outcome)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=4, fontsize=8)
+    figure.suptitle("rms over the noise", fontsize=9, x=0.01, ha="left")
     for unused in axes[panels:]:
         unused.remove()
     return figure
@@ -144,13 +150,22 @@ def _bars(ax: Axes, name: str, before: Sequence[Any], after: Sequence[Any] | Non
         ax.bar(at + width / 2, [c.level for c in after], width, color=AFTER, label="extended model")
     ax.plot(at, [c.expected for c in before], "_", color="black", markersize=8, label="expected of noise")
     marks = [k for k, c in enumerate(before) if c.significant]
-    ax.plot(at[marks], [before[k].level * 1.05 for k in marks], "*", color="black", markersize=4)
+    ax.plot(at[marks], [before[k].level * 1.05 for k in marks], "*", color="black", markersize=4, label="beyond chance")
     every = max(1, len(before) // 8)
-    ax.set_xticks(at[::every], [c.label for c in before][::every])
-    ax.set_title(f"{name} (rms over the noise; ★ beyond chance)")
+    ax.set_xticks(at[::every], [_tick(c.label) for c in before[::every]])
+    ax.set_title(_titled(name, [c.label for c in before]))
     ax.set_yscale("log" if max(c.level for c in before) > 8.0 else "linear")
-    if name == before[0].axis and ax.get_subplotspec().is_first_row():  # type: ignore[union-attr]
-        ax.legend(fontsize=7, ncols=3, loc="upper right")
+
+
+def _tick(label: str) -> str:
+    """A label without its unit, which stands in the title."""
+    number, _, unit = label.partition(" ")
+    return number if unit else label
+
+
+def _titled(name: str, labels: Sequence[str]) -> str:
+    unit = labels[0].partition(" ")[2]
+    return f"{name} [{unit}]" if unit else name
 
 
 def _lines(ax: Axes, outcome: Outcome) -> None:

@@ -37,7 +37,10 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         verdict=VERDICTS[answer.verdict],
         kind=outcome.subject.kind,
         figures=pictures,
-        found=[(effect, [(e, ranged(e)) for e in effect.parameters], _sentence(effect.name)) for effect in accepted],
+        found=[
+            (effect, [(e, ranged(e)) for e in effect.parameters], outcome.subject.meaning(effect.name))
+            for effect in accepted
+        ],
         ranking=_ranking(outcome),
         screened=_screened(outcome),
         calibration=answer.calibration,
@@ -71,11 +74,3 @@ def _screened(outcome: Outcome) -> list[str]:
     """Effects of the library that the scan ruled out before a full fit."""
     compared = {row.name for row in outcome.answer.ranking}
     return [name for name in outcome.after.model.hypotheses() if name not in compared]
-
-
-def _sentence(name: str) -> str:
-    """What an effect of the library means; "" for one of another library."""
-    from indexer_env.effects import EFFECTS
-
-    effect = EFFECTS.get(name)
-    return effect.sentence if effect else ""

@@ -18,6 +18,19 @@ from indexer_env.errors import SignalError, refuse
 _KEYS = ("model", "measured", "out", "overwrite", "seed")
 """Keys of conf/discrepancy.yaml that this model takes; the others belong to the indexing machine."""
 
+MEANINGS = {
+    "friction.viscous": "Drag grows in proportion to the slide's speed.",
+    "friction.coulomb": "Dry friction opposes the motion with a constant force.",
+    "friction.asymmetric": "Dry friction is larger in one direction than in the other.",
+    "friction.stribeck": "Dry friction is larger at low speed.",
+    "offset": "A constant force acts, as of a tilted rail or an amplifier's offset.",
+    "elastic_coupling": "Half of the mass hangs on a spring.",
+    "delay": "The force comes later than it is asked for.",
+    "backlash": "Half of the mass is not felt while the play is crossed.",
+    "cogging": "The force wavers with the position.",
+}
+"""The effects of `emps.EFFECTS`, one sentence each."""
+
 _CELLS = 8
 _STANDING = 2.0
 """Standstill added to an imagined motion [s]."""
@@ -55,7 +68,7 @@ class EmpsSubject(Subject):
         axes = [_direction(thinned(motion.rate)[at], inside)]
         for name, (row, unit) in columns.items():
             edges = np.linspace(row.min(), row.max(), _CELLS + 1)
-            labels = tuple(f"{low:.2g} to {high:.2g} {unit}" for low, high in itertools.pairwise(edges))
+            labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
             axes.append(Axis(name, labels, binned(row[at], edges, inside)))
         held = "second cycle" if model.motion is self.held_out.motion else "first cycle"
         return View(
@@ -75,6 +88,9 @@ class EmpsSubject(Subject):
             effect, _, field = name.rpartition(".")
             machine["effects"].setdefault(effect, {})[field] = value
         return {"machine.yaml": yaml.safe_dump(machine, sort_keys=False)}
+
+    def meaning(self, effect: str) -> str:
+        return MEANINGS[effect]
 
     def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
         found = []

@@ -14,6 +14,7 @@ from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned, in_turn
+from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -88,6 +89,8 @@ class IndexerSubject(Subject):
             axes=self._axes(turns, inside, w.record, points),
             map_axes=("station", "cam phase"),
             lines=self._lines(cam_rates / _TURN),
+            window="cam turn",
+            aligned=True,
         )
 
     def _axes(
@@ -138,6 +141,9 @@ class IndexerSubject(Subject):
             "machine.yaml": machine_yaml(extended_machine(model, place)),
             "sensor.yaml": yaml.safe_dump(_plain(sensor), sort_keys=False),
         }
+
+    def meaning(self, effect: str) -> str:
+        return EFFECTS[effect].sentence
 
     def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
         first = self.model.experiments[0]

@@ -72,8 +72,8 @@ def test_ripple_shows_as_an_order_of_the_motor_shaft(where) -> None:
 
 def test_imbalance_changes_over_the_table_turn(where) -> None:
     found = where(24, make_effect("load.imbalance", torque=95.0, phase=0.5))
-    strong = [cell.level for cell in found.cells if cell.axis == "station"]
-    assert max(strong) > 1.5 * min(strong)
+    excess = [cell.level**2 - 1.0 for cell in found.cells if cell.axis == "station"]
+    assert max(excess) > 3.0 * min(excess)
     assert any("table turn" in said for said in found.sentences)
 
 

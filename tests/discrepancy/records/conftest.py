@@ -34,7 +34,9 @@ def values(nominal: Machine) -> np.ndarray:
 def record(values: np.ndarray) -> Callable[..., Record]:
     """Make a record, its samples replaced where given, with these conditions."""
 
-    def make(samples: np.ndarray | None = None, rate: float = 1000.0, pulses=None, unit="rad/s^2", **conditions) -> Record:
+    def make(
+        samples: np.ndarray | None = None, rate: float = 1000.0, pulses=None, unit="rad/s^2", **conditions
+    ) -> Record:
         stated = {"motor_speed": 1500.0 * RPM, "load_torque": 2.0, "start_angle": 1.3} | conditions
         signal = Signal(values if samples is None else samples, rate, unit=unit, source="run.csv")
         return Record("run.csv", signal, Conditions(**stated), pulses)

@@ -18,7 +18,9 @@ def table(folder: Path, text: str, name: str = "records.csv") -> Path:
 
 
 def test_csv_and_yaml_say_the_same(tmp_path: Path) -> None:
-    csv = "file;motor_speed_rpm;load_torque;start_angle_deg;held_out;unit\na.csv;1500;2;90;no;\nc.csv;1200;3;;yes;m/s^2\n"
+    csv = (
+        "file;motor_speed_rpm;load_torque;start_angle_deg;held_out;unit\na.csv;1500;2;90;no;\nc.csv;1200;3;;yes;m/s^2\n"
+    )
     yaml = (
         "a.csv: {motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
         "b/c.csv: {motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
@@ -43,7 +45,10 @@ def test_a_cell_goes_before_what_is_known_of_all_files(tmp_path: Path) -> None:
         ("file,motor_speed_rpm,load_torque\na.csv,1500,2\n", r"must have one row for b/c\.csv, got none"),
         ("file,motor_speed_rpm\na.csv,fast\nc.csv,1\n", r"line 2: motor_speed_rpm must be a number, got 'fast'"),
         ("file,motor_speed_rpm\na.csv,1500\nc.csv,1500\n", r"a\.csv lacks load_torque"),
-        ("file,moter_speed,load_torque\na.csv,1,2\nc.csv,1,2\n", r"no parameter 'moter_speed'; did you mean 'motor_speed'"),
+        (
+            "file,moter_speed,load_torque\na.csv,1,2\nc.csv,1,2\n",
+            r"no parameter 'moter_speed'; did you mean 'motor_speed'",
+        ),
         ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
         ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
         ("motor_speed\n1\n", r"table of records .* must have one column 'file'"),

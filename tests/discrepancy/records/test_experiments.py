@@ -13,9 +13,9 @@ from indexer_env.errors import IndexerError, SignalError
 RPM = 2.0 * math.pi / 60.0
 
 
-def refusal(records, machine, sensor=Sensor()) -> str:
+def refusal(records, machine, sensor: Sensor | None = None) -> str:
     with pytest.raises(SignalError) as caught:
-        experiments(records, machine, sensor)
+        experiments(records, machine, sensor or Sensor())
     said = str(caught.value)
     assert said.endswith(".") and "\n" not in said
     return said

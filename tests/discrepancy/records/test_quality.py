@@ -20,7 +20,7 @@ def test_a_spoiled_sensor_is_refused(record, nominal, values, how: str, said: st
 
 
 def test_mixed_rates_are_refused(record, nominal, values) -> None:
-    with pytest.raises(SignalError, match="got 1000 Hz in run.csv and 500 Hz in run.csv; resample"):
+    with pytest.raises(SignalError, match=r"got 1000 Hz in run\.csv and 500 Hz in run\.csv; resample"):
         check_records([record(), record(values[::2], rate=500.0)], nominal)
 
 
