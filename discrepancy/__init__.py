@@ -5,6 +5,7 @@ In reading order:
     arrow      normal equations of few global and many local parameters, solved by Schur complement
     fit        joint fit of the parameters and of every window's start state
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
+    escape     out of a local minimum by moving an effect's parameters with the windows searched anew
     blackbox   the control: what a model without physics predicts
     naming     which effect is missing, none, or which ones cannot be told apart
     findings   probabilities, intervals and the machine's calibration as an explanation states them

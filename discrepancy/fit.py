@@ -14,6 +14,7 @@ state of all that were tried.
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,6 +68,10 @@ class Point:
     states: np.ndarray
     squares: np.ndarray
     cost: float
+
+    def level(self, model: Model) -> float:
+        """rms of the normalised residuals; 1 is the noise."""
+        return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
 
 
 class Problem:

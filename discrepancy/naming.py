@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.blackbox import black_box_level
+from discrepancy.escape import escaped
 from discrepancy.findings import Ranked, ranked
 from discrepancy.fit import Fit, Point, Problem, fit
 from discrepancy.model import NONE, Model
@@ -32,6 +33,10 @@ CAUTIONS = (100.0, 10.0, 1.0)
 that repeats in every window; with the effect found they need no more than their own weight."""
 
 _CANDIDATES, _FINALISTS = 6, 3
+
+_ESCAPES = (2, 1)
+"""How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
+records."""
 
 _MARGIN = 30.0
 """Least gain in cost (twice a log-likelihood) beyond the price of an effect's parameters."""
@@ -172,8 +177,15 @@ def _finalists(model: Model, starts: list[Start], base: float) -> list[Candidate
     """The candidates worth comparing, fitted to the end, best first; `base` is the base model's cost."""
     tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
     tried = sorted((_pursued(model, place) for place in tried[: _FINALISTS + 1]), key=lambda place: place.cost)
+    leaders = _distinct(tried)[:_FINALISTS]
+    for rounds in _ESCAPES:
+        if leaders[0].level(model) > _FLOOR:
+            problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
+            leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
+            leaders.append(leaders.pop(0))
+    leaders.sort(key=lambda place: place.cost)
     finished: list[Candidate] = []
-    for place in _distinct(tried)[:_FINALISTS]:
+    for place in leaders:
         # one that got not half as far as the best one, which leaves nothing to explain, is no rival
         done = finished and finished[0].level < _FLOOR
         if done and place.cost > 0.5 * (base + finished[0].place.cost):
@@ -181,10 +193,6 @@ def _finalists(model: Model, starts: list[Start], base: float) -> list[Candidate
         finished.append(_finished(model, place))
         finished.sort(key=lambda c: c.score)
     return finished
-
-
-def _level(model: Model, place: Point) -> float:
-    return math.sqrt(place.squares.sum() / model.counts.sum())
 
 
 def _distinct(places: list[Point]) -> list[Point]:
@@ -219,7 +227,7 @@ def _base(model: Model, careful: Point, best: Candidate) -> Candidate:
     places = [problem.adopted(careful), problem.searched(other)]
     fits = [fit(problem, place, steps=_SHORT) for place in places]
     result = min(fits, key=lambda f: f.place.cost)
-    if _level(model, result.place) < _NEAR * max(1.0, best.level):
+    if result.place.level(model) < _NEAR * max(1.0, best.level):
         result = fit(problem, result.place, steps=_LONG, damping=result.damping)
     return _candidate(model, result.place, result.converged)
 
@@ -228,7 +236,7 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     samples = float(model.counts.sum())
     choices = len(model.hypotheses().get(place.hypothesis.name, (NONE,)))
     price = len(place.hypothesis.parameters) * math.log(samples) + 2.0 * math.log(choices)
-    level = _level(model, place)
+    level = place.level(model)
     return Candidate(place.hypothesis.name, place, place.cost + price, level, math.nan, converged)
 
 
