@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
 
 from discrepancy.chain import Outcome
 from discrepancy.next_measurement import ENOUGH
@@ -31,12 +30,11 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
     environment.filters |= {"percent": percent, "number": lambda value: f"{value:.4g}"}
     answer, gap = outcome.answer, outcome.gap
     accepted = answer.found if outcome.effects else ()
-    pictures = {name: Markup(text) for name, text in figures(outcome).items()}
     return environment.get_template(_TEMPLATE).render(
         content=content,
         verdict=VERDICTS[answer.verdict],
         kind=outcome.subject.kind,
-        figures=pictures,
+        figures=figures(outcome),
         found=[
             (effect, [(e, ranged(e)) for e in effect.parameters], outcome.subject.meaning(effect.name))
             for effect in accepted
