@@ -98,6 +98,7 @@ def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     at = [k for k, p in enumerate(problem.parameters) if not p.of_record]
     known = np.zeros_like(system.A)
     known[np.ix_(at, at)] = other.information
+    known += np.diag([float(p.known and p.of_record) for p in problem.parameters])
     system = dataclasses.replace(system, A=system.A + known)
     step, local = system.step(0.0, np.diag(system.A) > 0.0)
     left = difference + np.tensordot(step, by_global, 1) + np.einsum("wl,lwn->wn", local, by_local)

@@ -35,6 +35,9 @@ _ANGLE_SLACK = 5e-3
 _ANGLE_TOLERANCE = 0.15
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
 
+_BY_COMPARISON = 0.01
+"""Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
+
 _LIKENESS = 0.95
 """Likeness below which a record is not of this machine; hidden effects leave it above 0.99."""
 
@@ -126,8 +129,9 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
         speed, said = _speed(record, speed, match, machine.reduction)
         notes += said
     start = stated.start_angle if start is None else start
+    known_to = stated.start_uncertainty
     if start is None:
-        start = match.start_angle
+        start, known_to = match.start_angle, _BY_COMPARISON
         notes.append(
             f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, "
             "its first station taken for station 0"
@@ -140,7 +144,10 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             "start_angle or pulse_angle."
         )
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
-    return Experiment(named, OperatingPoint(speed, stated.load_torque, start), stated.noise), notes
+    point = OperatingPoint(speed, stated.load_torque, start)
+    turned = machine.reduction * speed * signal.duration
+    speed_known_to = stated.speed_uncertainty or max(known_to, _ANGLE_SLACK) / turned
+    return Experiment(named, point, stated.noise, known_to, speed_known_to), notes
 
 
 def _by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
@@ -230,6 +237,8 @@ def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Expe
             Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
             OperatingPoint(point.motor_speed, point.load_torque, start),
             experiment.noise,
+            experiment.start_uncertainty,
+            experiment.speed_uncertainty,
         )
         for values, start in parts
     ]

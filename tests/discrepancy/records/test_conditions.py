@@ -27,6 +27,9 @@ def test_csv_and_yaml_say_the_same(tmp_path: Path) -> None:
     )
     found = conditions_of(NAMES, table(tmp_path, csv), {})
     assert found == conditions_of(NAMES, table(tmp_path, yaml, "records.yaml"), {})
+    listed = "- {file: a.csv, motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
+    listed += "- {file: c.csv, motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
+    assert found == conditions_of(NAMES, table(tmp_path, listed, "list.yaml"), {})
     assert found["a.csv"] == Conditions(1500.0 * 2.0 * math.pi / 60.0, 2.0, math.pi / 2.0)
     assert found["b/c.csv"].held_out and found["b/c.csv"].unit == "m/s^2"
 
