@@ -1,7 +1,7 @@
 """The gap closed beside models that learn the residual: ``python -m benchmarks.residual_peers [--cases N] [--seed S]``
 
-Each case is one of `discrepancy.challenge`: an effect hidden in a machine, records of two conditions to learn from, one at
-a speed and load never fitted. The same calibrated base model is extended three ways:
+Each case is one of `discrepancy.challenge`: an effect hidden in a machine, records of two conditions to learn from, one
+at a speed and load never fitted. The same calibrated base model is extended three ways:
 
     named     by the effect that `explain` names, as the command does
     sparse    by a torque on the table that is sparse in a library of functions (pysindy's STLSQ, as in SINDy: Brunton,
@@ -87,8 +87,11 @@ def sparse(learned: Samples, held: Samples) -> np.ndarray:
     """Torque on the record held out (n,) by sparse regression."""
     import pysindy
 
-    X, scale = library(learned.inputs), np.abs(library(learned.inputs)).max(axis=0)
-    X, spread = X / scale, learned.torque.std()
+    X, spread = library(learned.inputs), learned.torque.std()
+    # What did not vary while it learned, the load, say, cannot have been learned from; the constant stays.
+    varied = np.flatnonzero((np.ptp(X, axis=0) > 1e-9 * np.abs(X).max(axis=0)) | (np.arange(X.shape[1]) == 0))
+    scale = np.abs(X[:, varied]).max(axis=0)
+    X = X[:, varied] / scale
 
     def fitted(threshold: float, mine: np.ndarray) -> np.ndarray:
         optimizer = pysindy.STLSQ(threshold=threshold * spread, alpha=1e-3)
@@ -107,7 +110,7 @@ def sparse(learned: Samples, held: Samples) -> np.ndarray:
         return float(sum(left))
 
     best = min(_THRESHOLDS, key=error)
-    return (library(held.inputs) / scale) @ fitted(best, np.ones(len(X), dtype=bool))
+    return (library(held.inputs)[:, varied] / scale) @ fitted(best, np.ones(len(X), dtype=bool))
 
 
 def gaussian(learned: Samples, held: Samples, rng: np.random.Generator) -> np.ndarray:
@@ -121,8 +124,9 @@ def gaussian(learned: Samples, held: Samples, rng: np.random.Generator) -> np.nd
         waves = [f(k * cam) for k in (1, 2) for f in (np.sin, np.cos)] + [np.sin(table), np.cos(table)]
         return np.stack([*waves, rate, simulated, cam_rate, load], axis=1)
 
-    X = inputs(learned)
-    middle, scale = X.mean(axis=0), np.maximum(X.std(axis=0), 1e-9)
+    varied = inputs(learned).std(axis=0) > 1e-9
+    X = inputs(learned)[:, varied]
+    middle, scale = X.mean(axis=0), X.std(axis=0)
     chosen = rng.choice(len(X), min(_POINTS, len(X)), replace=False)
     spread = learned.torque.std()
     kernel = ConstantKernel(1.0) * RBF(np.ones(X.shape[1]), (0.05, 1e3)) + WhiteKernel(0.1, (1e-4, 10.0))
@@ -130,7 +134,7 @@ def gaussian(learned: Samples, held: Samples, rng: np.random.Generator) -> np.nd
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         process.fit((X[chosen] - middle) / scale, learned.torque[chosen] / spread)
-    return spread * process.predict((inputs(held) - middle) / scale)
+    return spread * process.predict((inputs(held)[:, varied] - middle) / scale)
 
 
 def closed(held: Samples, predicted: np.ndarray) -> float:

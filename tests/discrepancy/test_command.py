@@ -78,7 +78,7 @@ def test_a_drive_leaves_its_report(run, tmp_path: Path) -> None:
 )
 def test_a_mistake_is_one_sentence(run, tmp_path: Path, monkeypatch, arguments: list[str], said: str) -> None:
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(*arguments)
+    code, _, err = run(*arguments)
     assert code == 2 and said in err and err.count("\n") == 1, err
     assert list(tmp_path.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""The report of a drive with hidden friction: every key, one page without the network, a machine that says what was found."""
+"""The report of a drive with hidden friction: every key, a page without the network, a machine with what was found."""
 
 import json
 import re
