@@ -250,7 +250,7 @@ def _antialias() -> np.ndarray:
     """The filter of `scipy.signal.decimate`, designed once."""
     import scipy.signal
 
-    return scipy.signal.cheby1(8, 0.05, 0.8 / _DECIMATION, output="sos")
+    return np.asarray(scipy.signal.cheby1(8, 0.05, 0.8 / _DECIMATION, output="sos"))
 
 
 def load_emps(path: Path) -> tuple[EmpsModel, EmpsModel]:
