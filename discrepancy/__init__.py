@@ -3,10 +3,12 @@
 In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
     arrow      normal equations of few global and many local parameters, solved by Schur complement
+    problem    one hypothesis about the records: cost, normal equations, search of the windows' start states
     fit        joint fit of the parameters and of every window's start state
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
     escape     out of a local minimum by moving an effect's parameters with the windows searched anew
     blackbox   the control: what a model without physics predicts
+    candidates the hypotheses that compete: which starts are fitted, how far, what they predict of records held out
     naming     which effect is missing, none, or which ones cannot be told apart
     findings   probabilities, intervals and the machine's calibration as an explanation states them
     explain    name, add and look again until no gap is left

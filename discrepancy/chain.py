@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.candidates import Candidate, held_place
 from discrepancy.explain import Explanation, explain
 from discrepancy.fit import Point
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
 from discrepancy.model import NONE, Hypothesis, Model
-from discrepancy.naming import Candidate, held_place
 from discrepancy.next_measurement import Separation, separations
 from discrepancy.subjects.base import Subject, in_turn
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from discrepancy.fit import Point, Problem, fit
+from discrepancy.fit import fit
+from discrepancy.problem import Point, Problem
 from discrepancy.scan import neighbours
 
 _SHARES = (0.25, 0.5)

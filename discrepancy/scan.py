@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.arrow import arrow
-from discrepancy.fit import Point, Problem
 from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.problem import Point, Problem
 
 _DAMPING = 1e-2
 _SHARES = (0.5, 0.25)
@@ -39,6 +39,10 @@ class Scanner:
         self.model, self.base = model, base
         self.problem = Problem(model, NONE, caution=caution).eased(base)
         self.residual, self.by_global, self.by_local = self.problem.linearised(base)
+
+    def gain(self, start: Start) -> float:
+        """How much less than the base model's the cost is that a start promises."""
+        return self.problem.adopted(self.base).cost - start.promised
 
     def starts(self, hypothesis: Hypothesis) -> list[Start]:
         """All starts of a hypothesis, best first by what the linearisation promises."""
