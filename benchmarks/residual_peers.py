@@ -26,11 +26,11 @@ from pathlib import Path
 import numpy as np
 
 from discrepancy import NONE, explain
+from discrepancy.candidates import held_place
 from discrepancy.challenge.draw import KNOWN_TO, Order, draw
 from discrepancy.challenge.records import read_records, write_records
-from discrepancy.fit import Point, Problem
 from discrepancy.indexer import IndexerModel
-from discrepancy.naming import held_place
+from discrepancy.problem import Point, Problem
 
 _TURN = 2.0 * math.pi
 _HARMONICS = 8

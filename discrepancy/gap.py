@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit import Point
+from discrepancy.problem import Point
 from discrepancy.subjects.base import View
 
 _DRAWS = 2000

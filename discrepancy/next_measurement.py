@@ -20,8 +20,8 @@ import numpy as np
 
 from discrepancy.arrow import arrow
 from discrepancy.explain import Explanation
-from discrepancy.fit import Point, Problem
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Measurement, Subject, in_turn
 
 ENOUGH = 30.0

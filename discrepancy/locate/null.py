@@ -14,9 +14,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from discrepancy.fit import Point, Problem
 from discrepancy.indexer.windows import white_noise
 from discrepancy.model import Model
+from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import View
 
 _RANK = 1e-9

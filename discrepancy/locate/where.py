@@ -13,12 +13,12 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.stats import gamma
 
-from discrepancy.fit import Point
 from discrepancy.locate.null import Null
 from discrepancy.locate.result import Cell, Map, Spot, Where
 from discrepancy.locate.sentences import sentences
 from discrepancy.locate.statistics import Levels, Prominence
 from discrepancy.model import Model
+from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, View
 
 ALARMS = 0.05

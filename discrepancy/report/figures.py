@@ -14,8 +14,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from discrepancy.chain import Fitted, Outcome
-from discrepancy.fit import Problem
 from discrepancy.locate import Map, Where
+from discrepancy.problem import Problem
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 MEASURED, BEFORE, AFTER = "0.2", "#D55E00", "#0072B2"

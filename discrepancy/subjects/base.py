@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit import Point
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ import numpy as np
 
 from datagen.job_paths import path_given
 from discrepancy.emps import EmpsModel, Motion, load_emps, thinned
-from discrepancy.fit import Point
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned, in_turn
 from indexer_env.errors import SignalError, refuse
 

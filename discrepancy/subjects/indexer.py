@@ -8,10 +8,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from discrepancy.fit import Point
 from discrepancy.indexer import Experiment, IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned, in_turn
 from indexer_env.effects import EFFECTS

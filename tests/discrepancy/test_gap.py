@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from discrepancy.fit import Point
 from discrepancy.gap import gap_of
 from discrepancy.model import NONE
+from discrepancy.problem import Point
 from discrepancy.subjects.base import View
 
 

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from discrepancy.fit import Point, Problem, fit
+from discrepancy.fit import fit
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import changed
 from discrepancy.model import NONE, Hypothesis
 from discrepancy.next_measurement import ENOUGH, Separation, separations
+from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env import Machine, Sensor, load_machine, make_effect

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from discrepancy.fit import Point, Problem, fit
+from discrepancy.fit import fit
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.indexer.parameters import read
 from discrepancy.locate.null import Null
 from discrepancy.locate.where import ALARMS, Law, Where, locate, located
 from discrepancy.model import NONE
+from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import View
 from discrepancy.subjects.indexer import IndexerSubject
