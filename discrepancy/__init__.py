@@ -14,6 +14,14 @@ In reading order:
     explain    name, add and look again until no gap is left
     indexer/   the cam indexing machine as such a model
     emps       a measured drive as such a model
+    records/   measured files of an indexing machine, checked against the nominal one before any fit
+    subjects/  what the chain needs of a machine beyond its model
+    locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
+    gap        the gap before and after on records never fitted, with intervals
+    next_measurement  which measurement would tell ambiguous effects apart
+    chain      the stages one after the other; `stages` says which one is under way
+    report/    report.html, report.json
+    __main__   python -m discrepancy
 
 Units are SI and rad. Residuals are (simulated - measured)/noise, so a level (their rms) of 1 is the noise floor.
 Arrays are (window, sample); global parameters g, local ones l, windows w.
