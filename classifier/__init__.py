@@ -17,6 +17,10 @@ Read in this order:
                    (python -m classifier.diagnose)
     export/        a model as one ONNX file                                      (python -m classifier.export)
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
+    job            a training as its configuration asks for it
+    runs           trainings as a table, one row each; all runs of a sweep together
+    curves         errors and scores for TensorBoard
+    tune           settings sought by trials                                     (python -m classifier.tune)
     __main__       the training command                                          (python -m classifier)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of
