@@ -82,6 +82,8 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
         if folder is not None:
             _write(folder / _stem(report.name, names), model, report, number < pictures)
         reports.append(_without_records(report))
+    if not reports:
+        raise SignalError("diagnose.signal must hold at least one record, got a data set without any; give another.")
     if all(report.problem for report in reports):
         more = f" ({len(reports)} signals, none of which could be diagnosed)" if len(reports) > 1 else ""
         raise SignalError(f"{reports[0].problem.removesuffix('.')}{more}.")
