@@ -62,6 +62,20 @@ PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Novelty
 """Classes of parts by their kind, in the order in which they are fitted."""
 
 
+def check_kinds(kinds: object) -> Sequence[str] | None:
+    """The kinds of parts that are asked for; None: all that a data set allows. Raises ParameterError."""
+    if kinds is None:
+        return None
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
+        remedy = "write parts=[] for none, parts=null for all that the data set allows"
+        raise refuse("classifier", "parts", f"a list of {', '.join(PARTS)}, or null", kinds, remedy)
+    for kind in kinds:
+        check_choice("classifier", "parts", kind, PARTS)
+        if kinds.count(kind) > 1:
+            raise refuse("classifier", "parts", "a list that names each part once", list(kinds))
+    return kinds
+
+
 def fit_parts(
     dataset: Dataset, features: np.ndarray, outputs: np.ndarray, kinds: Sequence[str] | None = None, seed: int = 0
 ) -> tuple[Part, ...]:
@@ -71,10 +85,7 @@ def fit_parts(
 
     Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
     """
-    for kind in kinds or ():
-        check_choice("classifier", "parts", kind, PARTS)
-        if list(kinds or ()).count(kind) > 1:
-            raise refuse("classifier", "parts", "a list that names each part once", list(kinds or ()))
+    check_kinds(kinds)
     fitted = []
     for kind in PARTS if kinds is None else kinds:
         part = PARTS[kind].fit(dataset, features, outputs, seed)
