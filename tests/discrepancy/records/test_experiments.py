@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from discrepancy.records.experiments import experiments
-from indexer_env import OperatingPoint, Run, Sensor, load_machine, simulate
+from indexer_env import OperatingPoint, Run, Sensor, load_machine, motion_law, simulate
 from indexer_env.errors import IndexerError, SignalError
 
 RPM = 2.0 * math.pi / 60.0
@@ -80,7 +80,7 @@ def test_noise_alone_is_no_record_of_a_machine(record, nominal) -> None:
     assert "must repeat with the cam" in said
 
 
-@pytest.mark.parametrize("change", [{"motion_share": 0.75}, {"stations": 4}])
+@pytest.mark.parametrize("change", [{"motion_share": 0.6}, {"stations": 4}, {"motion_law": motion_law("cycloidal")}])
 def test_a_record_of_another_machine_is_refused(record, nominal, change: dict) -> None:
     other = dataclasses.replace(nominal, **change)
     samples = simulate(other, OperatingPoint(start_angle=1.3), Run(samples=18000)).table_acceleration
