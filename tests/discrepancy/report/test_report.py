@@ -19,9 +19,9 @@ KEYS = {"verdict", "effects", "ranking", "gap", "where", "calibration", "seed", 
 
 
 def drives(friction: float) -> EmpsSubject:
-    """Seed 2: two motions of 12 s at 1 kHz, 95 kg, 200 N s/m known, dry friction, 0.3 N of noise."""
+    """Seed 2: two motions of 7 s at 1 kHz, 95 kg, 200 N s/m known, dry friction, 0.3 N of noise."""
     rng = np.random.default_rng(2)
-    time = np.arange(12000) * 1e-3
+    time = np.arange(7000) * 1e-3
     made = []
     for shift in (0.0, 0.7):
         position = 0.1 * np.sin(1.3 * time + shift) + 0.03 * np.sin(4.1 * time)
