@@ -13,7 +13,6 @@ from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import scipy.fft
 import scipy.signal
 
 from indexer_env.build import from_mapping
@@ -183,7 +182,7 @@ class Fft(Features):
         amplitudes = np.empty((len(records), count))
         for first in range(0, len(records), _CHUNK):
             chunk = np.asarray(records[first : first + _CHUNK, :segment], dtype=np.float64)
-            spectrum = scipy.fft.rfft(chunk - chunk.mean(axis=1, keepdims=True))
+            spectrum = np.fft.rfft(chunk - chunk.mean(axis=1, keepdims=True))
             amplitudes[first : first + _CHUNK] = 2 / segment * np.abs(spectrum[:, 1 : count + 1])
         return amplitudes
 

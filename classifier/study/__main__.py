@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import torch
@@ -11,7 +12,7 @@ from rich.table import Table
 from classifier.study.claims import CLAIMS, chosen
 from classifier.study.lab import Lab, Size
 from classifier.study.report import write_report
-from classifier.study.work import findings, open_study, stored, work_on
+from classifier.study.work import open_study, stored, work_on
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder
 from indexer_env.build import from_mapping
@@ -20,7 +21,7 @@ from indexer_env.checks import check_integer
 
 @hydra_command("study")
 def main(config: dict[str, Any]) -> None:
-    """Work on the chosen claims that have not been done, then write the report of all that have."""
+    """Work on the chosen claims that have not been done, then write the report of all that have been."""
     claims = chosen(config["claims"])
     size = from_mapping(Size, config["size"], owner="size")
     check_integer("study", "seed", config["seed"], low=0, high=2**31 - 1)
@@ -28,19 +29,20 @@ def main(config: dict[str, Any]) -> None:
     lab = Lab(size, config["seed"], job_folder("study", config["out"]))
     torch.set_num_threads(config["threads"])
     open_study(lab)
+    # A line for each of a hundred data sets would say less than the claims' own.
+    logging.getLogger("datagen").setLevel(logging.WARNING)
     console = Console(highlight=False, soft_wrap=True)
+    found = {claim.key: finding for claim in CLAIMS.values() if (finding := stored(claim, lab.folder)) is not None}
     for claim in claims:
-        finding = stored(claim, lab.folder)
-        if finding is None:
+        if claim.key not in found:
             console.print(f"{claim.where}: {claim.title} …")
-            finding = work_on(claim, lab)
-            write_report(lab)
-        else:
-            console.print(f"{claim.where}: done before")
-    report = write_report(lab)
+            found[claim.key] = work_on(claim, lab)
+    # Told in the order of the paper, those of earlier runs among them.
+    findings = [found[key] for key in CLAIMS if key in found]
+    report = write_report(lab, findings)
     table = Table("claim", "where", "verdict")
-    for key, finding in findings(CLAIMS.values(), lab.folder).items():
-        table.add_row(CLAIMS[key].title, CLAIMS[key].where, str(finding.verdict))
+    for finding in findings:
+        table.add_row(finding.claim.title, finding.claim.where, str(finding.verdict))
     console.print(table)
     console.print(f"report: {report}")
 

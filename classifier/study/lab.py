@@ -20,7 +20,7 @@ class Size:
     """How much is done; conf/size.
 
     data_seeds       data sets of each kind, over which intervals are taken
-    trainings        networks of each variant on each data set; a quarter of them under the settings that only show
+    trainings        networks of each variant on each data set; a tenth of them under the settings that only show
                      what a verdict hangs on
     initialisations  networks of fig. 5 on each data set
     epochs           most epochs of a training
@@ -57,7 +57,7 @@ class Lab:
     def networks(self, setting: Setting, wanted: int | None = None) -> int:
         """Networks trained for each variant and data set."""
         wanted = self.size.trainings if wanted is None else wanted
-        return wanted if setting.main else -(-wanted // 4)
+        return wanted if setting.main else -(-wanted // 10)
 
     def place(self, recipe: Recipe, seed: int) -> Path:
         """Folder of a data set, made now if it is not there."""
@@ -72,7 +72,9 @@ class Lab:
     ) -> Variant:
         """A variant with the setting's features and the training's limits, unless chosen otherwise."""
         trainer = TRAINERS[rule](epochs=self.size.epochs, patience=setting.patience)
-        return Variant(label, x, **{"features": self.psd(setting), "trainer": trainer, **choices})
+        return Variant(
+            label, x, **{"features": self.psd(setting), "trainer": trainer, "scaled": setting.scaled, **choices}
+        )
 
     def trials(self, setting: Setting, variants: Sequence[Variant], wanted: int | None = None) -> list[dict[str, Any]]:
         """Every variant on every data set of the setting: one row per network."""

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import jinja2
 from markupsafe import Markup
 
-from classifier.study.claims import CLAIMS, Claim
 from classifier.study.lab import Lab
-from classifier.study.verdicts import LEVEL, Outcome, Verdict
-from classifier.study.work import FIGURE_PNG, STUDY_JSON, Finding, findings
+from classifier.study.verdicts import LEVEL, Verdict
+from classifier.study.work import STUDY_JSON, Finding
 
 REPORT_HTML = "report.html"
 
 
-def write_report(lab: Lab) -> Path:
-    """Write the page of all claims that have been done in the study's folder; it needs no other file."""
+def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
+    """Write the page of these findings into the study's folder; it needs no other file."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     page.globals["badge"] = _badge
-    found = findings(CLAIMS.values(), lab.folder)
     text = page.get_template("report.html.j2").render(
-        claims=[_section(CLAIMS[key], finding, lab) for key, finding in found.items()],
+        sections=[_section(finding, lab) for finding in findings],
         level=round(100 * LEVEL),
         size=lab.size,
         seeds=lab.seeds,
@@ -38,39 +37,19 @@ def write_report(lab: Lab) -> Path:
     return path
 
 
-def _section(claim: Claim, finding: Finding, lab: Lab) -> Mapping[str, Any]:
-    picture = base64.b64encode((lab.folder / claim.key / FIGURE_PNG).read_bytes()).decode()
-    told = {setting.key: _told(finding.outcomes[setting.key], setting.words) for setting in claim.settings
-            if setting.key in finding.outcomes}  # fmt: skip
-    main = [setting for setting in claim.settings if setting.main]
+def _section(finding: Finding, lab: Lab) -> dict[str, Any]:
+    picture = io.BytesIO()
+    finding.picture().savefig(picture, format="png")
     return {
-        "key": claim.key,
-        "title": claim.title,
-        "where": claim.where,
-        "says": claim.says,
-        "choices": claim.choices,
+        "claim": finding.claim,
         "verdict": finding.verdict,
-        "picture": picture,
-        "main": [told[setting.key] for setting in main],
-        "others": [told[setting.key] for setting in claim.settings if setting.key in told and not setting.main],
+        "picture": base64.b64encode(picture.getvalue()).decode(),
+        "main": [(setting, finding.outcomes[setting.key]) for setting in finding.main],
+        "others": [(setting, finding.outcomes[setting.key]) for setting in finding.others],
         "trainings": finding.trainings,
         "minutes": finding.minutes,
-        "commands": [setting.recipe.command(lab.seed) for setting in main],
+        "commands": dict.fromkeys(setting.recipe.command(lab.seed) for setting in finding.main),
     }
-
-
-def _told(outcome: Outcome, words: str) -> dict[str, Any]:
-    statements = [
-        {
-            "says": one.says,
-            "short": one.says.partition(" (")[0],
-            "rule": one.rule,
-            "found": one.found,
-            "holds": one.holds,
-        }
-        for one in outcome.statements
-    ]
-    return {"setting": outcome.setting, "words": words, "verdict": outcome.verdict, "statements": statements}
 
 
 def _badge(verdict: Verdict) -> Markup:

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from classifier.features import Features, Psd, Scaling
-from classifier.network import TARGETS, Mlp
+from classifier.network import TARGETS, Layers, Mlp
 from classifier.study.recipes import Labelled
 from classifier.trainers import Examples, Trainer, Training
 from classifier.trainers.traingdx import TrainGdx
@@ -26,16 +26,19 @@ class Variant:
 
     label  what tells it apart, on a picture's axis
     x      its place on that axis
+    scaled whether features are taken to [0, 1] before training; without, the network starts as the same function of
+           the features and learns on these as they are
     """
 
     label: str
     x: float = 0.0
-    features: Features = Psd()
+    features: Features = field(default_factory=Psd)
     hidden: int = 20
     hidden_function: str = Mlp.hidden_function
     output_function: str = Mlp.output_function
     targets: str = Mlp.targets
     trainer: Trainer = field(default_factory=TrainGdx)
+    scaled: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +54,9 @@ class Trained:
 
     def outputs(self, records: np.ndarray) -> np.ndarray:
         """Outputs (networks, n, bits), on the scale of the bits, for records (n, samples) of the same rate."""
-        scaled = self.scaling.apply(self.variant.features.compute(records, self.data.sample_rate))
-        outputs = self.network.outputs_of(self.training.parameters, torch.from_numpy(scaled))
+        values = self.variant.features.compute(records, self.data.sample_rate)
+        inputs = torch.from_numpy(self.scaling.apply(values) if self.variant.scaled else values)
+        outputs = self.network.outputs_of(self.training.parameters, inputs)
         return self.network.bits_of(outputs).numpy()
 
     def rows(self) -> list[dict[str, Any]]:
@@ -100,9 +104,9 @@ def train(data: Labelled, variant: Variant, networks: int, seed: int) -> Trained
     """
     values = variant.features.compute(data.records, data.sample_rate)
     scaling = Scaling.fit(values[data.subsets["calibration"]])
-    scaled = torch.from_numpy(scaling.apply(values))
+    inputs = torch.from_numpy(scaling.apply(values) if variant.scaled else values)
     network = Mlp(
-        scaled.shape[1],
+        inputs.shape[1],
         variant.hidden,
         data.targets.shape[1],
         variant.hidden_function,
@@ -111,8 +115,19 @@ def train(data: Labelled, variant: Variant, networks: int, seed: int) -> Trained
     )
     wanted = network.targets_of(torch.from_numpy(data.targets))
     subsets = (torch.from_numpy(data.subsets[subset]) for subset in ("calibration", "control"))
-    examples = [Examples(scaled[rows], wanted[rows]) for rows in subsets]
+    calibration, control = (Examples(inputs[rows], wanted[rows]) for rows in subsets)
     start = network.initial(networks, torch.Generator().manual_seed(seed))
+    if not variant.scaled:
+        _unscale(network.layers(start), scaling)
     began = time.process_time()
-    training = variant.trainer.train(network, start, *examples)
+    training = variant.trainer.train(network, start, calibration, control)
     return Trained(variant, data, scaling, network, training, time.process_time() - began)
+
+
+def _unscale(layers: Layers, scaling: Scaling) -> None:
+    """Change first layers for scaled features, in place, to the same functions of features that are not:
+    W (x − low) / span + b.
+    """
+    span = torch.tensor(scaling.high - scaling.low)
+    layers.w1.div_(torch.where(span > 0, span, torch.inf))
+    layers.b1.sub_(layers.w1 @ torch.tensor(scaling.low))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -82,15 +82,6 @@ class Outcome:
         """Holds where every statement does, does not hold where none does."""
         held = [statement.holds for statement in self.statements]
         return Verdict.HOLDS if all(held) else Verdict.IN_PART if any(held) else Verdict.FAILS
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, the verdict among them."""
-        return {**asdict(self), "verdict": str(self.verdict)}
-
-    @classmethod
-    def from_dict(cls, body: Mapping[str, Any]) -> Outcome:
-        """Inverse of `to_dict`."""
-        return cls(body["setting"], tuple(Statement(**statement) for statement in body["statements"]))
 
 
 def overall(verdicts: Sequence[Verdict]) -> Verdict:

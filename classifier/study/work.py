@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import textwrap
 import time
-from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure
 from classifier.study.claims import Claim
 from classifier.study.claims.base import Rows
 from classifier.study.lab import Lab
+from classifier.study.settings import Setting
 from classifier.study.verdicts import Outcome, Verdict, overall
 from classifier.style import style
 from datagen.output_folder import output_folder
@@ -25,36 +25,62 @@ from datagen.versions import versions_of
 from indexer_env.errors import refuse
 
 STUDY_JSON = "study.json"
-FINDING_JSON, RESULTS_PARQUET, FIGURE_PNG = "finding.json", "results.parquet", "figure.png"
-CLAIM_FILES = (FINDING_JSON, RESULTS_PARQUET, FIGURE_PNG)
+RESULTS_PARQUET, FIGURE_PNG = "results.parquet", "figure.png"
+CLAIM_FILES = (RESULTS_PARQUET, FIGURE_PNG)
 """All that a claim's folder holds."""
 
+_MINUTES = b"processor_minutes"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Finding:
-    """What was found about one claim.
+    """What was found about one claim; all of it follows from the rows.
 
-    outcomes   under each of its settings, by key
-    verdict    of the main settings together
-    trainings  networks trained
-    minutes    of processor time
+    rows     by setting
+    minutes  of processor time that they took
     """
 
-    outcomes: dict[str, Outcome]
-    verdict: Verdict
-    trainings: int
+    claim: Claim
+    rows: dict[str, Rows]
     minutes: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return {**asdict(self), "outcomes": [outcome.to_dict() for outcome in self.outcomes.values()]}
+    @functools.cached_property
+    def outcomes(self) -> dict[str, Outcome]:
+        """Statements and verdict under each setting."""
+        return {key: Outcome(key, self.claim.judge(own)) for key, own in self.rows.items()}
 
-    @classmethod
-    def from_dict(cls, body: Mapping[str, Any]) -> Finding:
-        """Inverse of `to_dict`."""
-        outcomes = [Outcome.from_dict(outcome) for outcome in body["outcomes"]]
-        own = {outcome.setting: outcome for outcome in outcomes}
-        return cls(own, Verdict(body["verdict"]), body["trainings"], body["minutes"])
+    @property
+    def main(self) -> list[Setting]:
+        """The settings on which the verdict rests."""
+        return [setting for setting in self.claim.settings if setting.main]
+
+    @property
+    def others(self) -> list[Setting]:
+        """The settings that show what it hangs on, where they have been studied."""
+        return [setting for setting in self.claim.settings if setting.key in self.rows and not setting.main]
+
+    @property
+    def verdict(self) -> Verdict:
+        """That of the main settings together."""
+        return overall([self.outcomes[setting.key].verdict for setting in self.main])
+
+    @property
+    def trainings(self) -> int:
+        """Networks trained."""
+        return sum(_networks(own) for own in self.rows.values())
+
+    def picture(self) -> Figure:
+        """The claim's figure under each main setting: side by side where it has one panel, else one row each."""
+        many = self.claim.panels > 1
+        with style():
+            count = len(self.main)
+            figure = Figure(figsize=(11, 3.6 * count) if many else (4.3 * count, 3.9), layout="constrained")
+            parts = figure.subfigures(*((count, 1) if many else (1, count)), squeeze=False).flatten()
+            for part, setting in zip(parts, self.main, strict=True):
+                axes = part.subplots(1, self.claim.panels, squeeze=False).flatten()
+                part.suptitle(textwrap.fill(f"{setting.key}: {setting.words}", 95 if many else 50), fontsize=9)
+                self.claim.draw(list(axes), self.rows[setting.key])
+        return figure
 
 
 def open_study(lab: Lab) -> None:
@@ -80,51 +106,32 @@ def open_study(lab: Lab) -> None:
 
 def stored(claim: Claim, folder: Path) -> Finding | None:
     """What an earlier run found about a claim, None where it has not been done."""
-    path = folder / claim.key / FINDING_JSON
-    return Finding.from_dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else None
+    path = folder / claim.key / RESULTS_PARQUET
+    if not path.is_file():
+        return None
+    table = pq.read_table(path)
+    rows: dict[str, Rows] = {}
+    for row in table.to_pylist():
+        rows.setdefault(row["setting"], []).append(row)
+    return Finding(claim, rows, float((table.schema.metadata or {})[_MINUTES]))
 
 
 def work_on(claim: Claim, lab: Lab) -> Finding:
-    """Do a claim under its settings and write results, picture and finding."""
+    """Do a claim under its settings; keep its results and its picture."""
     began = time.process_time()
     settings = [setting for setting in claim.settings if setting.main or lab.size.others]
     rows = {setting.key: claim.collect(lab, setting) for setting in settings}
-    outcomes = {key: Outcome(key, claim.judge(own)) for key, own in rows.items()}
-    verdict = overall([outcomes[setting.key].verdict for setting in settings if setting.main])
-    trainings = sum(_networks(own) for own in rows.values())
-    finding = Finding(outcomes, verdict, trainings, (time.process_time() - began) / 60)
+    finding = Finding(claim, rows, (time.process_time() - began) / 60)
+    table = pa.Table.from_pylist([row for own in rows.values() for row in own])
+    table = table.replace_schema_metadata({_MINUTES: str(finding.minutes)})
     with output_folder(lab.folder / claim.key, CLAIM_FILES) as folder:
-        pq.write_table(pa.Table.from_pylist([row for own in rows.values() for row in own]), folder / RESULTS_PARQUET)
-        _picture(claim, rows).savefig(folder / FIGURE_PNG)
-        body = json.dumps(finding.to_dict(), indent=1, ensure_ascii=False)
-        (folder / FINDING_JSON).write_text(body + "\n", encoding="utf-8")
+        pq.write_table(table, folder / RESULTS_PARQUET)
+        finding.picture().savefig(folder / FIGURE_PNG)
     return finding
 
 
 def _networks(rows: Rows) -> int:
-    """Networks behind the rows, which tell them apart by data set, variant and number."""
+    """Networks behind the rows, which tell them apart by data set, variant and number or count them."""
     if "networks" in rows[0]:
         return sum({(row["data_seed"], row["variant"]): row["networks"] for row in rows}.values())
     return len({(row["data_seed"], row.get("variant"), row["network"]) for row in rows})
-
-
-def _picture(claim: Claim, rows: Mapping[str, Rows]) -> Figure:
-    """The claim's figure under each main setting: side by side where it has one panel, else one row each."""
-    main = [setting for setting in claim.settings if setting.main]
-    with style():
-        many = claim.panels > 1
-        figure = Figure(figsize=(11, 3.6 * len(main)) if many else (11, 4.2), layout="constrained")
-        parts = (
-            figure.subfigures(len(main), 1, squeeze=False) if many else figure.subfigures(1, len(main), squeeze=False)
-        )
-        for part, setting in zip(parts.flatten(), main, strict=True):
-            axes = part.subplots(1, claim.panels, squeeze=False).flatten()
-            part.suptitle(textwrap.fill(f"{setting.key}: {setting.words}", 95 if many else 62), fontsize=9)
-            claim.draw(list(axes), rows[setting.key])
-    return figure
-
-
-def findings(claims: Iterable[Claim], folder: Path) -> dict[str, Finding]:
-    """What has been found so far, by claim."""
-    found = ((claim.key, stored(claim, folder)) for claim in claims)
-    return {key: finding for key, finding in found if finding is not None}

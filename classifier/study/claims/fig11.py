@@ -29,8 +29,8 @@ class Fig11(Claim):
     where: ClassVar[str] = "§4.3, fig. 11"
     title: ClassVar[str] = "The backlash node's output follows the play about linearly"
     says: ClassVar[str] = (
-        "Taught on classes with and without play in joint 2, the network answers plays between with an output of its fifth "
-        "node that changes about linearly with the play."
+        "Taught on classes with and without play in joint 2, the network answers plays between with an output of its "
+        "fifth node that changes about linearly with the play."
     )
     choices: ClassVar[tuple[str, ...]] = (
         "Trained as in §4.3; judged on new machines of Model B with linear joints and eleven plays, 12 machines each.",

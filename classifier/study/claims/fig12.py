@@ -24,17 +24,17 @@ class Fig12(Claim):
     where: ClassVar[str] = "§5.2, fig. 12"
     title: ClassVar[str] = "All twenty cases of the bench are classified"
     says: ClassVar[str] = (
-        "Two states of the rollers, two of the screws and five backlashes, ten tests of each case, seven to train and three "
-        "to validate: every case is classified, and any user could say which it is."
+        "Two states of the rollers, two of the screws and five backlashes, ten tests of each case, seven to train "
+        "and three to validate: every case is classified, and any user could say which it is."
     )
     choices: ClassVar[tuple[str, ...]] = (
         "The bench is simulated (campaign=bench); it is ours, the paper's records are not published.",
-        "No control set is named for the bench: of the 7 training tests 5 train and 2 stop the training; all 7 with the "
-        "3 others as control are tried.",
+        "No control set is named for the bench: of the 7 training tests 5 train and 2 stop the training; all 7 with "
+        "the 3 others as control are tried.",
         "“Backlash 20 %” is read as 20 degrees; intermediate targets are 0.25, 0.5 and 0.75, and the 0.24, 0.48 and "
         "0.76 of the figures are tried.",
-        "Classified: the three outputs lie nearest to the record's own code of the twenty; kept is the network with the "
-        "lowest control error.",
+        "Classified: the three outputs lie nearest to the record's own code of the twenty; kept is the network with "
+        "the lowest control error.",
     )
     settings: ClassVar[tuple[Setting, ...]] = BENCH
 
@@ -47,7 +47,7 @@ class Fig12(Claim):
         sets = [
             [row for row in rows if row["data_seed"] == seed] for seed in sorted({row["data_seed"] for row in rows})
         ]
-        right = Interval.of(1.0 - np.mean([row["wrong"] for row in one]) for one in sets)
+        right = Interval.of(1.0 - float(np.mean([row["wrong"] for row in one])) for one in sets)
         cases = Interval.of(_cases_right(one) for one in sets)
         bits = Interval.of(_bits_right(one) for one in sets)
         networks = np.mean([1.0 - row["wrong_share_of_networks"] for row in rows])

@@ -31,13 +31,13 @@ class Fig13(Claim):
     where: ClassVar[str] = "§5.2, figs. 13–15"
     title: ClassVar[str] = "Unseen backlashes are told the better, the more are taught"
     says: ClassVar[str] = (
-        "Taught 0 and 20° only (case a) the third node errs much on 5, 10 and 15°, but still rises; with 10° taught too "
-        "(case b), and with 5° and 15° (case c), the error on what was not taught falls."
+        "Taught 0 and 20° only (case a) the third node errs much on 5, 10 and 15°, but still rises; with 10° taught "
+        "too (case b), and with 5° and 15° (case c), the error on what was not taught falls."
     )
     choices: ClassVar[tuple[str, ...]] = (
         "All four states of rollers and screws are taught and judged; drawn is the paper's example, rollers cracked.",
-        "Error: mean distance of the third output from its target over validation records of backlashes not taught, mean "
-        "over networks.",
+        "Error: mean distance of the third output from its target over validation records of backlashes not taught, "
+        "mean over networks.",
         "The cases leave different backlashes unseen (5, 10, 15; 5, 15; 10): errors at equal backlashes are told too.",
         "Printed intermediate targets (0.24, 0.48, 0.76) and other ways to stop are tried.",
     )

@@ -34,11 +34,12 @@ class Fig4(Claim):
     where: ClassVar[str] = "§4.2, fig. 4"
     title: ClassVar[str] = "The PSD serves better than the FFT"
     says: ClassVar[str] = (
-        "The FFT cut at 100 to 3.1 Hz against the PSD at 0.5 to 64 Hz, 100 trainings each: networks on the PSD perform "
-        "better, in the mean and at best; the FFT must reach 12.5 Hz, the PSD must resolve 8 Hz."
+        "The FFT cut at 100 to 3.1 Hz against the PSD at 0.5 to 64 Hz, 100 trainings each: networks on the PSD "
+        "perform better, in the mean and at best; the FFT must reach 12.5 Hz, the PSD must resolve 8 Hz."
     )
     choices: ClassVar[tuple[str, ...]] = (
-        "Band of the PSD: 100 Hz, since 8 Hz gives the paper's 12 inputs; window and overlap are not printed (Hann, half).",
+        "Band of the PSD: 100 Hz, since 8 Hz gives the paper's 12 inputs; window and overlap are not printed (Hann, "
+        "half).",
         "FFT: amplitudes of the lines above 0 Hz of one whole turn, 102 of them up to 12.5 Hz (the paper: about 100).",
         f"“Acceptable” is not defined: mean performance at most {ACCEPTABLE:g} times the best of its kind.",
         "Compared are the features that the paper calls acceptable: PSD 0.5 to 8 Hz, FFT 100 to 12.5 Hz.",

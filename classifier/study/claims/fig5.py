@@ -30,8 +30,8 @@ class Fig5(Claim):
     where: ClassVar[str] = "§4.2, fig. 5"
     title: ClassVar[str] = "Four of five starts end near the most frequent performance"
     says: ClassVar[str] = (
-        "Of 1000 trainings from random weights more than 80 % reach a performance in an acceptable range around the most "
-        "frequent one, which is about 0.06; the influence of the start can be remarkable."
+        "Of 1000 trainings from random weights more than 80 % reach a performance in an acceptable range around the "
+        "most frequent one, which is about 0.06; the influence of the start can be remarkable."
     )
     choices: ClassVar[tuple[str, ...]] = (
         f"The “acceptable range” is not printed: from the mode divided by {WITHIN:g} to the mode times {WITHIN:g}.",

@@ -29,8 +29,8 @@ class Fig6(Claim):
     where: ClassVar[str] = "§4.2, fig. 6"
     title: ClassVar[str] = "No number of hidden nodes is clearly best, 15 or more are much alike"
     says: ClassVar[str] = (
-        "100 trainings for each number of hidden nodes: no number is clearly better than the others, and from 15 nodes on "
-        "there are no great differences."
+        "100 trainings for each number of hidden nodes: no number is clearly better than the others, and from 15 "
+        "nodes on there are no great differences."
     )
     choices: ClassVar[tuple[str, ...]] = (
         f"The numbers of nodes are not printed: {', '.join(map(str, HIDDEN))}.",

@@ -62,8 +62,8 @@ class Fig7(Pair):
     title: ClassVar[str] = "Binary targets are better than bipolar ones"
     says: ClassVar[str] = "Networks taught 0 and 1 perform better than networks taught −1 and 1."
     choices: ClassVar[tuple[str, ...]] = (
-        "A logistic output cannot reach −1: bipolar networks get a tanh output; the hidden layer is logistic, and tanh "
-        "as well in a third line.",
+        "A logistic output cannot reach −1: bipolar networks get a tanh output; the hidden layer is logistic, and "
+        "tanh as well in a third line.",
         "The mean square error on targets of −1 and 1 is four times that on 0 and 1 for the same answers: all are "
         "compared on the scale of 0 and 1, and the ratio on the targets' own scale is told beside it.",
         f"The abscissa is not named: hidden nodes, {', '.join(map(str, HIDDEN))}.",

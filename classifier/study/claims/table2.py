@@ -27,8 +27,8 @@ class Table2(Claim):
     where: ClassVar[str] = "§4.3, Table 2"
     title: ClassVar[str] = "Six classes are told apart with 0.3 % error"
     says: ClassVar[str] = (
-        "126 simulated examples in three equal parts; PSD at 1 Hz, 20 hidden nodes, logistic functions, binary targets, "
-        "traingdx, stopped on the control set: after 170 epochs the error is 0.3 % on all three parts."
+        "126 simulated examples in three equal parts; PSD at 1 Hz, 20 hidden nodes, logistic functions, binary "
+        "targets, traingdx, stopped on the control set: after 170 epochs the error is 0.3 % on all three parts."
     )
     choices: ClassVar[tuple[str, ...]] = (
         "“Error” is not defined: the mean square error and the misclassified share are both judged.",
@@ -46,7 +46,7 @@ class Table2(Claim):
         """Errors of the kept network over all records, and how long its training took."""
         kept = kept_rows(rows)
         square, wrong = (
-            Interval.of(np.mean([row[f"{subset}_{what}"] for subset in SUBSETS]) for row in kept)
+            Interval.of(float(np.mean([row[f"{subset}_{what}"] for subset in SUBSETS])) for row in kept)
             for what in ("mse", "misclassified")
         )
         epochs = float(np.median([row["best_epoch"] for row in rows]))
