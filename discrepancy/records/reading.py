@@ -88,6 +88,8 @@ def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
     for path in paths:
         if not path.is_file():
             raise refuse("discrepancy", "measured", "files that exist", str(path), "check the path")
+        if paths.count(path) > 1:
+            raise refuse("discrepancy", "measured", "different files", str(path), "it is there twice; leave one out")
     return paths, common_folder(paths)
 
 

@@ -93,6 +93,12 @@ def test_a_file_with_a_hole_is_refused_with_its_place(run, tmp_path: Path) -> No
     assert code == 2 and "lacks motor_speed, load_torque" in err, err
 
 
+def test_a_file_given_twice_is_refused(run, tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("time [s],acc [rad/s^2]\n0,1\n")
+    code, _, err = run(f"measured=[{tmp_path}/run.csv,{tmp_path}/run.csv]", f"out={tmp_path / 'out'}")
+    assert code == 2 and "must be different files" in err, err
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not EMPS.exists(), reason="the measured data are not here")
 def test_the_measured_drive_gets_both_frictions(run, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The report of a drive with hidden friction: every key, a page without the network, a machine with what was found."""
 
+import dataclasses
 import json
 import re
 from html.parser import HTMLParser
@@ -103,6 +104,18 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert headline(outcome).startswith("Nothing is missing")
     assert report["gap"]["closed_share"] is None and "no gap to close" in files["report.html"]
     assert "friction.coulomb" not in yaml.safe_load(files["machine.yaml"])["effects"]
+
+
+@pytest.mark.parametrize("verdict", ["unexplained", "not_converged"])
+def test_a_refusal_adds_nothing(outcome: Outcome, verdict: str) -> None:
+    answer = dataclasses.replace(outcome.answer, verdict=verdict, reason="nothing fits")
+    refused = dataclasses.replace(
+        outcome, answer=answer, effects=(), after=outcome.before, where_after=outcome.where, next=()
+    )
+    files = report_files(refused)
+    assert json.loads(files["report.json"])["effects"] == []
+    assert "nothing fits" in headline(refused) and "What was found" not in files["report.html"]
+    assert yaml.safe_load(files["machine.yaml"])["effects"].keys() == {"friction.viscous"}
 
 
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
