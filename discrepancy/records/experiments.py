@@ -16,7 +16,7 @@ from discrepancy.indexer import Experiment
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
-from indexer_env.errors import SignalError
+from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -82,7 +82,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
     ------
     SignalError
         A record at another speed, angle or level than stated, or of another machine.
-    ParameterError, SimulationError
+    ParameterError
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
@@ -124,7 +124,14 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     elif abs(speed / stated.motor_speed - 1.0) > SPEED_TOLERANCE:
         raise _wrong_speed(record, speed, "by the pulses")
     point = OperatingPoint(speed, stated.load_torque)
-    nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
+    try:
+        nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
+    except (ParameterError, SimulationError) as error:
+        # What follows the semicolon is a remedy for those who simulate.
+        why = str(error).partition(";")[0].rstrip(".")
+        raise ParameterError(
+            f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
+        ) from None
     match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
     _check_likeness(record, match, sensor)
     if record.pulses is None or len(record.pulses) < 2:

@@ -8,7 +8,7 @@ import pytest
 
 from discrepancy.records.experiments import experiments
 from indexer_env import OperatingPoint, Run, Sensor, load_machine, motion_law, simulate
-from indexer_env.errors import IndexerError, SignalError
+from indexer_env.errors import ParameterError, SignalError
 
 RPM = 2.0 * math.pi / 60.0
 
@@ -124,5 +124,5 @@ def test_pulses_give_speed_and_start(record, nominal) -> None:
 def test_a_machine_that_cannot_run_is_refused(record) -> None:
     nominal = load_machine("reference")
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
-    with pytest.raises(IndexerError, match="step"):
+    with pytest.raises(ParameterError, match=r"must run at the conditions of run\.csv, but .*; correct its parameters"):
         experiments([record()], dataclasses.replace(nominal, output_joint=stiff), Sensor())
