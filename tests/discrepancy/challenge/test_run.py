@@ -63,3 +63,7 @@ def test_short_challenge(kind: str, number: int) -> None:
         assert name == "sensor.gain.error"
         assert value == pytest.approx(truth, rel=0.2)
         assert low < value < high
+
+
+def test_processes_give_every_answer() -> None:
+    assert sorted(run.side_by_side(2, abs, [-3, -2, -1])) == [1, 2, 3]
