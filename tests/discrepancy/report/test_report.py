@@ -102,6 +102,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     report = json.loads(files["report.json"])
     assert (report["verdict"], report["effects"], report["where"]) == ("none", [], [])
     assert headline(outcome).startswith("Nothing is missing")
+    assert "is enough" in re.search(r"<b>none</b>.*?</tr>", files["report.html"], flags=re.DOTALL)[0]  # type: ignore[index]
     assert report["gap"]["closed_share"] is None and "no gap to close" in files["report.html"]
     assert "friction.coulomb" not in yaml.safe_load(files["machine.yaml"])["effects"]
 
