@@ -66,7 +66,9 @@ def test_a_wrong_unit_is_refused_with_the_likely_one(record, nominal, values, fa
 
 
 def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
-    assert "state sensor_radius" in refusal([record(0.4 * values, unit="m/s^2")], nominal)
+    tangential = record(0.4 * values, unit="m/s^2")
+    assert "state sensor_radius" in refusal([tangential], nominal)
+    assert len(experiments([tangential], nominal, Sensor(radius=0.4)).fitted) == 1
 
 
 def test_a_wrong_start_angle_is_refused(record, nominal) -> None:
