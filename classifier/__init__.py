@@ -3,7 +3,7 @@
 Read in this order:
 
     codes          classes <-> binary codes of the outputs; the nearest code wins
-    features       records -> PSD features; scaling fitted on the calibration subset alone
+    features       records -> features of the spectrum (PSD, FFT); scaling fitted on the calibration subset alone
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks
@@ -16,6 +16,8 @@ Read in this order:
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (python -m classifier.diagnose)
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
+    style          the one style of pictures
+    study/         the paper's claims, worked through one by one                 (python -m classifier.study)
     __main__       the training command                                          (python -m classifier)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
 
 from classifier.study.lab import Lab
-from classifier.study.verdicts import LEVEL, Verdict
+from classifier.study.verdicts import LEVEL
 from classifier.study.work import STUDY_JSON, Finding
 
 REPORT_HTML = "report.html"
@@ -23,7 +22,6 @@ def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
     """Write the page of these findings into the study's folder; it needs no other file."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    page.globals["badge"] = _badge
     text = page.get_template("report.html.j2").render(
         sections=[_section(finding, lab) for finding in findings],
         level=round(100 * LEVEL),
@@ -50,7 +48,3 @@ def _section(finding: Finding, lab: Lab) -> dict[str, Any]:
         "minutes": finding.minutes,
         "commands": dict.fromkeys(setting.recipe.command(lab.seed) for setting in finding.main),
     }
-
-
-def _badge(verdict: Verdict) -> Markup:
-    return Markup('<span class="v {}">{}</span>').format(str(verdict).replace(" ", "-"), str(verdict))
