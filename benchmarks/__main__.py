@@ -53,6 +53,10 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         from benchmarks import training
 
         return training.measure(quick=quick)
+    if name == "diagnosing":
+        from benchmarks import diagnosing
+
+        return diagnosing.measure(quick=quick)
     if name == "parquet":
         from benchmarks import parquet
 

@@ -15,6 +15,7 @@ Read in this order:
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (python -m classifier.diagnose)
+    export/        a model as one ONNX file                                      (python -m classifier.export)
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
     style          the one style of pictures
     study/         the paper's claims, worked through one by one                 (python -m classifier.study)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import torch
@@ -14,31 +13,21 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from classifier.curves import TENSORBOARD, summary_writer, write_curves
 from classifier.dataset import SUBSETS, load_dataset
-from classifier.features import make_features
+from classifier.job import Job
 from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
-from classifier.train import Result, train
-from classifier.trainers import make_trainer
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder, path_given
+from classifier.runs import RUNS, collect, row_of, write_runs
+from classifier.train import Result
+from datagen.command import check_flag, hydra_command
+from datagen.job_paths import in_sweep, job_folder, path_given
 from datagen.output_folder import check_output_folder, output_folder
-from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 
 RESULTS_JSON = "results.json"
 PICTURES = ("accelerations.png", "psds.png", "training.png", "confusion.png")
-FILES = (MODEL_YAML, MODEL_TENSORS, RESULTS_JSON, *PICTURES)
-"""All that the command leaves in its folder."""
-
-
-@dataclass(frozen=True)
-class _Net:
-    """The keys of conf/net; `Mlp` checks their values."""
-
-    hidden: int
-    hidden_function: str
-    output_function: str
-    targets: str
+FILES = (MODEL_YAML, MODEL_TENSORS, RESULTS_JSON, RUNS, TENSORBOARD, *PICTURES)
+"""All that the command may leave in its folder."""
 
 
 def results_table(result: Result) -> Table:
@@ -72,8 +61,9 @@ def run(config: dict[str, Any]) -> None:
     out = check_output_folder(job_folder("classifier", config["out"]), FILES, config["overwrite"])
     check_integer("classifier", "threads", config["threads"], low=1)
     torch.set_num_threads(config["threads"])
-    net = from_mapping(_Net, config["net"], owner="net")
-    features, trainer = make_features(config["features"]), make_trainer(config["trainer"])
+    check_flag("classifier", "tensorboard", config["tensorboard"])
+    writer = summary_writer() if config["tensorboard"] else None
+    job = Job.of(config)
     console = Console()
 
     dataset = load_dataset(path_given("classifier", "data", config["data"]))
@@ -85,21 +75,12 @@ def run(config: dict[str, Any]) -> None:
     )
     # Off a terminal the bar would be a wall of lines; the table that follows says all.
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("training", total=trainer.epochs)
+        task = bar.add_task("training", total=job.trainer.epochs)
 
         def progress(epoch: int, error: float) -> None:
             bar.update(task, completed=epoch, description=f"control error {100 * error:.2f} %")
 
-        result = train(
-            dataset,
-            features,
-            trainer,
-            seed=config["seed"],
-            restarts=config["restarts"],
-            device=config["device"],
-            **asdict(net),
-            progress=progress,
-        )
+        result = job.train(dataset, progress)
     console.print(results_table(result))
 
     # Drawing is loaded only now: its import takes as long as the training of a small data set.
@@ -111,6 +92,12 @@ def run(config: dict[str, Any]) -> None:
         (folder / RESULTS_JSON).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
         for name, figure in draw_training(dataset, result).items():
             figure.savefig(folder / f"{name}.png")
+        seconds = time.perf_counter() - started
+        write_runs([row_of(result, config, str(out), seconds)], folder / RUNS)
+        if writer is not None:
+            write_curves(writer, folder / TENSORBOARD, result)
+    if in_sweep():
+        console.print(f"{collect(out.parent)} runs in {out.parent / RUNS}", highlight=False, soft_wrap=True)
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s", highlight=False)
 
 

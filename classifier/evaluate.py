@@ -118,7 +118,7 @@ class Reliability(NamedTuple):
 
 
 def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = BINS) -> Reliability:
-    """Reliability of confidences (n,) in [0, 1] of records that were named rightly where the mask right (n,) says so."""
+    """Reliability of confidences (n,) in [0, 1] in names that are right where the mask right (n,) says so."""
     place = np.minimum((confidence * bins).astype(int), bins - 1)
     count = np.bincount(place, minlength=bins)
     with np.errstate(invalid="ignore"):

@@ -12,6 +12,9 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from classifier.dataset import Dataset
+from classifier.tasks.confidence import Confidence
+from classifier.tasks.novelty import Novelty
+from classifier.tasks.severity import Severity
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
@@ -55,8 +58,22 @@ class Part(Protocol):
         ...
 
 
-PARTS: dict[str, type[Part]] = {}
+PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Novelty, Severity)}
 """Classes of parts by their kind, in the order in which they are fitted."""
+
+
+def check_kinds(kinds: object) -> Sequence[str] | None:
+    """The kinds of parts that are asked for; None: all that a data set allows. Raises ParameterError."""
+    if kinds is None:
+        return None
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
+        remedy = "write parts=[] for none, parts=null for all that the data set allows"
+        raise refuse("classifier", "parts", f"a list of {', '.join(PARTS)}, or null", kinds, remedy)
+    for kind in kinds:
+        check_choice("classifier", "parts", kind, PARTS)
+        if kinds.count(kind) > 1:
+            raise refuse("classifier", "parts", "a list that names each part once", list(kinds))
+    return kinds
 
 
 def fit_parts(
@@ -68,10 +85,7 @@ def fit_parts(
 
     Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
     """
-    for kind in kinds or ():
-        check_choice("classifier", "parts", kind, PARTS)
-        if list(kinds or ()).count(kind) > 1:
-            raise refuse("classifier", "parts", "a list that names each part once", list(kinds or ()))
+    check_kinds(kinds)
     fitted = []
     for kind in PARTS if kinds is None else kinds:
         part = PARTS[kind].fit(dataset, features, outputs, seed)

@@ -21,8 +21,8 @@ def with_key(key: str | None, arguments: list[str]) -> list[str]:
 
 
 def with_files(arguments: list[str], folder: Path) -> list[str]:
-    """The arguments, each choice of a group that is a YAML file, `machine=DIR/machine.yaml`, copied into `folder`, where
-    Hydra then looks for it as for the choices of conf/.
+    """The arguments, each choice of a group that is a YAML file, `machine=DIR/machine.yaml`, copied into `folder`,
+    which Hydra then searches as it does conf/.
 
     Raises
     ------

@@ -39,17 +39,18 @@ def job_folder(command: str, out: object) -> Path:
         `out` is no path.
     """
     folder = path_given(command, "out", out)
-    return Path(HydraConfig.get().runtime.output_dir) if _in_sweep() else folder
+    return Path(HydraConfig.get().runtime.output_dir) if in_sweep() else folder
 
 
 def job_place(command: str, out: object) -> str:
     """As `job_folder`, for a command that writes to URLs as well."""
     if not is_url(out):
         return str(job_folder(command, out))
-    return f"{out}/{HydraConfig.get().job.num}" if _in_sweep() else str(out)
+    return f"{out}/{HydraConfig.get().job.num}" if in_sweep() else str(out)
 
 
-def _in_sweep() -> bool:
+def in_sweep() -> bool:
+    """Whether this is a job of a sweep (`-m`)."""
     return HydraConfig.initialized() and HydraConfig.get().mode is RunMode.MULTIRUN
 
 

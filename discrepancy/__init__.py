@@ -3,14 +3,25 @@
 In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
     arrow      normal equations of few global and many local parameters, solved by Schur complement
+    problem    one hypothesis about the records: cost, normal equations, search of the windows' start states
     fit        joint fit of the parameters and of every window's start state
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
+    escape     out of a local minimum by moving an effect's parameters with the windows searched anew
     blackbox   the control: what a model without physics predicts
+    candidates the hypotheses that compete: which starts are fitted, how far, what they predict of records held out
     naming     which effect is missing, none, or which ones cannot be told apart
     findings   probabilities, intervals and the machine's calibration as an explanation states them
     explain    name, add and look again until no gap is left
     indexer/   the cam indexing machine as such a model
     emps       a measured drive as such a model
+    records/   measured files of an indexing machine, checked against the nominal one before any fit
+    subjects/  what the chain needs of a machine beyond its model
+    locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
+    gap        the gap before and after on records never fitted, with intervals
+    next_measurement  which measurement would tell ambiguous effects apart
+    chain      the stages one after the other; `stages` says which one is under way
+    report/    report.html, report.json
+    __main__   python -m discrepancy
 
 Units are SI and rad. Residuals are (simulated - measured)/noise, so a level (their rms) of 1 is the noise floor.
 Arrays are (window, sample); global parameters g, local ones l, windows w.

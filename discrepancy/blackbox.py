@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from discrepancy.fit import Point, Problem
 from discrepancy.model import NONE, Model
+from discrepancy.problem import Point, Problem
 
 _RIDGE = 1.0
 """Prior variance of each coefficient, in units of the noise's, times the number of samples: hardly any."""

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.candidates import Candidate, held_place
 from discrepancy.explain import Explanation, explain
-from discrepancy.fit import Point
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
 from discrepancy.model import NONE, Hypothesis, Model
-from discrepancy.naming import Candidate, held_place
 from discrepancy.next_measurement import Separation, separations
+from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Subject, in_turn
 
 STAGES = ("calibrate and name", "locate what disagreed", "compare on records held out", "choose the next measurement")
@@ -78,7 +79,10 @@ def run_chain(subject: Subject, seed: int, begin: Callable[[str], None] = lambda
     effects = answer.effects if answer.verdict in _ACCEPTED else ()
     base = next(c for c in answer.rounds[0].candidates if c.name == NONE.name)
     before = _fitted(subject, base, ())
-    after = _fitted(subject, answer.rounds[-1].candidates[0], effects[:-1]) if effects else before
+    after = before
+    if effects:
+        found = _fitted(subject, answer.rounds[-1].candidates[0], effects[:-1])
+        before, after = _pooled(before, found), _pooled(found, before)
     begin(STAGES[1])
     where = locate(before.model, before.place, subject.view(before.model), streams[0])
     where_after = locate(after.model, after.place, subject.view(after.model), streams[1]) if effects else where
@@ -87,6 +91,12 @@ def run_chain(subject: Subject, seed: int, begin: Callable[[str], None] = lambda
     begin(STAGES[3])
     following = separations(subject, answer, effects) if answer.verdict == "ambiguous" else ()
     return Outcome(subject, answer, effects, before, after, where, where_after, gap, following, seed)
+
+
+def _pooled(fitted: Fitted, other: Fitted) -> Fitted:
+    """The same with start states that the other one found: a state that was missed must not decide."""
+    problem = Problem(fitted.held_out, fitted.place.hypothesis, frozen=True)
+    return dataclasses.replace(fitted, held_place=problem.pooled(fitted.held_place, [other.held_place]))
 
 
 def _fitted(subject: Subject, candidate: Candidate, known: tuple[Hypothesis, ...]) -> Fitted:

@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model
-from discrepancy.naming import SLIGHT, Candidate, Naming, name_effect
+from discrepancy.naming import SLIGHT, Naming, name_effect
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
+
+_SYSTEMATIC, _LEAST = 0.03, 0.15
+"""Largest misfit of a typical window (mean square above the noise), as share of the gap and in units of the noise: an
+effect that only resembles what is missing fails in every window."""
 
 _ROUNDS = 3
 """Most effects looked for."""
@@ -74,20 +79,20 @@ def explain(model: Model, held_out: Model) -> Explanation:
     rounds, own, fitted = [name_effect(model, held_out)], len(model.parameters), model
     before, box = _none(rounds[0]).held_out, rounds[0].black_box
     effects: list[Hypothesis] = []
-    after, ambiguous = before, False
+    after = before
     while rounds[-1].verdict in ("named", "ambiguous"):
         best = rounds[-1].candidates[0]
         effects.append(best.place.hypothesis)
         fitted = model
-        after, ambiguous = best.held_out, rounds[-1].verdict == "ambiguous"
+        after = best.held_out
         model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
-        if ambiguous or best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
+        if best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
             break
         following = name_effect(model, held_out, best.place)
         if following.verdict not in ("named", "ambiguous"):
             break
         rounds.append(following)
-    verdict, reason = _judged(rounds[-1], effects, ambiguous, before, after, box)
+    verdict, reason = _judged(rounds[-1], effects, before, after, box)
     place = rounds[-1].candidates[0].place if effects else _none(rounds[0]).place
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
@@ -101,9 +106,7 @@ def _none(naming: Naming) -> Candidate:
     return next(c for c in naming.candidates if c.name == NONE.name)
 
 
-def _judged(
-    last: Naming, effects: list[Hypothesis], ambiguous: bool, before: float, after: float, box: float
-) -> tuple[str, str]:
+def _judged(last: Naming, effects: list[Hypothesis], before: float, after: float, box: float) -> tuple[str, str]:
     if not effects:
         return last.verdict, last.reason
     if after > box:
@@ -111,8 +114,9 @@ def _judged(
             "unexplained",
             f"a black box predicts the records held out better ({box:.2f}) than the effects ({after:.2f})",
         )
-    if after**2 - 1.0 > max(_OPEN * (before**2 - 1.0), SLIGHT):
+    gap, typical = before**2 - 1.0, last.candidates[0].typical
+    if typical**2 - 1.0 > max(_SYSTEMATIC * gap, _LEAST):
+        return "unexplained", f"even with the effects found a typical cam turn is left at {typical:.2f} times the noise"
+    if after**2 - 1.0 > max(_OPEN * gap, SLIGHT):
         return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
-    if ambiguous:
-        return "ambiguous", last.reason
-    return "named", last.reason
+    return last.verdict, last.reason

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit import Point, Problem
 from discrepancy.model import Model, Parameter
+from discrepancy.problem import Point, Problem
 
 _NORMAL_95 = 1.96
 

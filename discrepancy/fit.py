@@ -1,28 +1,13 @@
-"""Joint fit of global parameters and of every window's start state: damped Gauss–Newton on an arrow-shaped system.
-
-Cost, in units of twice a log-likelihood:
-
-    F(z, y) = Σ_w ρ_w(‖r_w(z, y_w)‖²) + Σ_known z²,     ρ_w(q) = n_w c ln(1 + q/(n_w c))
-
-The logarithm bounds what one window can hold against the others: where play lets a window's start state be missed, the
-window loses its weight 1/(1 + q/(n c)) instead of bending the machine. c is 1 where places are compared. On the way
-there it follows the median misfit, so that only windows that are worse than most lose weight: an effect that spares a
-few windows would otherwise be fitted to those alone. Windows are independent given z, so each one keeps the best start
-state of all that were tried.
-"""
+"""Joint fit of global parameters and of every window's start state: damped Gauss–Newton on an arrow-shaped system."""
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.arrow import Arrow, arrow
-from discrepancy.model import Hypothesis, Jobs, Model
-
-_GLOBAL_NUDGE, _LOCAL_NUDGE = 1e-3, 1e-2
-"""Finite differences in scaled coordinates: far above rounding, far below the distance between two contacts."""
+from discrepancy.arrow import Arrow
+from discrepancy.problem import Point, Problem
 
 _LARGEST_STEP = 1.0
 """Largest change of a global parameter in one step, in its scale or in `_REACH` times its distance from nominal."""
@@ -32,212 +17,11 @@ _REACH = 0.5
 _GAIN = 1.0
 """A smaller fall of the cost, in units of twice a log-likelihood, is none."""
 
-_EASE = 3.0
-"""c over the median of the windows' mean square: what is three times worse than most counts half."""
-
 _IDLE = 2
 """Steps without gain that end a fit."""
 
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
-
-_POLISHED = 3
-"""Start states per window, the best of the grid, that are refined before the best of them is kept."""
-
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A place in the parameter space and how well it explains the records.
-
-    Attributes
-    ----------
-    hypothesis : Hypothesis
-    z : ndarray (g,)
-        Scaled global parameters: the model's, then the hypothesis's.
-    states : ndarray (w, l)
-        Scaled start states.
-    squares : ndarray (w,)
-        Sum of squared normalised residuals of each window.
-    cost : float
-        F.
-    """
-
-    hypothesis: Hypothesis
-    z: np.ndarray
-    states: np.ndarray
-    squares: np.ndarray
-    cost: float
-
-
-class Problem:
-    """One hypothesis about a model's records, with the operations a fit is made of.
-
-    `caution` multiplies the machine's priors: a model that lacks an effect is wrong in many samples alike, which are
-    then no independent evidence against what is known of its parameters; rough parameters are held while it is above 1.
-    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
-    """
-
-    def __init__(self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0) -> None:
-        self.model, self.hypothesis, self.caution, self.ease = model, hypothesis, caution, 1.0
-        self.parameters = model.parameters + hypothesis.parameters
-        held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
-        self.movable = ~np.array(held)
-        self.known = np.array([p.known for p in self.parameters])
-        of_record = np.array([p.of_record for p in self.parameters])
-        self.precision = self.known * np.where(of_record, 1.0, caution)
-        bounds = np.array([p.bounds for p in self.parameters])
-        self.low, self.high = bounds[:, 0], bounds[:, 1]
-        self.all = np.arange(len(model.counts))
-        self.columns = self._columns()
-
-    def _columns(self) -> list[list[int]]:
-        """Movable parameters, those together that belong to different records and so never touch one window."""
-        columns: dict[object, list[int]] = {}
-        counted: dict[int, int] = {}
-        for k in np.flatnonzero(self.movable).tolist():
-            record = self.parameters[k].record
-            if record is None:
-                columns["global", k] = [k]
-            else:
-                counted[record] = counted.get(record, 0) + 1
-                columns.setdefault(("record", counted[record]), []).append(k)
-        return list(columns.values())
-
-    def point(self, z: np.ndarray, states: np.ndarray) -> Point:
-        """The place (z, states) with its cost."""
-        return self.points(z[None], states[None])[0]
-
-    def points(self, z: np.ndarray, states: np.ndarray) -> list[Point]:
-        """Places (p, g), (p, w, l) with their costs."""
-        squares = (self.residuals(z, states) ** 2).sum(axis=2)
-        return [self._scored(*place) for place in zip(z, states, squares, strict=True)]
-
-    def adopted(self, place: Point) -> Point:
-        """A place of a problem that differs in caution alone, with the cost it has here."""
-        return self._scored(place.z, place.states, place.squares)
-
-    def _scored(self, z: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
-        return Point(self.hypothesis, z, states, squares, self.cost(squares) + self.prior(z))
-
-    def cost(self, squares: np.ndarray) -> float:
-        """Σ_w ρ_w of squares (w,)."""
-        n = self.model.counts * self.ease
-        return float((n * np.log1p(squares / n)).sum())
-
-    def weights(self, squares: np.ndarray) -> np.ndarray:
-        """dρ_w/dq of squares (w,)."""
-        return 1.0 / (1.0 + squares / (self.model.counts * self.ease))
-
-    def eased(self, place: Point) -> Problem:
-        """The same problem with c = a few times the median misfit of a place, at least 1."""
-        level = float(np.median(place.squares / self.model.counts))
-        problem = copy.copy(self)
-        problem.ease = max(1.0, _EASE * level)
-        return problem
-
-    def prior(self, z: np.ndarray) -> float:
-        """Σ z² over the parameters that are known to their scale, times the caution where they are the machine's."""
-        return float((self.precision * z**2).sum())
-
-    def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
-        p, w = len(z), len(self.all)
-        jobs = Jobs(z, np.repeat(np.arange(p), w), np.tile(self.all, p), states.reshape(p * w, -1))
-        return self.model.residuals(self.hypothesis, jobs).reshape(p, w, -1)
-
-    def linearised(self, place: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Residuals (w, n) and their derivatives by the globals (g, w, n) and by the local states (l, w, n)."""
-        columns, size = self.columns, place.states.shape[1]
-        g = len(columns)
-        inward = np.where(place.z + _GLOBAL_NUDGE > self.high, -1.0, 1.0) * _GLOBAL_NUDGE
-        z = np.repeat(place.z[None], 1 + g + size, axis=0)
-        states = np.repeat(place.states[None], 1 + g + size, axis=0)
-        for row, column in enumerate(columns, start=1):
-            z[row, column] += inward[column]
-        states[1 + g + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
-        r = self.residuals(z, states)
-        by_global = np.zeros((len(place.z), *r[0].shape))
-        for row, column in enumerate(columns, start=1):
-            for k in column:
-                record = self.parameters[k].record
-                mine = slice(None) if record is None else self.model.groups == record
-                by_global[k, mine] = (r[row, mine] - r[0, mine]) / inward[k]
-        return r[0], by_global, (r[1 + g :] - r[0]) / _LOCAL_NUDGE
-
-    def equations(self, place: Point) -> Arrow:
-        """Weighted normal equations at a place, priors included."""
-        r, by_global, by_local = self.linearised(place)
-        system = arrow(r, by_global, by_local, self.weights((r**2).sum(axis=1)))
-        return self.informed(system, place.z)
-
-    def informed(self, system: Arrow, z: np.ndarray) -> Arrow:
-        """Normal equations at z with the priors added."""
-        return Arrow(system.A + np.diag(self.precision), system.a + self.precision * z, system.B, system.b, system.C)
-
-    def free(self, place: Point, system: Arrow) -> np.ndarray:
-        """Globals (g,) that may move: not those at a bound that the cost pushes against."""
-        outward = ((place.z >= self.high) & (system.a < 0.0)) | ((place.z <= self.low) & (system.a > 0.0))
-        return self.movable & ~outward & (np.diag(system.A) > 1e-12)
-
-    def settled(self, place: Point, rounds: int = 2, which: np.ndarray | None = None) -> Point:
-        """The place with its windows' start states refined, the globals held."""
-        windows = self.all if which is None else which
-        states, squares = self._refined(place.z, windows, place.states[windows], rounds)
-        return self._replaced(place, windows, states, squares)
-
-    def _replaced(self, place: Point, windows: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
-        better = squares < place.squares[windows]
-        all_states, all_squares = place.states.copy(), place.squares.copy()
-        all_states[windows[better]], all_squares[windows[better]] = states[better], squares[better]
-        return self._scored(place.z, all_states, all_squares)
-
-    def _refined(
-        self, z: np.ndarray, windows: np.ndarray, states: np.ndarray, rounds: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Gauss–Newton on the start states (k, l) of windows (k,); refined states and their squares."""
-        k, size = states.shape
-        squares = (self._some(z, windows, states) ** 2).sum(axis=1)
-        for _ in range(rounds if size else 0):
-            nudged = np.repeat(states[None], size + 1, axis=0)
-            nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
-            r = self._some(z, np.tile(windows, size + 1), nudged.reshape(-1, size)).reshape(size + 1, k, -1)
-            slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
-            B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
-            diagonal = np.einsum("wii->wi", B)
-            tried = [
-                states - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
-                for d in (1e-4, 1e-1, 10.0)
-            ]
-            found = self._some(z, np.tile(windows, len(tried)), np.concatenate(tried))
-            costs = np.concatenate([squares[None], (found**2).sum(axis=1).reshape(len(tried), k)])
-            best = costs.argmin(axis=0)
-            states = np.stack([states, *tried])[best, np.arange(k)]
-            squares = costs[best, np.arange(k)]
-        return states, squares
-
-    def _some(self, z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> np.ndarray:
-        jobs = Jobs(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)
-        return self.model.residuals(self.hypothesis, jobs)
-
-    def searched(self, place: Point, which: np.ndarray | None = None) -> Point:
-        """The place with the windows' start states looked for over the whole grid, then refined."""
-        windows = self.all if which is None else which
-        grid = self.model.state_grid(self.hypothesis, place.z)
-        if not len(windows):
-            return place
-        if not len(grid):
-            return self.settled(place, which=windows)
-        k, c = len(windows), len(grid)
-        states = np.repeat(place.states[windows][None], c, axis=0)
-        states[:, :, : grid.shape[1]] = grid[:, None, :]
-        found = self._some(place.z, np.tile(windows, c), states.reshape(c * k, -1))
-        order = np.argsort((found**2).sum(axis=1).reshape(c, k), axis=0)[:_POLISHED]
-        best = states[order, np.arange(k)]
-        polished, squares = self._refined(place.z, np.tile(windows, len(order)), best.reshape(-1, states.shape[2]), 3)
-        squares = squares.reshape(-1, k)
-        first = squares.argmin(axis=0)
-        chosen = polished.reshape(len(order), k, -1)[first, np.arange(k)]
-        return self._replaced(place, windows, chosen, squares[first, np.arange(k)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,15 +89,10 @@ def _step(problem: Problem, place: Point, system: Arrow, damping: float) -> tupl
             states.append(place.states + share * local)
         # each window may keep its old start state where the linear one does it harm
         places = problem.points(np.repeat(z, 2, axis=0), np.array([s for new in states for s in (new, place.states)]))
-        merged = [_merged(problem, a, b) for a, b in zip(places[::2], places[1::2], strict=True)]
+        merged = [problem.merged(a, b) for a, b in zip(places[::2], places[1::2], strict=True)]
         best = min(range(len(merged)), key=lambda k: merged[k].cost)
         merged[best] = problem.settled(merged[best], rounds=1)
         if merged[best].cost < place.cost:
             return merged[best], float(np.clip(ladder[best], 1e-7, 1e3))
         damping *= 100.0
     return None, min(damping, 1e3)
-
-
-def _merged(problem: Problem, a: Point, b: Point) -> Point:
-    """Of two places with equal globals, the better start state of each window."""
-    return problem._replaced(a, problem.all, b.states, b.squares)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit import Point
+from discrepancy.problem import Point
 from discrepancy.subjects.base import View
 
 _DRAWS = 2000
@@ -70,7 +70,9 @@ def gap_of(before: Point, after: Point, view: View, rng: np.random.Generator) ->
 
 
 def _closed(sums: np.ndarray) -> np.ndarray:
-    return (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+    closed = (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+    # Chance may bring the residual below the noise floor; no more than the gap can be closed.
+    return np.minimum(closed, 1.0)
 
 
 def _share(value: np.ndarray, drawn: np.ndarray) -> Share:

@@ -4,9 +4,10 @@ Each effect's machine, as the records so far left it, is simulated at the imagin
 its parameters x within what the records so far allow (information S, start states eliminated), its windows' start
 states y freely, both linearised:
 
-    separation = min over x, y of ‖(r_other - r_true)/σ + G x + L y‖² + xᵀ S x
+    separation = 1/s² · min over x, y of ‖(r_other - r_true)/σ + G x + L y‖² + xᵀ S x
 
-in units of twice a log-likelihood, the smaller one of the two ways round.
+in units of twice a log-likelihood, the smaller one of the two ways round. s, at least 1, is the level that the best of
+them leaves on the records so far: what a model gets wrong does not average out as noise does.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 
 from discrepancy.arrow import arrow
 from discrepancy.explain import Explanation
-from discrepancy.fit import Point, Problem
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Measurement, Subject, in_turn
 
 ENOUGH = 30.0
@@ -60,6 +61,7 @@ def separations(subject: Subject, answer: Explanation, effects: tuple[Hypothesis
     last = answer.rounds[-1]
     model = in_turn(subject.model, effects[:-1])
     rivals = [_rival(model, c.place) for c in last.candidates if c.name in last.names]
+    scale = max(1.0, last.candidates[0].level ** 2)
     found = []
     for measurement in subject.measurements(effects[:-1]):
         pairs = {
@@ -67,7 +69,7 @@ def separations(subject: Subject, answer: Explanation, effects: tuple[Hypothesis
             for a, b in itertools.combinations(rivals, 2)
         }
         pair = min(pairs, key=lambda names: pairs[names])
-        found.append(Separation(measurement.name, pairs[pair], pair))
+        found.append(Separation(measurement.name, pairs[pair] / scale, pair))
     return tuple(sorted(found, key=lambda s: -s.separation))
 
 
@@ -96,6 +98,7 @@ def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     at = [k for k, p in enumerate(problem.parameters) if not p.of_record]
     known = np.zeros_like(system.A)
     known[np.ix_(at, at)] = other.information
+    known += np.diag([float(p.known and p.of_record) for p in problem.parameters])
     system = dataclasses.replace(system, A=system.A + known)
     step, local = system.step(0.0, np.diag(system.A) > 0.0)
     left = difference + np.tensordot(step, by_global, 1) + np.einsum("wl,lwn->wn", local, by_local)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.arrow import arrow
-from discrepancy.fit import Point, Problem
 from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.problem import Point, Problem
 
 _DAMPING = 1e-2
 _SHARES = (0.5, 0.25)
@@ -40,6 +40,10 @@ class Scanner:
         self.problem = Problem(model, NONE, caution=caution).eased(base)
         self.residual, self.by_global, self.by_local = self.problem.linearised(base)
 
+    def gain(self, start: Start) -> float:
+        """How much less than the base model's the cost is that a start promises."""
+        return self.problem.adopted(self.base).cost - start.promised
+
     def starts(self, hypothesis: Hypothesis) -> list[Start]:
         """All starts of a hypothesis, best first by what the linearisation promises."""
         return self._tried(hypothesis, hypothesis.starts)
@@ -53,7 +57,7 @@ class Scanner:
             values = self._values(start)
             nearby = []
             for k, ladder in enumerate(ladders):
-                for other in _neighbours(values[k], ladder, share):
+                for other in neighbours(values[k], ladder, share):
                     nearby.append((*values[:k], other, *values[k + 1 :]))
             start = min([start, *self._tried(hypothesis, tuple(nearby))], key=lambda s: s.promised)
         return start
@@ -98,11 +102,21 @@ class Scanner:
         return Start(problem.hypothesis, place, promised)
 
 
-def _neighbours(value: float, ladder: list[float], share: float) -> list[float]:
-    """Values a share of the way from `value` to the next ones of a ladder; in proportion where both have one sign."""
-    below, above = [v for v in ladder if v < value * (1 - 1e-9)], [v for v in ladder if v > value * (1 + 1e-9)]
+def neighbours(value: float, ladder: list[float], share: float) -> list[float]:
+    """Values a share of the way from `value` to the next ones of a ladder, which goes on beyond its ends; in proportion
+    where both have one sign."""
+    near = 1e-9 * max(abs(value), abs(ladder[0]), abs(ladder[-1]))
+    below, above = [v for v in ladder if v < value - near], [v for v in ladder if v > value + near]
     found = []
-    for other in below[-1:] + above[:1]:
+    for other in [below[-1] if below else _beyond(value, ladder[::-1]), above[0] if above else _beyond(value, ladder)]:
         steady = value * other > 0.0
         found.append(value * (other / value) ** share if steady else value + share * (other - value))
     return found
+
+
+def _beyond(value: float, ladder: list[float]) -> float:
+    """What would follow `value` where the ladder ends with it: its last step once more."""
+    if len(ladder) < 2:
+        return 2.0 * value
+    last, before = ladder[-1], ladder[-2]
+    return value * last / before if value * last > 0.0 and last * before > 0.0 else value + last - before

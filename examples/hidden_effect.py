@@ -22,7 +22,7 @@ RPM = 2.0 * math.pi / 60.0
 CONDITIONS = ((1500.0, 2.0, "no"), (1200.0, 2.0, "no"), (1350.0, 20.0, "yes"))
 """Motor speed [rpm], load torque [N m], held out or not."""
 
-HIDDEN = make_effect("cam.station_spacing", error=0.006, station=3)
+HIDDEN = make_effect("cam.station_spacing", error=0.012, station=3)
 NOISE = 0.1
 """Standard deviation of the measuring noise [rad/s²]: 1.5 % of the signal."""
 

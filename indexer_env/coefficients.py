@@ -17,6 +17,10 @@ from indexer_env.operating_point import OperatingPoint
 
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
 
+_NO_EDGE = -1e90
+"""rad; edge of a joint that has none. Finite, as must be the cube of a hardening contact where others of a call have
+edges."""
+
 _OFF = {
     # sizes of effects that are off, and shapes that only keep a division by zero out of an unused line
     "cubic_2": 0.0, "single_ratio_2": 1.0, "single_station": -1.0, "motor_acceleration": 0.0,
@@ -141,7 +145,7 @@ def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
     release = damping / stiffness if clipped else 0.0
     hardening = values["cubic_2"] / stiffness if clipped and number == 2 else 0.0
     values |= {
-        f"edge_{number}": play / 2.0 if play > 0.0 else (0.0 if bilinear else -math.inf),
+        f"edge_{number}": play / 2.0 if play > 0.0 else (0.0 if bilinear else _NO_EDGE),
         f"release_{number}": release,
         f"hardening_{number}": hardening,
         f"release_minus_{number}": release / ratio,

@@ -6,21 +6,13 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from indexer_env.coefficients import Coefficients, coefficients
 from indexer_env.errors import ParameterError
 from indexer_env.fault_law import Course
 from indexer_env.faults import Faults
-from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
 from indexer_env.operating_point import OperatingPoint
-
-_NO_EDGE = -1e90
-"""rad; stands for -inf where others of a call have edges: the cube of a hardening contact must stay finite."""
-
-_EDGES = [layout.COEFFICIENT_NAMES.index(f"edge_{joint}") for joint in (1, 2, 3)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +48,7 @@ def items_of(starts: Sequence[tuple[Start, Faults]], step: float) -> list[Coeffi
 @functools.lru_cache(maxsize=1024)
 def _item(machine: Machine, load_torque: float, step: float) -> Coefficients:
     """The coefficients for a step that is still to be checked; their row can be written until it has been."""
-    item = coefficients(machine, OperatingPoint(load_torque=load_torque))
-    item.row[_EDGES] = np.maximum(item.row[_EDGES], _NO_EDGE)
-    return item
+    return coefficients(machine, OperatingPoint(load_torque=load_torque))
 
 
 def _check_steps(machines: Sequence[Machine], items: Sequence[Coefficients], step: float) -> None:

@@ -22,6 +22,7 @@ EXTRAS = {
     "stable_baselines3": "indexer_env.stable_baselines",
     "minari": "indexer_env.minari_export",
     "ray": "datagen.executors.ray",
+    "sklearn": "classifier.compare",
 }
 """What only an extra installs, and the one module or package that imports it."""
 

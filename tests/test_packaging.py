@@ -73,7 +73,7 @@ def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> 
     assert Path(result.stdout.strip()).resolve() == (installed / "indexer_env" / "conf").resolve()
 
 
-@pytest.mark.parametrize("command", ["datagen", "datagen.ingest", "classifier", "classifier.diagnose"])
+@pytest.mark.parametrize("command", ["datagen", "datagen.ingest", "classifier", "classifier.diagnose", "discrepancy"])
 def test_wheel_commands_start_outside_the_checkout(command: str, installed: Path, tmp_path: Path) -> None:
     result = run_outside(installed, tmp_path, "-m", command, "--help")
     assert result.returncode == 0, result.stderr

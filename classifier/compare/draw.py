@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from classifier.compare.results import Row, means
+from classifier.results import Row, means
 from classifier.style import COLOURS, GREY, style
 
 
@@ -32,4 +32,26 @@ def dots(rows: Sequence[Row], metric: str) -> Figure:
             ax.set_yticks(range(len(methods)), methods)
             ax.set_xlim(left=min(0.0, ax.get_xlim()[0]))
         axes[0].invert_yaxis()
+    return figure
+
+
+def matrix(rows: Sequence[Row], metrics: Sequence[str]) -> Figure:
+    """A table of means in colours, from 0 to 100: a line for each data set, a column for each method and metric."""
+    found = {key: value.value for key, value in means(rows).items() if key[2] in metrics}
+    data = list(dict.fromkeys(key[0] for key in found))
+    columns = list(dict.fromkeys(key[1:] for key in found))
+    values = np.array([[found.get((name, *column), np.nan) for column in columns] for name in data])
+    with style():
+        figure = Figure(figsize=(3 + 0.9 * len(columns), 1.5 + 0.26 * len(data)), layout="constrained")
+        ax = figure.subplots()
+        ax.imshow(values, cmap="Blues", vmin=0, vmax=100, aspect="auto")
+        for (line, column), value in np.ndenumerate(values):
+            if np.isfinite(value):
+                colour = "white" if value > 60 else "black"
+                ax.text(column, line, f"{value:.1f}", ha="center", va="center", color=colour, fontsize=8)
+        ax.set_yticks(range(len(data)), data)
+        ax.set_xticks(
+            range(len(columns)), [f"{method}\n{metric}" for method, metric in columns], rotation=30, ha="right"
+        )
+        ax.grid(visible=False)
     return figure

@@ -15,8 +15,8 @@ METRICS = (
     ("ECE [%]", 2),
     ("ECE at T [%]", 2),
 )
-"""Names with decimals: AUROC is the mean over the classes of each against the others, ECE the expected calibration error
-of the most probable class, before and after the temperature T found on the control subset."""
+"""Names with decimals. AUROC: mean over the classes of each against the others. ECE: expected calibration error of the
+most probable class, before and after the temperature T that the control subset asks for."""
 
 
 def measured(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from classifier.compare.methods import METHODS, Method
-from classifier.compare.recipes import Recipe, make
-from classifier.compare.results import Row
 from classifier.dataset import Dataset, load_dataset
+from classifier.results import Row
+from classifier.study.recipes import Recipe, make
+from datagen.shard import Records, read_shards
+
+_APART = 1000
+"""Seeds of a study stay below, so that no seed is used twice."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Setting:
     seed     of data and training
     records  machines in the larger data sets
     folder   where data sets are kept
-    methods  names in METHODS
+    methods  names of some of the study's methods
     """
 
     seed: int
@@ -29,17 +32,13 @@ class Setting:
     folder: Path
     methods: tuple[str, ...]
 
-    def folder_of(self, recipe: Recipe) -> Path:
-        """The data set of a recipe, made where it is not there yet."""
-        return make(recipe, self.seed, self.folder)
-
     def dataset(self, recipe: Recipe) -> Dataset:
-        """The same, read."""
-        return load_dataset(self.folder_of(recipe))
+        """The data set of a recipe, made where it is not there yet."""
+        return load_dataset(make(recipe, self.seed, self.folder))
 
-    def chosen(self) -> dict[str, Method]:
-        """The methods by name."""
-        return {name: METHODS[name] for name in self.methods}
+    def apart(self, recipe: Recipe) -> Records:
+        """Records of a recipe whose machines are drawn apart from those of `dataset`, to judge what learnt there."""
+        return read_shards(make(recipe, self.seed + _APART, self.folder))
 
 
 @dataclass(frozen=True)
@@ -47,12 +46,14 @@ class Study:
     """One comparison.
 
     question  what it answers, in one line
+    methods   what it compares, by name
     run       the rows of one seed
     metrics   columns of its table with their decimals, names as in the rows
-    draw      pictures by file name, from the rows of all seeds
+    pictures  by file name: figures from the rows of all seeds
     """
 
     question: str
+    methods: tuple[str, ...]
     run: Callable[[Setting], list[Row]]
     metrics: Sequence[tuple[str, int]]
-    draw: Callable[[Sequence[Row]], dict[str, Figure]]
+    pictures: Mapping[str, Callable[[Sequence[Row]], Figure]]

@@ -13,7 +13,7 @@ import pyarrow as pa
 from pyarrow.csv import write_csv
 
 from classifier.conditions import RecordConditions
-from classifier.diagnose.report import CaseReport, line, lines, summary
+from classifier.diagnose.report import COLUMN, CaseReport, line, lines, summary
 from classifier.diagnose.signals import Asked, Case, cases_of
 from classifier.model import Model, load_model
 from datagen.command import check_flag, hydra_command
@@ -50,14 +50,15 @@ def run(config: dict[str, Any]) -> None:
     model = load_model(path_given("diagnose", "model", config["model"]))
     cases = cases_of(config["signal"], asked)
     if left_open := model.conditions.not_compared(asked.known):
-        print(f"{'assumed':<11}{', '.join(left_open)} as in the training records; known.{left_open[0]}=VALUE says it")
+        keys = ", ".join(left_open)
+        print(f"{'assumed':<{COLUMN}}{keys} as in the training records; known.{left_open[0]}=VALUE says it")
     if out is None:
         reports = _told(model, cases, None, 0)
     else:
         with output_folder(out, FILES, config["overwrite"]) as folder:
             reports = _told(model, cases, folder, config["pictures"])
             _write_summary(folder, str(config["model"]), reports)
-        print(f"{'written':<11}{out}")
+        print(f"{'written':<{COLUMN}}{out}")
     problems = [report.problem for report in reports if report.problem]
     if problems:
         raise SignalError(f"{len(problems)} of {len(reports)} signals could not be diagnosed; the first: {problems[0]}")

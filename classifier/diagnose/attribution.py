@@ -25,7 +25,7 @@ COMPLETE = 1e-9
 BANDS = 10
 """Bands of equal width into which contributions are summed."""
 
-_NODES = 16
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _MOST_PANELS = 2**14
 
 
@@ -84,7 +84,6 @@ def bands_of(model: Model, contribution: np.ndarray) -> tuple[Band, ...]:
 
 
 def _quadrature(panels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights on [0, 1], each (panels · _NODES,)."""
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    """Nodes and weights on [0, 1], each (panels · 16,)."""
     begins = np.arange(panels)[:, None] / panels
-    return (begins + (nodes + 1) / (2 * panels)).ravel(), np.tile(weights / (2 * panels), panels)
+    return (begins + (_NODES + 1) / (2 * panels)).ravel(), np.tile(_WEIGHTS / (2 * panels), panels)

@@ -14,6 +14,9 @@ NOVEL_WORDS = "none of the classes it was taught"
 STRONGEST = 3
 """Bands named in words; JSON holds all."""
 
+COLUMN = 13
+"""Width of the names in front of words."""
+
 _INTERVAL = ("_low", "_high")
 
 
@@ -107,13 +110,13 @@ def line(report: CaseReport) -> str:
 
 def lines(report: CaseReport) -> list[str]:
     """A signal in words: every turn, with all that the model says of it."""
-    text = [f"{'record':<11}{report.name}"]
+    text = [f"{'record':<{COLUMN}}{report.name}"]
     for turn in report.turns:
         place = f"{turn.turn}, {turn.duration:.6g} s from {turn.start:.6g} s on"
         if turn.diagnosis is None:
-            text += [f"{'turn':<11}{place}", f"{'refused':<11}{_refused(turn)}"]
+            text += [f"{'turn':<{COLUMN}}{place}", f"{'refused':<{COLUMN}}{_refused(turn)}"]
         else:
-            text += [f"{'turn':<11}{place}", *_words(turn.diagnosis)]
+            text += [f"{'turn':<{COLUMN}}{place}", *_words(turn.diagnosis)]
     return text
 
 
@@ -131,14 +134,15 @@ def _words(diagnosis: Diagnosis) -> list[str]:
         **assessed(diagnosis.assessment),
         "spoke": spoke,
     }
-    return [f"{name:<10} {value}" for name, value in entries.items()]
+    return [f"{name:<{COLUMN}}{value}" for name, value in entries.items()]
 
 
 def assessed(assessment: dict[str, Any]) -> dict[str, str]:
-    """What the parts of a model say, in words by name: an interval stands in brackets behind its value."""
+    """What the parts of a model say, in words by name: an interval stands in brackets behind its value; lists are left
+    to JSON."""
     words = {}
     for name, value in assessment.items():
-        if name == NOVEL or name.endswith(_INTERVAL):
+        if name == NOVEL or name.endswith(_INTERVAL) or isinstance(value, list):
             continue
         low, high = (assessment.get(f"{name}{end}") for end in _INTERVAL)
         interval = "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
@@ -147,11 +151,7 @@ def assessed(assessment: dict[str, Any]) -> dict[str, str]:
 
 
 def _number(value: Any) -> str:
-    if isinstance(value, list):
-        return "  ".join(_number(entry) for entry in value)
-    if isinstance(value, bool | str):
-        return str(value)
-    return f"{value:.3g}"
+    return str(value) if isinstance(value, bool | str) else f"{value:.3g}"
 
 
 def _said(diagnosis: Diagnosis) -> str:

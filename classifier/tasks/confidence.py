@@ -43,7 +43,7 @@ def fit_temperature(logits: np.ndarray, positions: np.ndarray) -> float:
     It minimises the mean cross entropy over n records the network was not trained on. The target of the true class is
     (n + 1)/(n + 2), Laplace's estimate of the share that is right after n of n were; the others share the rest. So
     a faultless subset does not make the network certain.
-    Sources: C. Guo et al., Proc. ICML (2017), §4.2; such targets: J. C. Platt, Adv. Large Margin Classifiers (1999), §3.
+    Sources: C. Guo et al., Proc. ICML (2017), §4.2; J. C. Platt, Adv. Large Margin Classifiers (1999), §3, for targets.
     """
     count, classes = logits.shape
     wanted = np.full(logits.shape, 1.0 / ((count + 2.0) * (classes - 1)))

@@ -46,6 +46,27 @@ class Compression:
 
 
 @dataclass(frozen=True, eq=False)
+class Standard:
+    """Each feature with mean 0 and standard deviation 1 over the calibration records; 0 where it does not vary there.
+
+    mean, deviation  (count,)
+    """
+
+    mean: np.ndarray
+    deviation: np.ndarray
+
+    @classmethod
+    def fit(cls, features: np.ndarray) -> Standard:
+        """Fitted to features (n, count) of the calibration records."""
+        return cls(features.mean(axis=0), features.std(axis=0))
+
+    def apply(self, features: np.ndarray) -> np.ndarray:
+        """Standardised features (n, count)."""
+        flat = self.deviation == 0.0
+        return np.where(flat, 0.0, (features - self.mean) / np.where(flat, 1.0, self.deviation))
+
+
+@dataclass(frozen=True, eq=False)
 class Whitening:
     """Principal components of the compressed features, each with mean 0 and variance 1 over the calibration records.
 
@@ -66,7 +87,7 @@ class Whitening:
         check_number("Whitening", "spread", self.spread, low=0.0)
 
     @classmethod
-    def fit(cls, compressed: np.ndarray, share: float = 0.99) -> Whitening:
+    def fit(cls, compressed: np.ndarray, share: float = 0.999) -> Whitening:
         """Whitening with the fewest components that hold a share of the variance of (n, count) compressed features."""
         centre = compressed.mean(axis=0)
         _, singular, rows = np.linalg.svd(compressed - centre, full_matrices=False)

@@ -7,6 +7,7 @@ in text does no harm; the first cell that is no number is named by line and colu
 from __future__ import annotations
 
 import codecs
+import contextlib
 import io
 import re
 import statistics
@@ -84,8 +85,12 @@ def _layout(lines: list[str]) -> tuple[str, int, int]:
     numeric wins."""
     best = (0, ",", 0, 0)
     for delimiter in (";", "\t", ","):
+        if not any(delimiter in line for line in lines[:_SNIFFED_LINES]):
+            continue
         rows = [_split(line, delimiter) for line in lines[:_SNIFFED_LINES]]
-        numeric = [index for index, cells in enumerate(rows) if len(cells) > 1 and _is_numeric(cells)]
+        numbers = {index: _numbers(cells) for index, cells in enumerate(rows) if len(cells) > 1}
+        # At least half the cells: a broken one must not turn the first row of data into a header.
+        numeric = {index: count for index, count in numbers.items() if len(rows[index]) <= 2 * count}
         if len(numeric) > best[0]:
             start = _start(rows, numeric)
             best = (len(numeric), delimiter, len(rows[start]), start)
@@ -95,13 +100,13 @@ def _layout(lines: list[str]) -> tuple[str, int, int]:
     return (";", 1, single[0]) if single else (",", 0, 0)
 
 
-def _start(rows: list[list[str]], numeric: list[int]) -> int:
+def _start(rows: list[list[str]], numeric: dict[int, int]) -> int:
     """First row of the data: the first with as many numbers as most have, or those broken ones that lead up to it; a
-    preamble such as "rate;1000" stands apart, above the header."""
-    counts = {index: _numbers(rows[index]) for index in numeric}
-    usual = statistics.mode(counts.values())
-    start = next(index for index in numeric if counts[index] == usual)
-    while start - 1 in counts and len(rows[start - 1]) == len(rows[start]):
+    preamble such as "rate;1000" stands apart, above the header. `numeric` counts the numbers of each row that has
+    enough."""
+    usual = statistics.mode(numeric.values())
+    start = next(index for index, count in numeric.items() if count == usual)
+    while start - 1 in numeric and len(rows[start - 1]) == len(rows[start]):
         start -= 1
     return start
 
@@ -112,12 +117,6 @@ def _numbers(cells: list[str]) -> int:
 
 def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
-
-
-def _is_numeric(cells: list[str]) -> bool:
-    """At least half the cells are numbers; a broken cell must not turn the first row of data into a
-    header."""
-    return 0 < len(cells) <= 2 * _numbers(cells)
 
 
 def _header(before: list[str], delimiter: str, width: int) -> list[str]:
@@ -171,6 +170,11 @@ def _cells(path: Path, body: str, delimiter: str, width: int, start: int, column
 
 def _parser(path: Path, name: str, texts: pa.StringArray, first_line: int) -> Callable[[], np.ndarray]:
     def numbers() -> np.ndarray:
+        # Most files hold plain finite numbers throughout: seven times as fast as to look at every cell by its pattern.
+        with contextlib.suppress(pa.ArrowInvalid):
+            values = pc.cast(texts, pa.float64()).to_numpy(zero_copy_only=False)
+            if np.isfinite(values).all():
+                return values
         valid = pc.match_substring_regex(texts, _NUMBER).to_numpy(zero_copy_only=False)  # type: ignore[attr-defined]
         if not valid.all():
             sample = int(np.argmin(valid))
@@ -188,7 +192,7 @@ def _parser(path: Path, name: str, texts: pa.StringArray, first_line: int) -> Ca
 
 
 def _decimals(texts: pa.StringArray) -> int | None:
-    head = [text.as_py() for text in texts[:_SNIFFED_LINES]]
+    head = texts[:_SNIFFED_LINES].to_pylist()
     if any("e" in text.lower() for text in head):
         return None
     return max((len(text.strip().partition(".")[2]) for text in head), default=0)

@@ -18,6 +18,8 @@ from datagen.formats.table import Column, MeasuredTable, column_of, distinct
 
 _NAME = "UFF"
 _MARK = b"    -1"
+_LINE = 82
+"""Bytes of the longest line, its end included."""
 _MARK_LINE = re.compile(rb"^    -1[ ]*\r?$\n?", re.MULTILINE)
 _LINE_END = re.compile(rb"\r?\n?")
 _HEADER_LINES = 12
@@ -102,7 +104,7 @@ def _label(text: object) -> str | None:
 
 def _begins(head: bytes) -> bool:
     # Four blanks before the mark tell it from a list of numbers that begins with -1.
-    first = head.splitlines()[0]
+    first = head[:_LINE].splitlines()[0]
     return first.rstrip() == _MARK
 
 

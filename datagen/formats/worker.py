@@ -38,6 +38,10 @@ class _Stuck(Exception):
     """No answer in time."""
 
 
+class CrashError(SignalError):
+    """The worker ended while it read a file."""
+
+
 class Worker:
     """A process that reads files with `datagen.formats`; not to be used by two threads at once."""
 
@@ -67,7 +71,8 @@ class Worker:
         Raises
         ------
         SignalError
-            What the reader says; no answer in time; the library crashed. The worker is of no use after the last two.
+            What the reader says; no answer in time; as CrashError, the library crashed. The worker is of no use after
+            the last two.
         """
         assert self._process.stdin is not None
         try:
@@ -75,7 +80,7 @@ class Worker:
             answer = self._answer()
         except (EOFError, BrokenPipeError):
             self.close()
-            raise SignalError(
+            raise CrashError(
                 f"{path} cannot be read: the {kind} library crashed over it; export the measurement again."
             ) from None
         except _Stuck:
@@ -118,14 +123,22 @@ _lock = threading.Lock()
 
 
 def read_apart(path: Path, kind: str) -> MeasuredTable:
-    """Read a file in the worker of this process, which is started where there is none; raises SignalError."""
+    """Read a file in the worker of this process, which is started where there is none; raises SignalError.
+
+    A worker that crashes may do so over what an earlier file has left behind, so only one that has read nothing else
+    tells against the file.
+    """
     global _shared
     with _lock:
-        if _shared is None or not _shared.alive:
-            if _shared is not None:
-                _shared.close()
-            _shared = Worker()
-            atexit.register(_shared.close)
+        if _shared is not None and _shared.alive:
+            try:
+                return _shared.read(path, kind)
+            except CrashError:
+                pass
+        if _shared is not None:
+            _shared.close()
+        _shared = Worker()
+        atexit.register(_shared.close)
         return _shared.read(path, kind)
 
 

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from discrepancy.candidates import Candidate
 from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, draw
 from discrepancy.challenge.records import read_records, write_records
 from discrepancy.explain import Explanation, explain
@@ -48,11 +49,13 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
         "closed_share": None if math.isnan(answer.closed_share) else answer.closed_share,
         "ranking": [[r.name, r.probability, r.heldout_gap, r.score] for r in answer.ranking],
         "intervals": intervals(drawn, answer), "found": [dataclasses.asdict(f) for f in answer.found],
-        "rounds": [
-            [[c.name, c.score, c.level, c.held_out, c.converged] for c in naming.candidates] for naming in answer.rounds
-        ],
+        "rounds": [[_row_of(c) for c in naming.candidates] for naming in answer.rounds],
         "truth_s": made - begin, "cpu_s": spent, "wall_s": wall,
     }  # fmt: skip
+
+
+def _row_of(c: Candidate) -> list[Any]:
+    return [c.name, c.score, c.level, c.held_out, c.typical, c.converged]
 
 
 def _told(effect: Effect) -> dict[str, Any]:

@@ -33,9 +33,9 @@ _STATION = "station"
 _Law = float | tuple[float, float]
 
 HIDDEN: Mapping[str, Mapping[str, _Law]] = {
-    "friction.coulomb": {"torque": 4.4},
-    "friction.viscous": {"coefficient": 40.0},
-    "friction.stribeck": {"torque": 3.8, "speed": (0.04, 0.25)},
+    "friction.coulomb": {"torque": 1.7},
+    "friction.viscous": {"coefficient": 27.0},
+    "friction.stribeck": {"torque": 1.5, "speed": (0.04, 0.25)},
     "load.imbalance": {"torque": 48.0, "phase": (0.0, _TURN)},
     "load.process": {"torque": 26.0, "centre": (0.62, 0.88), "half_width": (0.06, 0.12)},
     "drive.slip": {"compliance": 0.75},

@@ -1,8 +1,8 @@
 """Dormand–Prince steps of order 5 that stop at every edge of the joints: the truth of the challenge.
 
 A step that ends beyond an edge is taken again, shorter, until it ends on it (regula falsi, Illinois variant), and the
-joint changes its region there. Steps are 1/8 ms: fifty times shorter than the machine's fastest period, so that what
-is left of an error comes from edges grazed within a step.
+joint changes its region there. Steps are 1/4 ms: far shorter than the machine's fastest period, so that what is left of
+an error comes from edges grazed within a step.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from discrepancy.challenge.equations import TURN, Joint, Plant, deflections, follower, rates, softness
 
-STEPS_PER_MS = 8
+STEPS_PER_MS = 4
 
 _PAST = 1e-12
 """rad; an edge counts as crossed this far behind it: above rounding, so that the same edge cannot fire twice."""

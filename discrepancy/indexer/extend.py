@@ -6,8 +6,8 @@ import dataclasses
 import math
 from typing import Any
 
-from discrepancy.fit import Point
 from discrepancy.indexer.model import IndexerModel
+from discrepancy.problem import Point
 from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MotionLaw, TableLaw
 

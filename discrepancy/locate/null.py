@@ -14,9 +14,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from discrepancy.fit import Point, Problem
 from discrepancy.indexer.windows import white_noise
 from discrepancy.model import Model
+from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import View
 
 _RANK = 1e-9
@@ -39,7 +39,7 @@ class Null:
         self.residual, by_global, by_local = problem.linearised(place)
         system = problem.equations(place)
         free = problem.free(place, system)
-        self._bases = [_basis(by_local[:, w, view.inside[w]].T) for w in range(len(view.groups))]
+        self._bases = _bases(np.moveaxis(by_local, 0, 2))
         self._slopes = self._cleaned(by_global[free])
         flat = self._slopes.reshape(len(self._slopes), -1)
         precision = problem.known[free].astype(float)
@@ -63,12 +63,8 @@ class Null:
 
     def _cleaned(self, rows: np.ndarray) -> np.ndarray:
         """Rows (k, w, n) without what the windows' start states take up."""
-        out = rows.copy()
-        for w, basis in enumerate(self._bases):
-            inside = self.view.inside[w]
-            own = out[:, w, inside]
-            out[:, w, inside] = own - (own @ basis) @ basis.T
-        return out
+        along = np.swapaxes(self._bases, 1, 2) @ rows[..., None]
+        return rows - (self._bases @ along)[..., 0]
 
     def _estimate(self, record: np.ndarray) -> np.ndarray:
         """Estimated over true noise (w, 1) of records in units of the true one (w, n)."""
@@ -80,9 +76,9 @@ class Null:
         return found[self.view.groups][:, None]
 
 
-def _basis(columns: np.ndarray) -> np.ndarray:
-    """Orthonormal basis (n, rank) of the span of columns (n, l)."""
-    if not columns.shape[1]:
+def _bases(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal bases (w, n, l) of the spans of columns (w, n, l); a column of zeros for each missing rank."""
+    if not columns.shape[2]:
         return columns
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return left[:, sizes > _RANK * max(sizes[0], 1e-300)]
+    return np.where((sizes > _RANK * np.maximum(sizes[:, :1], 1e-300))[:, None, :], left, 0.0)

@@ -75,8 +75,8 @@ def _stations(cells: list[Cell], excess: np.ndarray) -> str:
     strong = [cells[int(k)] for k in np.argsort(-excess) if excess[k] > _HALF * top or excess[k] > _UNEVEN * middle]
     names = _and([cell.label for cell in strong[:3]])
     return (
-        f"It is locked to table turns, largest at station {names}: {strong[0].level:.1f} times the noise, where the other "
-        f"stations have {float(np.median([c.level for c in cells if c not in strong])):.1f}."
+        f"It is locked to table turns, largest at station {names}: {strong[0].level:.1f} times the noise, where the "
+        f"other stations have {float(np.median([c.level for c in cells if c not in strong])):.1f}."
     )
 
 

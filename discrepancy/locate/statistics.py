@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from discrepancy.subjects.base import Axis, Line, View
+from discrepancy.subjects.base import Axis, View
 
 _LEAST_WINDOWS = 3
 """Windows that hold a cell from which on the worst one is left out."""
@@ -19,25 +19,38 @@ _LEAST_WINDOWS = 3
 _AROUND = (2.0, 12.0)
 """Nearest and farthest distance of a line's surroundings, in widths 1/T of its record's length T."""
 
+_PADDING = 4
+"""Zeros are added up to this many times the record's length or more: a line lies an eighth of a width off at most."""
+
 _LEAST_WIDTHS = 3.0
 """Widths above zero below which a line cannot be told from a constant."""
 
 
-def levels(residual: np.ndarray, axis: Axis) -> np.ndarray:
-    """Level of each cell (k,), NaN for one without a sample."""
-    count = len(axis.labels)
-    windows, samples = np.nonzero(axis.cells >= 0)
-    at = windows * count + axis.cells[windows, samples]
-    shape = (len(residual), count)
-    held = np.bincount(at, minlength=shape[0] * count).reshape(shape)
-    sums = np.bincount(at, residual[windows, samples] ** 2, minlength=shape[0] * count).reshape(shape)
-    mean = np.where(held > 0, sums / np.maximum(held, 1), -1.0)
-    worst = mean.argmax(axis=0)
-    spared = (held > 0).sum(axis=0) >= _LEAST_WINDOWS
-    cells = np.arange(count)
-    total = sums.sum(axis=0) - np.where(spared, sums[worst, cells], 0.0)
-    samples_left = held.sum(axis=0) - np.where(spared, held[worst, cells], 0)
-    return np.sqrt(np.where(samples_left > 0, total / np.maximum(samples_left, 1), math.nan))
+class Levels:
+    """Levels of the cells of one axis.
+
+    Parameters
+    ----------
+    axis : Axis
+    """
+
+    def __init__(self, axis: Axis) -> None:
+        self._shape = shape = (len(axis.cells), len(axis.labels))
+        self._samples = np.flatnonzero(axis.cells >= 0)
+        windows = self._samples // axis.cells.shape[1]
+        self._at = windows * shape[1] + axis.cells.ravel()[self._samples]
+        self._held = np.bincount(self._at, minlength=shape[0] * shape[1]).reshape(shape)
+        self._spared = (self._held > 0).sum(axis=0) >= _LEAST_WINDOWS
+
+    def of(self, residual: np.ndarray) -> np.ndarray:
+        """Level of each cell (k,) of residuals (w, n), NaN for one without a sample."""
+        squares = residual.ravel()[self._samples] ** 2
+        sums = np.bincount(self._at, squares, minlength=self._held.size).reshape(self._shape)
+        held, cells = self._held, np.arange(self._shape[1])
+        worst = np.where(held > 0, sums / np.maximum(held, 1), -1.0).argmax(axis=0)
+        total = sums.sum(axis=0) - np.where(self._spared, sums[worst, cells], 0.0)
+        samples = held.sum(axis=0) - np.where(self._spared, held[worst, cells], 0)
+        return np.sqrt(np.where(samples > 0, total / np.maximum(samples, 1), math.nan))
 
 
 class Prominence:
@@ -50,33 +63,49 @@ class Prominence:
     """
 
     def __init__(self, view: View) -> None:
-        self._parts = [(view.groups == g)[:, None] & view.inside for g in range(len(view.noise))]
-        spans = [float(np.ptp(view.time[part])) for part in self._parts]
-        slowest = max((_LEAST_WIDTHS / span for span in spans), default=0.0)
+        self._records = [_Spectrum(view, number) for number in range(len(view.noise))]
+        slowest = max((_LEAST_WIDTHS / record.span for record in self._records), default=0.0)
         self.lines = tuple(line for line in view.lines if line.frequency.min() > slowest)
-        self._waves = [
-            _waves(view.time[part], self.lines, g, span)
-            for g, (part, span) in enumerate(zip(self._parts, spans, strict=True))
-        ]
 
     def of(self, residual: np.ndarray) -> np.ndarray:
         """Prominence of each line (k,): 1 is that of noise on average."""
         if not self.lines:
             return np.zeros(0)
         found = []
-        for part, waves in zip(self._parts, self._waves, strict=True):
-            power = np.abs(waves @ residual[part]).reshape(len(self.lines), -1) ** 2
-            # The median of an exponential law is ln 2 times its mean.
-            around = np.median(power[:, 1:], axis=1) / math.log(2.0)
-            found.append(power[:, 0] / np.maximum(around, 1.0))
+        for number, record in enumerate(self._records):
+            frequencies = np.array([line.frequency[number] for line in self.lines])
+            found.append(record.prominence(residual, frequencies))
         return np.min(found, axis=0)
 
 
-def _waves(time: np.ndarray, lines: tuple[Line, ...], record: int, span: float) -> np.ndarray:
-    """Rows (line and its surroundings, n) that give the normalised amplitude of a record's residuals there."""
-    distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
-    shifts = np.concatenate([[0.0], -distances, distances]) / span
-    frequencies = np.array([[max(line.frequency[record] + s, 0.5 / span) for s in shifts] for line in lines]).ravel()
-    window = np.sin(math.pi * (time - time.min()) / span) ** 2
-    waves = window * np.exp(-2j * math.pi * np.outer(frequencies, time))
-    return waves / math.sqrt(float((window**2).sum()))
+class _Spectrum:
+    """Hann-windowed spectrum of one record's residuals, its windows put end to end."""
+
+    def __init__(self, view: View, number: int) -> None:
+        self._part = (view.groups == number)[:, None] & view.inside
+        time = view.time[self._part]
+        self.span = float(np.ptp(time))
+        step = float(np.median(np.diff(np.sort(time))))
+        self._at = np.rint((time - time.min()) / step).astype(int)
+        self._count = int(self._at.max()) + 1
+        self._padded = 1 << (_PADDING * self._count - 1).bit_length()
+        self._per_width = self._padded / self._count
+        self._per_hertz = self._padded * step
+        self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2
+        self._hann /= math.sqrt(float((self._hann**2).sum()))
+
+    def prominence(self, residual: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+        """Power at frequencies (k,) [Hz] over that of their surroundings, or of white noise where that is more."""
+        row = np.zeros(self._count)
+        row[self._at] = residual[self._part]
+        power = np.abs(np.fft.rfft(self._hann * row, self._padded)) ** 2
+        distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
+        shifts = np.concatenate([[0.0], -distances, distances]) * self._per_width
+        bins = np.rint(frequencies[:, None] * self._per_hertz + shifts).astype(int)
+        # Below zero and above half the rate the spectrum is its own mirror image.
+        bins = np.abs(bins)
+        bins = np.minimum(bins, 2 * (len(power) - 1) - bins)
+        values = power[bins]
+        # The median of an exponential law is ln 2 times its mean.
+        around = np.median(values[:, 1:], axis=1) / math.log(2.0)
+        return values[:, 0] / np.maximum(around, 1.0)

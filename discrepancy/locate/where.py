@@ -8,16 +8,17 @@ lines, drawn as well (Westfall and Young, Resampling-Based Multiple Testing, 199
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from scipy.stats import gamma
 
-from discrepancy.fit import Point
 from discrepancy.locate.null import Null
 from discrepancy.locate.result import Cell, Map, Spot, Where
 from discrepancy.locate.sentences import sentences
-from discrepancy.locate.statistics import Prominence, levels
+from discrepancy.locate.statistics import Levels, Prominence
 from discrepancy.model import Model
+from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, View
 
 ALARMS = 0.05
@@ -48,42 +49,71 @@ def locate(
         Residuals drawn under the null.
     """
     null = Null(model, place, view)
-    return tested(null.residual, list(null.draws(rng, draws)), view, alarms)
+    return located(null.residual, Law(view, null.draws(rng, draws)), alarms)
 
 
-def tested(residual: np.ndarray, drawn: list[np.ndarray], view: View, alarms: float) -> Where:
-    """The test of residuals (w, n) against residuals drawn under the null."""
-    table = _table(view)
-    prominence = Prominence(view)
-    axes = (*view.axes, table)
+class Law:
+    """How the levels and prominences of all cells and lines are distributed under the null.
 
-    def statistics(r: np.ndarray) -> np.ndarray:
-        return np.concatenate([*(levels(r, axis) ** 2 for axis in axes), prominence.of(r)])
+    Parameters
+    ----------
+    view : View
+    drawn : iterable of ndarray (w, n)
+        Residuals drawn under the null.
+    """
 
-    found, under = statistics(residual), np.array([statistics(r) for r in drawn])
-    cells = len(found) - len(prominence.lines)
-    # Lines are relative to their surroundings, so no error of the fit's level reaches them.
-    tested_values = np.concatenate([found[:cells] / (1.0 + _SLACK), found[cells:]])
-    adjusted = _adjusted(tested_values, under)
-    significant = adjusted <= alarms
+    def __init__(self, view: View, drawn: Iterable[np.ndarray]) -> None:
+        self.view, self._prominence = view, Prominence(view)
+        self._levels = [Levels(axis) for axis in (*view.axes, _table(view))]
+        self.lines = self._prominence.lines
+        self.under = np.array([self.statistics(residual) for residual in drawn])
+
+    def statistics(self, residual: np.ndarray) -> np.ndarray:
+        """Mean squares of the cells of all axes and of the map, then prominences of the lines (k,)."""
+        return np.concatenate([*(one.of(residual) ** 2 for one in self._levels), self._prominence.of(residual)])
+
+    def chances(self, found: np.ndarray) -> np.ndarray:
+        """p-values (k,) of statistics (k,), corrected for all of them; 1 where there is no statistic."""
+        there = ~np.isnan(found)
+        # Lines are relative to their surroundings, so no error of the fit's level reaches them.
+        slack = np.where(np.arange(len(found)) < len(found) - len(self.lines), 1.0 + _SLACK, 1.0)
+        mean, spread = self.under[:, there].mean(axis=0), self.under[:, there].std(axis=0, ddof=1)
+        shape, scale = (mean / spread) ** 2, spread**2 / mean
+        smallest = np.sort(gamma.logsf(self.under[:, there], shape, scale=scale).min(axis=1))
+        own = gamma.logsf((found / slack)[there], shape, scale=scale)
+        out = np.ones(len(found))
+        out[there] = (1.0 + np.searchsorted(smallest, own, side="right")) / (1.0 + len(self.under))
+        return out
+
+
+def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
+    """What the test says of residuals (w, n)."""
+    view, found = law.view, law.statistics(residual)
+    chances = law.chances(found)
+    significant = chances <= alarms
+    expected = np.sqrt(law.under.mean(axis=0))
     rows, at = [], 0
     for axis in view.axes:
         for label in axis.labels:
             if not math.isnan(found[at]):
-                expected = math.sqrt(float(under[:, at].mean()))
-                own = math.sqrt(float(found[at])), expected, float(adjusted[at]), bool(significant[at])
-                rows.append(Cell(axis.name, label, *own))
+                level = math.sqrt(float(found[at]))
+                rows.append(
+                    Cell(axis.name, label, level, float(expected[at]), float(chances[at]), bool(significant[at]))
+                )
             at += 1
+    cells = len(found) - len(law.lines)
     upwards, across = (view.axis(name) for name in view.map_axes)
     shape = len(upwards.labels), len(across.labels)
     picture = Map(upwards, across, np.sqrt(found[at:cells]).reshape(shape), significant[at:cells].reshape(shape))
-    spots = tuple(
-        Spot(line.name, line.kind, tuple(map(float, line.frequency)), float(found[k]), float(adjusted[k]), bool(significant[k]))
-        for k, line in enumerate(prominence.lines, start=cells)
-    )  # fmt: skip
+    spots = []
+    for k, line in enumerate(law.lines, start=cells):
+        frequencies = tuple(map(float, line.frequency))
+        chance = float(chances[k])
+        spots.append(Spot(line.name, line.kind, frequencies, float(found[k]), chance, bool(significant[k])))
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
     said = sentences(level, rows, spots)
-    return Where(level, _repeats(residual, view), tuple(rows), spots, picture, said, alarms, len(drawn))
+    repeats = _repeats(residual, view) if view.aligned else math.nan
+    return Where(level, repeats, tuple(rows), tuple(spots), picture, said, alarms, len(law.under))
 
 
 def _table(view: View) -> Axis:
@@ -92,18 +122,6 @@ def _table(view: View) -> Axis:
     both = (upwards.cells >= 0) & (across.cells >= 0)
     cells = np.where(both, upwards.cells * len(across.labels) + across.cells, -1)
     return Axis("map", tuple(f"{u}, {a}" for u in upwards.labels for a in across.labels), cells)
-
-
-def _adjusted(found: np.ndarray, under: np.ndarray) -> np.ndarray:
-    """p-values (k,) of statistics (k,) given draws (b, k), corrected for all of them; 1 where there is no statistic."""
-    there = ~np.isnan(found)
-    mean, spread = under[:, there].mean(axis=0), under[:, there].std(axis=0, ddof=1)
-    shape, scale = (mean / spread) ** 2, spread**2 / mean
-    smallest = np.sort(gamma.logsf(under[:, there], shape, scale=scale).min(axis=1))
-    own = gamma.logsf(found[there], shape, scale=scale)
-    out = np.ones(len(found))
-    out[there] = (1.0 + np.searchsorted(smallest, own, side="right")) / (1.0 + len(under))
-    return out
 
 
 def _repeats(residual: np.ndarray, view: View) -> float:
@@ -118,5 +136,5 @@ def _repeats(residual: np.ndarray, view: View) -> float:
             if key in last:
                 shared = view.inside[row] & view.inside[last[key]]
                 differences.append((residual[row] - residual[last[key]])[shared])
-            last[key] = row
+            last[key] = int(row)
     return math.sqrt(float((np.concatenate(differences) ** 2).mean()) / 2.0) if differences else math.nan

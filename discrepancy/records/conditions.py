@@ -34,6 +34,10 @@ class Conditions:
     start_angle : float or None
         Cam angle at the first sample [rad], counted from an index out of station 0; None: by the pulse, else by
         comparison with the nominal machine.
+    start_uncertainty : float
+        Standard deviation of the cam angle that is stated or that the pulse gives [rad], > 0.
+    speed_uncertainty : float or None
+        Relative standard deviation of the mean speed [-], > 0; None: as far as the record itself gives it.
     pulse_angle : float
         Cam angle at which the once-per-turn pulse stands [rad].
     noise : float or None
@@ -49,6 +53,8 @@ class Conditions:
     motor_speed: float
     load_torque: float
     start_angle: float | None = None
+    start_uncertainty: float = 0.002
+    speed_uncertainty: float | None = None
     pulse_angle: float = 0.0
     noise: float | None = None
     sensor_radius: float | None = None
@@ -65,7 +71,8 @@ class Conditions:
         for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), unit=unit)
-        for name, unit in (("noise", "of the record"), ("sensor_radius", "m")):
+        for name, unit in (("noise", "of the record"), ("sensor_radius", "m"), ("start_uncertainty", "rad"),
+                           ("speed_uncertainty", "-")):  # fmt: skip
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
         if not isinstance(self.held_out, bool):
@@ -86,7 +93,8 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
     names : sequence of str
     table : Path or None
         CSV with a column `file` and any of the fields of `Conditions` (`motor_speed_rpm`, `start_angle_deg` as well),
-        or YAML with a mapping of them for each file; rows for other files are passed over.
+        or YAML with a mapping of them for each file, by its name or in a list with the key `file`; rows for other files
+        are passed over.
     known : mapping
         Values for all files, by the same names; a cell of the table goes first.
 
@@ -142,6 +150,8 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         why = str(error).replace("\n", " ")
         raise SignalError(f"the table of records {table} cannot be read ({why}); repair it.") from None
+    if isinstance(content, list) and all(isinstance(row, dict) and FILE in row for row in content):
+        content = {row[FILE]: {key: value for key, value in row.items() if key != FILE} for row in content}
     if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.values()):
         raise SignalError(f"{table} must hold, for each file, a mapping of its conditions; see docs/discrepancy.md.")
     return {str(name): row for name, row in content.items()}

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datagen.measured import STANDARD_GRAVITY
 from discrepancy.indexer import Experiment
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
@@ -34,6 +35,9 @@ _ANGLE_SLACK = 5e-3
 _ANGLE_TOLERANCE = 0.15
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
 
+_BY_COMPARISON = 0.01
+"""Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
+
 _LIKENESS = 0.95
 """Likeness below which a record is not of this machine; hidden effects leave it above 0.99."""
 
@@ -41,9 +45,10 @@ _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
 
 _UNITS = {
-    9.80665: "g for m/s^2", 57.29578: "deg/s^2 for rad/s^2", 1000.0: "mm/s^2 for m/s^2", 1e3 / 9.80665: "mg for m/s^2",
+    STANDARD_GRAVITY: "g for m/s^2", math.pi / 180.0: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
+    1e-3 * STANDARD_GRAVITY: "mg for m/s^2",
 }  # fmt: skip
-"""Factors by which a record is off when its unit is mistaken."""
+"""What one of the first unit is worth in the second."""
 
 FIT_SHARE = 2.0 / 3.0
 """Share of each record that is fitted where no record is held out as a whole."""
@@ -90,7 +95,9 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         fitted = tuple(e for e, held in zip(made, kept, strict=True) if not held)
         held = tuple(e for e, out in zip(made, kept, strict=True) if out)
     else:
-        notes.append("no record is held out as a whole, so the last third of each is; one at another speed proves more")
+        notes.append(
+            "the last third of each record is held out, as no whole one is; a record at another speed would prove more"
+        )
         fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
     speeds = {round(e.operating_point.motor_speed / _RPM) for e in made}
     if len(speeds) == 1:
@@ -105,7 +112,8 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     if signal.unit != sensor.unit:
         remedy = "state sensor_radius" if sensor.radius is None else "leave sensor_radius out"
         raise SignalError(
-            f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the unit."
+            f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the "
+            "unit."
         )
     speed, start = _by_pulse(record, machine)
     if speed is None:
@@ -121,21 +129,25 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
         speed, said = _speed(record, speed, match, machine.reduction)
         notes += said
     start = stated.start_angle if start is None else start
+    known_to = stated.start_uncertainty
     if start is None:
-        start = match.start_angle
+        start, known_to = match.start_angle, _BY_COMPARISON
         notes.append(
-            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, its "
-            "first station taken for station 0"
+            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, "
+            "its first station taken for station 0"
         )
     off = abs((start - match.start_angle + math.pi) % _TURN - math.pi)
     if off > _ANGLE_TOLERANCE:
         raise SignalError(
             f"{record.name}: the cam angle at the first sample must agree with the record within {_ANGLE_TOLERANCE:g} "
-            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct start_angle "
-            "or pulse_angle."
+            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct "
+            "start_angle or pulse_angle."
         )
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
-    return Experiment(named, OperatingPoint(speed, stated.load_torque, start), stated.noise), notes
+    point = OperatingPoint(speed, stated.load_torque, start)
+    turned = machine.reduction * speed * signal.duration
+    speed_known_to = stated.speed_uncertainty or max(known_to, _ANGLE_SLACK) / turned
+    return Experiment(named, point, stated.noise, known_to, speed_known_to), notes
 
 
 def _by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
@@ -166,24 +178,24 @@ def _check_period(record: Record, machine: Machine) -> None:
         )
     if found is None and record.signal.duration > 2.2 * expected:
         raise SignalError(
-            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that repeats "
-            f"every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor, the speed and the reduction."
+            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that "
+            f"repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the speed."
         )
 
 
 def _wrong_speed(record: Record, speed: float, how: str) -> SignalError:
     return SignalError(
         f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
-        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; correct "
-        "motor_speed_rpm, or the machine's reduction_ratio."
+        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; "
+        "correct motor_speed_rpm, or the machine's reduction_ratio."
     )
 
 
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
     if match.likeness < _LIKENESS:
         raise SignalError(
-            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of the "
-            f"cam, got {match.likeness:.2f}; check motion_law, motion_share and reduction_ratio, or whose record it is."
+            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
+            f"the cam, got {match.likeness:.2f}; check motion_law and motion_share, or whose record it is."
         )
     if not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(
@@ -194,7 +206,7 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
 
 def _guess(level: float, sensor: Sensor) -> str:
     """What may be wrong where the level is."""
-    units = {**_UNITS, **({} if sensor.radius is None else {1.0 / sensor.radius: "rad/s^2 for m/s^2"})}
+    units = {**_UNITS, **({} if sensor.radius is None else {sensor.radius: "rad/s^2 for m/s^2"})}
     for factor, words in units.items():
         first, _, second = words.partition(" for ")
         if 0.75 < level * factor < 1.33:
@@ -225,6 +237,8 @@ def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Expe
             Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
             OperatingPoint(point.motor_speed, point.load_torque, start),
             experiment.noise,
+            experiment.start_uncertainty,
+            experiment.speed_uncertainty,
         )
         for values, start in parts
     ]

@@ -95,7 +95,7 @@ def _angles(
     a = np.array(rows)
     grid = np.linspace(0.0, 2.0 * math.pi, _ANGLES, endpoint=False)
     turned = np.exp(-1j * np.outer(_ORDERS, grid))
-    agreement = ((a * nominal.conj()) @ turned).real
+    agreement = np.real((a * nominal.conj()) @ turned)
     best = agreement.argmax(axis=1)
     three = np.stack([agreement[np.arange(count), (best + shift) % _ANGLES] for shift in (-1, 0, 1)])
     vertex = 0.5 * (three[0] - three[2]) / (three[0] - 2.0 * three[1] + three[2])

@@ -8,7 +8,6 @@ An index repeats with every cam turn, whatever the machine's stiffness, so this 
 from __future__ import annotations
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import butter, sosfiltfilt
 
 SHORTEST, LONGEST = 0.25, 4.0
@@ -50,8 +49,8 @@ def _lowpassed(values: np.ndarray, rate: float, frequency: float) -> np.ndarray:
 def _likeness(y: np.ndarray, lags: int) -> np.ndarray:
     """ρ at lags 0 … lags-1 [samples]."""
     n = len(y)
-    spectrum = rfft(y, next_fast_len(2 * n, real=True))
-    products = irfft(np.abs(spectrum) ** 2, next_fast_len(2 * n, real=True))[:lags]
+    padded = 1 << (2 * n - 1).bit_length()
+    products = np.fft.irfft(np.abs(np.fft.rfft(y, padded)) ** 2, padded)[:lags]
     energy = np.concatenate([[0.0], np.cumsum(y**2)])
     lag = np.arange(lags)
     head, tail = energy[n - lag], energy[n] - energy[lag]

@@ -16,7 +16,7 @@ _DEAD = 0.02
 without noise is the longest that a live one can show, and no real sensor is without noise."""
 
 _CLIPPED = 2e-3
-"""Share of samples at flat tops above which a record is refused: the peaks it lacks are where the machine shows most."""
+"""Share of samples at flat tops above which a record is refused: it lacks the peaks, where the machine shows most."""
 
 _LEAST_TURNS = 2.0
 """Turns of the table that all records must hold together: what repeats once a turn cannot be told from less."""
@@ -54,7 +54,8 @@ def _check_sensor(record: Record) -> None:
     if shares["constant_share"] > _DEAD:
         time = shares["constant_share"] * record.signal.duration
         raise SignalError(
-            f"{record.name} must vary throughout, got one value for {time:.3g} s on end; check the sensor and its cable."
+            f"{record.name} must vary throughout, got one value for {time:.3g} s on end; check the sensor and its "
+            "cable."
         )
     if shares["clipped_share"] > _CLIPPED:
         raise SignalError(

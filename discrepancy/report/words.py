@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from discrepancy.chain import Outcome
 from discrepancy.findings import Estimate, FoundEffect
 from discrepancy.gap import Share
@@ -20,7 +22,8 @@ def headline(outcome: Outcome) -> str:
         also = f"{_and([described(effect) for effect in sure])}, and " if sure else ""
         return f"The model lacks {also}{rivals}, which these records cannot tell apart; {_remedy(outcome)}."
     if answer.verdict == "none":
-        return f"Nothing is missing: the calibrated model leaves {percent(gap.before.value)} of the records, {_floor(gap)}."
+        left, floor = percent(gap.before.value), percent(gap.noise_floor.value)
+        return f"Nothing is missing: the calibrated model leaves {left} of the records; the noise alone is {floor}."
     if answer.verdict == "unexplained":
         return f"Something is missing that the library does not know: {answer.reason}; nothing was added."
     return f"The calibration did not come to rest, so nothing can be said of what is missing: {answer.reason}."
@@ -36,13 +39,20 @@ def described(effect: FoundEffect) -> str:
 def ranged(e: Estimate) -> str:
     """Value, unit and 95 % interval."""
     unit = "" if e.unit == "-" else f" {e.unit}"
-    return f"{e.value:.4g}{unit}, {e.low:.4g} to {e.high:.4g}"
+    return f"{number(e.value, e)}{unit}, {number(e.low, e)} to {number(e.high, e)}"
+
+
+def number(value: float, e: Estimate) -> str:
+    """A value of an estimate with no more digits than its interval bears."""
+    width = max(e.high - e.low, 1e-3 * abs(e.value))
+    digits = 2 if width == 0.0 else max(0, math.floor(math.log10(max(abs(value), width) / width)) + 2)
+    return f"{float(f'{value:.{max(digits, 2)}g}'):g}"
 
 
 def percent(share: float) -> str:
     """A share in per cent, with as many digits as it needs near 0 and 1."""
     distance = min(abs(share), abs(1.0 - share))
-    return f"{100.0 * share:.{1 if distance < 0.095 else 0}f} %"
+    return f"{100.0 * share:.{1 if 0.0 < distance < 0.095 else 0}f} %"
 
 
 def percents(share: Share) -> str:
@@ -58,10 +68,6 @@ def _closed(share: Share | None) -> str:
 
 def _it(effects: tuple[FoundEffect, ...]) -> str:
     return "it" if len(effects) == 1 else "them"
-
-
-def _floor(gap) -> str:
-    return f"which is the noise ({percent(gap.noise_floor.value)})"
 
 
 def _remedy(outcome: Outcome) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit import Point
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +76,10 @@ class View:
     map_axes : (str, str)
         Names of the axes of the map: upwards and across.
     lines : tuple of Line
+    window : str
+        What a window is called.
+    aligned : bool
+        Whether windows begin at the same place of what repeats, so that those of the same cells can be compared.
     """
 
     names: tuple[str, ...]
@@ -89,6 +93,8 @@ class View:
     axes: tuple[Axis, ...]
     map_axes: tuple[str, str]
     lines: tuple[Line, ...] = ()
+    window: str = "stretch"
+    aligned: bool = False
 
     def axis(self, name: str) -> Axis:
         """The axis of that name."""
@@ -139,6 +145,10 @@ class Subject(ABC):
     @abstractmethod
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         """The machine that a fitted place of `model` stands for, as text files by name; always the same names."""
+
+    @abstractmethod
+    def meaning(self, effect: str) -> str:
+        """An effect of the library in one sentence."""
 
     @abstractmethod
     def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:

@@ -8,12 +8,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from discrepancy.fit import Point
 from discrepancy.indexer import Experiment, IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned, in_turn
+from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -51,6 +52,8 @@ class IndexerSubject(Subject):
     """
 
     kind = "cam indexing machine"
+    model: IndexerModel
+    held_out: IndexerModel
 
     def __init__(
         self, machine: Machine, sensor: Sensor, records: Experiments, uncertainty: Mapping[str, float] | None = None
@@ -86,6 +89,8 @@ class IndexerSubject(Subject):
             axes=self._axes(turns, inside, w.record, points),
             map_axes=("station", "cam phase"),
             lines=self._lines(cam_rates / _TURN),
+            window="cam turn",
+            aligned=True,
         )
 
     def _axes(
@@ -136,6 +141,9 @@ class IndexerSubject(Subject):
             "machine.yaml": machine_yaml(extended_machine(model, place)),
             "sensor.yaml": yaml.safe_dump(_plain(sensor), sort_keys=False),
         }
+
+    def meaning(self, effect: str) -> str:
+        return EFFECTS[effect].sentence
 
     def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
         first = self.model.experiments[0]

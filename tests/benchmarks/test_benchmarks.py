@@ -230,6 +230,13 @@ def test_training_one_after_the_other_is_the_same_training() -> None:
             assert lowest == pytest.approx(np.nanmin(training.control_error[:, i]), rel=1e-9)
 
 
+def test_smoke_the_section_of_diagnosing() -> None:
+    from benchmarks import diagnosing
+
+    (row,) = diagnosing.measure(quick=True)
+    assert "8200 samples" in row.what and row.numbers["whole"]["processor_s"] > row.numbers["diagnosis"]["processor_s"]
+
+
 def test_smoke_the_section_of_training() -> None:
     from benchmarks import training
 

@@ -1,34 +1,86 @@
-"""A data set of measured files is a data set like any other."""
+"""Measured files with labels of one's own: ingested, learnt from, and a further one diagnosed; by the commands."""
 
 from __future__ import annotations
+
+import json
+import sys
 
 import numpy as np
 import pytest
 
+from classifier import __main__ as training
 from classifier.dataset import load_dataset
-from datagen.ingest.publish import ingest
-from datagen.ingest.settings import Settings
-from datagen.ingest.sources import sources_of
+from classifier.diagnose import __main__ as diagnosing
+from datagen.ingest import __main__ as ingesting
+
+RATE, PERIOD = 500.0, 1.0
+TONES = {"intact": 20.0, "worn": 45.0}
+
+
+def write(path, tone, seed, turns=3, rate=RATE):
+    """A tone in noise, m/s², with a pulse at each turn of about one second."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round((turns + 0.6) * PERIOD * rate)) / rate
+    values = np.sin(2 * np.pi * tone * time + rng.uniform(0, 6)) + 0.2 * rng.standard_normal(time.size)
+    pulse = 5.0 * ((time - 0.25) % PERIOD < 0.1) * (time > 0.2)
+    rows = [f"{t:.4f},{v:.5f},{p:.1f}" for t, v, p in zip(time, values, pulse, strict=True)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(["time [s],acc [m/s^2],pulse", *rows]))
 
 
 @pytest.fixture
-def measured(tmp_path):
-    for place, name in enumerate(("intact", "worn")):
-        (tmp_path / "files" / name).mkdir(parents=True)
-        for number in range(5):
-            values = np.random.default_rng([place, number]).normal(size=1000)
-            rows = [f"{k / 1000:.3f},{value:.6f}" for k, value in enumerate(values)]
-            (tmp_path / "files" / name / f"{number}.csv").write_text("\n".join(["time [s],acc [rad/s^2]", *rows]))
-    ingest(sources_of(str(tmp_path / "files"), None), Settings(period=0.5), tmp_path / "set")
-    return tmp_path / "set"
+def command(monkeypatch, tmp_path, capsys):
+    """Run a command in the temporary folder; what it printed, what it complained of and its exit code."""
+
+    def run(module, *overrides):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["command", *overrides])
+        code = 0
+        try:
+            module.main()
+        except SystemExit as stopped:
+            code = stopped.code
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run
 
 
-def test_the_classifier_loads_it(measured):
-    data = load_dataset(measured)
-    assert data.records.shape == (20, 500) and data.sample_rate == 1000.0 and data.unit == "rad/s^2"
+def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
+    for place, (name, tone) in enumerate(TONES.items()):
+        for number in range(10):
+            write(tmp_path / "bench" / name / f"{number}.csv", tone, 10 * place + number)
+    for machine, rate in (("new", RATE), ("fast", 2560.0)):
+        write(tmp_path / f"{machine}.csv", TONES["worn"], 99, rate=rate)
+    of_both = (f"sample_rate={RATE}", f"period={PERIOD}", "known.sensor_radius=0.4")
+    assert command(ingesting, "files=bench", "out=set", "pulse.column=pulse", *of_both)[0] == 0
+
+    data = load_dataset(tmp_path / "set")
+    assert data.records.shape == (60, 500) and data.unit == "m/s^2"
     assert [data.codes.names, data.codes.codes] == [("intact", "worn"), ("10", "01")]
-    assert {name: int((data.subsets == name).sum()) for name in set(data.subsets)} == {
-        "calibration": 12,
-        "control": 4,
-        "validation": 4,
-    }
+    assert data.conditions.sensor_radius == (0.4, 0.4) and data.conditions.machines == ()
+
+    small = ("net.hidden=5", "restarts=2", "features.resolution_hz=2", "parts=[]")
+    code, _, err = command(training, "data=set", "out=model", *small)
+    assert (code, err) == (0, "")
+    for name in ("new", "fast"):
+        chosen = ("model=model", f"signal={name}.csv", f"out={name}", "pulse.column=pulse")
+        code, _, err = command(diagnosing, *chosen)
+        assert code == 2 and "give known.sensor_radius=NUMBER in m" in err
+        code, _, err = command(diagnosing, *chosen, "known.sensor_radius=0.3")
+        assert code == 2 and "must be 0.4 m within 1 %" in err
+        assert command(diagnosing, *chosen, "known.sensor_radius=0.4")[0] == 0
+        told = json.loads((tmp_path / name / "diagnosis.json").read_text())
+        assert (told["verdicts"], told["turns_not_diagnosed"]) == ({"worn": 3}, 0)
+    code, out, _ = command(diagnosing, "model=model", "signal=set")
+    assert code == 0 and '"right_percent": 100.0' in out
+
+
+def test_a_class_that_no_validation_file_has_is_refused(command, tmp_path):
+    for place, (name, tone) in enumerate(TONES.items()):
+        for number in range(3 - place):
+            write(tmp_path / "bench" / name / f"{number}.csv", tone, number)
+    assert command(ingesting, "files=bench", "out=set", f"sample_rate={RATE}", f"period={PERIOD}")[0] == 0
+    code, _, err = command(training, "data=set", "out=model")
+    assert code == 2 and err.startswith("error: the validation subset must hold at least one record of every class")
+    assert not (tmp_path / "model").exists()

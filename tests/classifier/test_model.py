@@ -25,6 +25,11 @@ def test_a_loaded_model_gives_the_same_outputs_bit_for_bit(result, dataset, fold
         elif field.name == "scaling":
             assert np.array_equal(before.low, after.low)
             assert np.array_equal(before.high, after.high)
+        elif field.name == "parts":
+            assert [(part.kind, part.body()) for part in before] == [(part.kind, part.body()) for part in after]
+            for part, again in zip(before, after, strict=True):
+                assert part.arrays().keys() == again.arrays().keys()
+                assert all(np.array_equal(array, again.arrays()[name]) for name, array in part.arrays().items())
         else:
             assert before == after, field.name
 

@@ -45,6 +45,12 @@ def records() -> Records:
     return make
 
 
+@pytest.fixture(scope="session")
+def one_record() -> Callable[..., Experiment]:
+    """Make one record of a machine: `experiment`."""
+    return experiment
+
+
 def experiment(
     truth: Machine, sensor: Sensor, rng: np.random.Generator, rpm: float, load: float, turns: float
 ) -> Experiment:

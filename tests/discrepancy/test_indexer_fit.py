@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from discrepancy.candidates import calibrate
 from discrepancy.indexer.parameters import read
 from discrepancy.model import NONE
-from discrepancy.naming import calibrate
 
 
 @pytest.mark.parametrize(("play_factor", "level"), [(0.0, 1.02), (1.0, 1.05), (23.0, 1.05)])
@@ -23,7 +23,7 @@ def test_calibration_reaches_the_noise_floor(records, play_factor: float, level:
 
 def test_at_the_truth_windows_alone_reach_the_noise_floor(records) -> None:
     """Seed 6: with the true parameters only start states are unknown, so a window restarted in the dwell is enough."""
-    from discrepancy.fit import Problem
+    from discrepancy.problem import Problem
 
     model, _, truth = records(6)
     problem = Problem(model, NONE)

@@ -25,7 +25,7 @@ class Method(ABC):
 
     @abstractmethod
     def fit(self, dataset: Dataset, seed: int) -> Fitted:
-        """Learn from the calibration subset, with settings chosen on the control subset; `seed` is that of all chance."""
+        """Learn from the calibration subset, choose settings on the control subset; all chance comes from `seed`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,8 @@ class FittedCnn(Fitted):
 
 @dataclass(frozen=True)
 class Cnn(Method):
-    """Trained with Adam and early stopping on the control subset; every epoch each record is begun at a random place and
-    read in a circle, as a turn has no beginning.
+    """Trained with Adam and early stopping on the control subset; each batch is begun at a random place and read in a
+    circle, as a turn has no beginning.
 
     epochs    most epochs
     patience  epochs without a lower cross entropy on the control subset after which it stops

@@ -18,8 +18,8 @@ STRENGTHS = (0.01, 0.1, 1.0, 10.0, 100.0)
 
 
 def best_logistic(inputs: np.ndarray, dataset: Dataset) -> Pipeline:
-    """Logistic regression on standardised inputs (n, count) of all records of a data set, with the C of the lowest cross
-    entropy on the control subset."""
+    """Logistic regression on standardised inputs (n, count) of all records of a data set, with the C that gives the
+    lowest cross entropy on the control subset."""
     calibration, control = dataset.rows("calibration"), dataset.rows("control")
     positions = dataset.codes.positions(dataset.classes)
     best, lowest = None, np.inf

@@ -34,7 +34,7 @@ class Paper(Method):
     """
 
     features: Psd
-    restarts: int = 10
+    restarts: int = 5
 
     def fit(self, dataset: Dataset, seed: int) -> FittedMlp:
         return FittedMlp(train(dataset, self.features, TrainGdx(), seed=seed, restarts=self.restarts, parts=()).model)

@@ -92,7 +92,7 @@ def test_patterns_and_lists_of_files(diagnosed, signal, found):
 
 
 def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
-    code, out, err = diagnosed("signal=set", "out=rows", "pictures=2")
+    code, _, err = diagnosed("signal=set", "out=rows", "pictures=2")
     assert (code, err) == (0, "")
     told = json.loads((place / "rows" / "diagnosis.json").read_text())
     assert (told["signals"], told["turns"], told["right_percent"]) == (72, 72, 100.0)

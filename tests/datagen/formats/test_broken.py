@@ -172,6 +172,29 @@ def test_a_reader_that_crashes_costs_its_file_only(tmp_path):
     assert module._shared is not first
 
 
+def test_a_crash_left_behind_by_an_earlier_file_is_not_told_against_the_next(tmp_path, monkeypatch):
+    import datagen.formats.worker as module
+
+    path = written("wav", tmp_path, np.ones(40), np.ones(40), 100.0)
+    read_signal(path, **OPTIONS["wav"])
+    first = module._shared
+    assert first is not None
+    first._process.kill()
+    first._process.wait()
+    monkeypatch.setattr(module.Worker, "alive", True)  # as in the moment before the crash
+    assert read_signal(path, **OPTIONS["wav"]).values.size == 40
+    asked = []
+
+    def crashing(worker: Worker, path: object, kind: str) -> None:
+        asked.append(worker)
+        raise module.CrashError(f"{path} crashed.")
+
+    monkeypatch.setattr(module.Worker, "read", crashing)
+    with pytest.raises(SignalError, match="crashed"):
+        read_signal(path, **OPTIONS["wav"])
+    assert len(set(asked)) == 2
+
+
 def test_a_worker_that_ends_while_it_reads(worker, tmp_path):
     os.kill(worker._process.pid, signal.SIGSEGV)
     with pytest.raises(SignalError, match="the WAV library crashed over it"):

@@ -1,7 +1,8 @@
-"""Results of the comparison: one number a row, and their means with intervals over the seeds."""
+"""Results of comparisons: one number a row, and their means with intervals over the seeds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import NamedTuple
@@ -24,6 +25,7 @@ class Row:
     metric  what the number is, with its unit where it has one
     seed    of data and training
     value   the number
+    x       where it stands on an axis, for curves; NaN: nowhere
     """
 
     study: str
@@ -32,6 +34,7 @@ class Row:
     metric: str
     seed: int
     value: float
+    x: float = math.nan
 
 
 def to_table(rows: Iterable[Row]) -> pa.Table:
@@ -82,7 +85,8 @@ def markdown(rows: Sequence[Row], metrics: Sequence[tuple[str, int]]) -> str:
     found = means(rows)
     heads = ["data", "method", *(metric for metric, _ in metrics)]
     lines = [" | ".join(heads), " | ".join(["---", "---", *["---:"] * len(metrics)])]
-    for data, method in dict.fromkeys((data, method) for data, method, _ in found):
+    shown = {metric for metric, _ in metrics}
+    for data, method in dict.fromkeys((data, method) for data, method, metric in found if metric in shown):
         cells = [
             found[key].text(digits) if (key := (data, method, metric)) in found else "" for metric, digits in metrics
         ]

@@ -1,0 +1,75 @@
+"""Comparison from the command line: ``python -m classifier.compare study=baselines out=DIR [seeds=5 ...]``."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+import pyarrow.parquet as pq
+import torch
+from rich.console import Console
+
+from classifier.compare.studies import STUDIES
+from classifier.compare.study import Setting
+from classifier.results import Row, markdown, to_table
+from datagen.command import hydra_command
+from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.errors import refuse
+
+RESULTS, TABLE, CONFIG = "results.parquet", "table.md", "config.json"
+LEAST_RECORDS = 200
+"""Machines with which every class is likely to be in every subset."""
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/compare.yaml."""
+    started = time.perf_counter()
+    check_choice("compare", "study", config["study"], STUDIES)
+    study = STUDIES[config["study"]]
+    pictures = tuple(f"{name}.png" for name in study.pictures)
+    files = (RESULTS, TABLE, CONFIG, *pictures)
+    out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
+    check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
+    check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
+    check_integer("compare", "threads", config["threads"], low=1)
+    methods = chosen_methods(config["methods"], study.methods)
+    data = path_given("compare", "data", config["data"])
+    torch.set_num_threads(config["threads"])
+
+    console = Console(highlight=False, soft_wrap=True)
+    rows: list[Row] = []
+    for seed in range(config["seeds"]):
+        rows += study.run(Setting(seed, config["records"], data, methods))
+        console.print(f"seed {seed}: {time.perf_counter() - started:.0f} s")
+    table = markdown(rows, study.metrics)
+    console.print(f"{study.question}\n\n{table}")
+    with output_folder(out, files, config["overwrite"]) as folder:
+        pq.write_table(to_table(rows), folder / RESULTS)
+        (folder / TABLE).write_text(f"{study.question}\n\n{table}", encoding="utf-8")
+        (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+        for name, draw in study.pictures.items():
+            draw(rows).savefig(folder / f"{name}.png")
+    console.print(f"written {out} in {time.perf_counter() - started:.1f} s")
+
+
+def chosen_methods(given: object, known: tuple[str, ...]) -> tuple[str, ...]:
+    """The methods to run; null stands for all.
+
+    Raises ParameterError for what is no list of known names.
+    """
+    if given is None:
+        return known
+    if not isinstance(given, list) or not given:
+        raise refuse("compare", "methods", f"null or a list of some of {', '.join(known)}", given)
+    for name in given:
+        check_choice("compare", "methods", name, known)
+    return tuple(dict.fromkeys(given))
+
+
+main = hydra_command("compare")(run)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,217 @@
+"""A network that was trained on one machine, usually a simulated one, goes on learning from few records of another.
+
+``python -m classifier.transfer model=DIR data=DIR out=DIR [counts=[8,16,32] seeds=5 ...]``
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import torch
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from classifier.codes import CodeBook
+from classifier.dataset import SUBSETS, Dataset, load_dataset
+from classifier.evaluate import score
+from classifier.features import Scaling
+from classifier.model import MODEL_TENSORS, MODEL_YAML, Model, load_model, save_model
+from classifier.parts import fit_parts
+from classifier.results import Row, markdown, means, to_table
+from classifier.style import COLOURS, style
+from classifier.trainers import Examples, Trainer, make_trainer
+from datagen.command import hydra_command
+from datagen.job_paths import job_folder, path_given
+from datagen.output_folder import check_output_folder, output_folder
+from indexer_env.checks import check_integer
+from indexer_env.errors import SignalError, refuse
+
+FILES = (MODEL_YAML, MODEL_TENSORS, "results.parquet", "table.md", "config.json", "transfer.png")
+"""All that the command leaves in its folder."""
+
+AS_IT_IS, FINE_TUNED, ANEW = "as it is", "fine-tuned", "begun anew"
+WRONG, F1 = "misclassified [%]", "macro F1"
+
+
+def fitted_to(model: Model, dataset: Dataset) -> Dataset:
+    """The data set with the model's codes, given by the names of the classes: the network's outputs keep their meaning.
+
+    Raises SignalError for records that the model's features were not made for and for a class that it does not have.
+    """
+    for name, wanted, got in (
+        ("sampled at the rate [Hz]", model.sample_rate, dataset.sample_rate),
+        ("in the unit", model.unit, dataset.unit),
+        ("of the quantity", model.quantity, dataset.quantity),
+    ):
+        if wanted != got:
+            raise SignalError(f"the records must be {name} that the model was trained on, {wanted}, got {got}.")
+    place = {name: position for position, name in enumerate(model.codes.names)}
+    if unknown := sorted(set(dataset.codes.names) - set(place)):
+        has = ", ".join(model.codes.names)
+        raise SignalError(f"every class must be one of the model's by name ({has}), got {unknown[0]!r}; rename it.")
+    positions = np.array([place[name] for name in dataset.codes.names])[dataset.codes.positions(dataset.classes)]
+    labels, names, codes = (
+        np.array(column)[positions] for column in (model.codes.classes, model.codes.names, model.codes.codes)
+    )
+    return replace(dataset, classes=labels, codes=CodeBook.of_rows(labels, names, codes))
+
+
+@dataclass(frozen=True, eq=False)
+class Learner:
+    """A model and records of another machine.
+
+    values  (n, count) features of all records of the data set
+    wanted  (n, bits) targets of the model's network
+    """
+
+    model: Model
+    dataset: Dataset
+    trainer: Trainer
+    values: np.ndarray
+    wanted: torch.Tensor
+
+    @classmethod
+    def of(cls, model: Model, dataset: Dataset, trainer: Trainer) -> Learner:
+        """Of a data set that fits the model, see `fitted_to`."""
+        bits = torch.from_numpy(dataset.codes.targets(dataset.classes))
+        values = model.features.compute(dataset.records, dataset.sample_rate)
+        return cls(model, dataset, trainer, values, model.network.targets_of(bits))
+
+    def learn(self, start: torch.Tensor, scaled: np.ndarray, rows: np.ndarray, watch: np.ndarray) -> torch.Tensor:
+        """Parameters (count,) of the best of the networks that begin at start (n, count), taught on some rows and
+        stopped by others, with features `scaled`."""
+        taught, watched = (
+            Examples(torch.from_numpy(scaled[at]), self.wanted[torch.from_numpy(at)]) for at in (rows, watch)
+        )
+        training = self.trainer.train(self.model.network, start, taught, watched)
+        return training.parameters[training.best]
+
+    def judged(self, parameters: torch.Tensor, scaled: np.ndarray) -> dict[str, float]:
+        """Metrics on the validation records."""
+        rows = self.dataset.rows("validation")
+        outputs = self.model.network.outputs_of(parameters[None], torch.from_numpy(scaled[rows]))[0]
+        scored = score(self.dataset.codes, self.model.network.bits_of(outputs).numpy(), self.dataset.classes[rows])
+        return {WRONG: scored.misclassified_percent, F1: scored.macro_f1}
+
+    def curve(self, counts: Sequence[int], seed: int, restarts: int) -> list[Row]:
+        """Rows for 0 records and for each count: the same few records teach the old network and new ones.
+
+        The records are all there is: they scale the features, teach and say when to stop.
+        """
+        old = self.model.scaling.apply(self.values)
+        rows = self._rows(AS_IT_IS, 0, seed, self.judged(self.model.parameters, old))
+        rng = np.random.default_rng(seed)
+        order = in_turns(self.dataset, rng.permutation(np.flatnonzero(self.dataset.rows("calibration"))))
+        anew = self.model.network.initial(restarts, torch.Generator().manual_seed(seed))
+        for count in counts:
+            few = order[:count]
+            scaled = Scaling.fit(self.values[few]).apply(self.values)
+            for method, start in ((FINE_TUNED, self.model.parameters[None]), (ANEW, anew)):
+                learnt = self.learn(start, scaled, few, few)
+                rows += self._rows(method, count, seed, self.judged(learnt, scaled))
+        return rows
+
+    def _rows(self, method: str, count: int, seed: int, found: dict[str, float]) -> list[Row]:
+        name = f"{count} records"
+        return [Row("transfer", name, method, metric, seed, value, float(count)) for metric, value in found.items()]
+
+    def tuned(self, seed: int) -> Model:
+        """The model after learning from all calibration records, stopped by the control records; parts are its own."""
+        calibration, control = (np.flatnonzero(self.dataset.rows(name)) for name in ("calibration", "control"))
+        scaling = Scaling.fit(self.values[calibration])
+        scaled = scaling.apply(self.values)
+        parameters = self.learn(self.model.parameters[None], scaled, calibration, control)
+        dataset, labels = self.dataset, self.dataset.classes[calibration]
+        densities = self.model.features.density(dataset.records[calibration], dataset.sample_rate)
+        model = replace(
+            self.model,
+            scaling=scaling,
+            parameters=parameters,
+            codes=dataset.codes,
+            samples=dataset.records.shape[1],
+            conditions=dataset.conditions,
+            mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
+            mean_features=scaled[calibration].mean(axis=0),
+            provenance={**self.model.provenance, "fine_tuned_on": dataset.provenance},
+            parts=(),
+        )
+        outputs = model.outputs_of(scaled)
+        scores = {
+            name: score(dataset.codes, outputs[dataset.rows(name)], dataset.classes[dataset.rows(name)]).to_dict()
+            for name in SUBSETS
+        }
+        return replace(model, metrics=scores, parts=fit_parts(dataset, scaled, outputs, seed=seed))
+
+
+def in_turns(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
+    """Row numbers put so that the classes take turns: the first k of them hold every class as evenly as can be."""
+    seen: dict[int, int] = {}
+    turn = np.empty(len(rows), dtype=int)
+    for place, row in enumerate(rows):
+        label = int(dataset.classes[row])
+        turn[place] = seen[label] = seen.get(label, -1) + 1
+    return rows[np.argsort(turn, kind="stable")]
+
+
+def draw(rows: Sequence[Row]) -> Figure:
+    """Misclassified share over the number of records, means with intervals over the seeds."""
+    found = {key[:2]: value for key, value in means(rows).items() if key[2] == WRONG}
+    places = {row.data: row.x for row in rows}
+    with style():
+        figure = Figure(figsize=(6, 4), layout="constrained")
+        ax = figure.subplots()
+        for method, colour in ((FINE_TUNED, COLOURS[0]), (ANEW, COLOURS[4])):
+            curve = [(places[data], value) for (data, name), value in found.items() if name == method]
+            x = [place for place, _ in curve]
+            ax.fill_between(
+                x, [v.low for _, v in curve], [v.high for _, v in curve], color=colour, alpha=0.2, linewidth=0
+            )
+            ax.plot(x, [v.value for _, v in curve], ".-", color=colour, label=method)
+        before = found["0 records", AS_IT_IS].value
+        ax.axhline(before, color="0.4", linestyle=":", label=f"{AS_IT_IS}, without a record of this machine")
+        ax.set_xscale("log", base=2)
+        ax.set(xlabel="records of the other machine", ylabel=WRONG, ylim=(0, None))
+        ax.legend()
+    return figure
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/transfer.yaml."""
+    out = check_output_folder(job_folder("transfer", config["out"]), FILES, config["overwrite"])
+    for key in ("seeds", "restarts", "threads"):
+        check_integer("transfer", key, config[key], low=1)
+    counts = config["counts"]
+    if not isinstance(counts, list) or not counts:
+        raise refuse("transfer", "counts", "a list of numbers of records", counts, "for instance counts=[8,16,32]")
+    for count in counts:
+        check_integer("transfer", "counts", count, low=1, unit="records")
+    torch.set_num_threads(config["threads"])
+    trainer = make_trainer(config["trainer"])
+    model = load_model(path_given("transfer", "model", config["model"]))
+    dataset = fitted_to(model, load_dataset(path_given("transfer", "data", config["data"])))
+    learner = Learner.of(model, dataset, trainer)
+    held = int(dataset.rows("calibration").sum())
+    used = sorted({min(count, held) for count in counts})
+
+    rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
+    table = markdown(rows, ((WRONG, 2), (F1, 3)))
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(table)
+    with output_folder(out, FILES, config["overwrite"]) as folder:
+        save_model(learner.tuned(0), folder)
+        pq.write_table(to_table(rows), folder / FILES[2])
+        (folder / FILES[3]).write_text(table, encoding="utf-8")
+        (folder / FILES[4]).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+        draw(rows).savefig(folder / FILES[5])
+    console.print(f"written {out}")
+
+
+main = hydra_command("transfer")(run)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""The hypotheses that compete: which starts are fitted, how far, and what each of them predicts of records held out."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.escape import escaped
+from discrepancy.fit import Fit, fit
+from discrepancy.model import NONE, Model
+from discrepancy.problem import Point, Problem
+from discrepancy.scan import Scanner, Start
+
+_SHORT, _LONG = 6, 30
+"""Steps of the fits that choose among candidates, and of those that are compared."""
+
+CAUTIONS = (100.0, 10.0, 1.0)
+"""Weights of the priors, stage by stage. While the effect is missing the priors must hold the machine against a misfit
+that repeats in every window; with the effect found they need no more than their own weight."""
+
+_CANDIDATES, _FINALISTS = 6, 3
+
+_ESCAPES = (2, 1)
+"""How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
+records."""
+
+_FLOOR = 1.1
+"""Level at which a candidate leaves hardly anything to explain."""
+
+_NEAR = 2.0
+"""A base model whose level is so many times the best candidate's is not fitted to the end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One hypothesis after its fit.
+
+    Attributes
+    ----------
+    name : str
+    place : Point
+    score : float
+        Cost with the price of its parameters and choices added (BIC): lower is better.
+    level : float
+        rms of the normalised residuals of the records fitted; 1 is the noise.
+    held_out : float
+        The same of the records held out, the physics frozen.
+    converged : bool
+    typical : float
+        Median level of the windows, the larger one of the records fitted and those held out: a few windows whose start
+        state was missed do not show in it.
+    """
+
+    name: str
+    place: Point
+    score: float
+    level: float
+    held_out: float
+    converged: bool
+    typical: float
+
+
+def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Fit]:
+    """Fit the base model from its nominal parameters, or from a place of the model it extends.
+
+    Returns the place where what is known weighs heavily, and the fit reached from there when it weighs as stated.
+    """
+    careful = careful_base(model, start)
+    return careful, _relaxed(model, careful)
+
+
+def careful_base(model: Model, start: Point | None) -> Point:
+    problem = Problem(model, NONE, caution=CAUTIONS[0])
+    z = np.zeros(len(problem.parameters))
+    states = np.zeros((len(model.counts), model.local_count(NONE)))
+    if start is not None:
+        z, states = start.z, model.states_for(NONE, start.states)
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_LONG // 2).place
+
+
+def _relaxed(model: Model, place: Point) -> Fit:
+    """Fit on from a place, what is known losing weight in stages."""
+    *stages, last = CAUTIONS[1:]
+    for caution in stages:
+        problem = Problem(model, place.hypothesis, caution=caution)
+        place = fit(problem, problem.adopted(place), steps=_SHORT).place
+    problem = Problem(model, place.hypothesis, caution=last)
+    return fit(problem, problem.adopted(place), steps=_LONG)
+
+
+def promising(model: Model, scanner: Scanner) -> list[Start]:
+    """The best start of each effect, those effects first that promise most; and a second one of the leaders."""
+    best: list[list[Start]] = []
+    for hypotheses in model.hypotheses().values():
+        best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
+    best.sort(key=lambda starts: starts[0].promised)
+    leaders = [starts[0] for starts in best[:_CANDIDATES]] + [starts[1] for starts in best[:2] if len(starts) > 1]
+    return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
+
+
+def finalists(model: Model, starts: list[Start], base: float) -> list[Candidate]:
+    """The candidates worth comparing, fitted to the end, best first; `base` is the base model's cost."""
+    tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
+    tried = sorted((_pursued(model, place) for place in tried[: _FINALISTS + 1]), key=lambda place: place.cost)
+    leaders = _distinct(tried)[:_FINALISTS]
+    for rounds in _ESCAPES:
+        if min(place.level(model) for place in leaders) > _FLOOR:
+            problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
+            leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
+            leaders.append(leaders.pop(0))
+    leaders.sort(key=lambda place: place.cost)
+    finished: list[Candidate] = []
+    for place in leaders:
+        # one that got not half as far as the best one, which leaves nothing to explain, is no rival
+        done = finished and finished[0].level < _FLOOR
+        if done and place.cost > 0.5 * (base + finished[0].place.cost):
+            continue
+        finished.append(_finished(model, place))
+        finished.sort(key=lambda c: c.score)
+    return finished
+
+
+def _distinct(places: list[Point]) -> list[Point]:
+    """The best place of each effect."""
+    seen: dict[str, Point] = {}
+    for place in places:
+        seen.setdefault(place.hypothesis.name, place)
+    return list(seen.values())
+
+
+def _tried(model: Model, start: Start) -> Point:
+    """A few joint steps from a start, with what is known of the machine weighing heavily."""
+    problem = Problem(model, start.hypothesis, caution=CAUTIONS[0])
+    place = problem.searched(problem.point(start.place.z, start.place.states))
+    return fit(problem, place, steps=_SHORT // 2).place
+
+
+def _pursued(model: Model, place: Point) -> Point:
+    return fit(Problem(model, place.hypothesis, caution=CAUTIONS[0]), place, steps=_SHORT).place
+
+
+def _finished(model: Model, place: Point) -> Candidate:
+    result = _relaxed(model, place)
+    return _candidate(model, result.place, result.converged)
+
+
+def base_candidate(model: Model, careful: Point, best: Candidate) -> Candidate:
+    """The base model fitted from where it was calibrated and from the best candidate's parameters, to the end where it
+    comes near: a poor base fit must not make an effect look needed."""
+    problem = Problem(model, NONE)
+    other = problem.point(best.place.z[: len(careful.z)], model.states_for(NONE, best.place.states))
+    places = [problem.adopted(careful), problem.searched(other)]
+    fits = [fit(problem, place, steps=_SHORT) for place in places]
+    result = min(fits, key=lambda f: f.place.cost)
+    if result.place.level(model) < _NEAR * max(1.0, best.level):
+        result = fit(problem, result.place, steps=_LONG, damping=result.damping)
+    return _candidate(model, result.place, result.converged)
+
+
+def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
+    samples = float(model.counts.sum())
+    choices = len(model.hypotheses().get(place.hypothesis.name, (NONE,)))
+    price = len(place.hypothesis.parameters) * math.log(samples) + 2.0 * math.log(choices)
+    level = place.level(model)
+    return Candidate(
+        place.hypothesis.name, place, place.cost + price, level, math.nan, converged, _typical(place, model)
+    )
+
+
+def held_places(candidates: list[Candidate], held_out: Model) -> list[Point]:
+    """The candidates' physics on the records held out. What one of them found of the windows' start states is tried by
+    all: a state that was missed must not decide."""
+    places = [held_place(c.place, held_out) for c in candidates]
+    pooled = []
+    for place in places:
+        problem = Problem(held_out, place.hypothesis, frozen=True)
+        pooled.append(fit(problem, problem.pooled(place, places), steps=_SHORT // 2).place)
+    return pooled
+
+
+def held_place(place: Point, held_out: Model) -> Point:
+    """The candidate's physics on the records held out; only start states and what belongs to single records move."""
+    problem = Problem(held_out, place.hypothesis, frozen=True)
+    physics = np.array([not p.of_record for p in problem.parameters])
+    # what belongs to records stands together, behind the machine's own; there may be more of them here or there
+    first = int(physics.argmin()) if not physics.all() else len(physics)
+    records = len(place.z) - int(physics.sum())
+    z = np.zeros(len(physics))
+    z[physics] = np.delete(place.z, slice(first, first + records))
+    states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2).place
+
+
+def tested(candidate: Candidate, held: Point, held_out: Model) -> Candidate:
+    typical = max(candidate.typical, _typical(held, held_out))
+    return dataclasses.replace(candidate, held_out=held.level(held_out), typical=typical)
+
+
+def _typical(place: Point, model: Model) -> float:
+    return math.sqrt(float(np.median(place.squares / model.counts)))

@@ -1,0 +1,188 @@
+"""The report's figures as SVG texts, in one style, the same bytes for the same outcome."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from discrepancy.chain import Fitted, Outcome
+from discrepancy.locate import Map, Where
+from discrepancy.problem import Problem
+
+# Okabe and Ito's colours, told apart by colour-blind readers too.
+MEASURED, BEFORE, AFTER = "0.2", "#D55E00", "#0072B2"
+_STYLE: Any = {
+    "font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "axes.grid": True, "grid.color": "0.92",
+    "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False,
+    "lines.linewidth": 1.1, "svg.fonttype": "none", "svg.hashsalt": "report", "font.family": "sans-serif",
+}  # fmt: skip
+_WIDTH = 9.6
+_MOST_POINTS = 1600
+"""Points of a curve beyond which it is thinned: a screen shows no more."""
+
+
+def figures(outcome: Outcome) -> dict[str, str]:
+    """SVG by name: records, maps, levels."""
+    makers = {"records": _records, "maps": _maps, "levels": _levels}
+    with matplotlib.rc_context(_STYLE):
+        return {name: _svg(make(outcome)) for name, make in makers.items()}
+
+
+def _svg(figure: Figure) -> str:
+    file = io.StringIO()
+    figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
+    text = file.getvalue()
+    # Inside a page neither the XML head nor a fixed size in points has a place.
+    text = text[text.index("<svg") :]
+    return re.sub(r'width="[\d.]+pt" height="[\d.]+pt" ', "", text, count=1)
+
+
+def _records(outcome: Outcome) -> Figure:
+    """The cam turn held out on which the base model is worst: both models beside the record, and what each leaves."""
+    view = outcome.subject.view(outcome.subject.held_out)
+    old, new = (_residual(fitted) for fitted in (outcome.before, outcome.after))
+    window = int((outcome.before.held_place.squares / view.inside.sum(axis=1)).argmax())
+    inside, noise = view.inside[window], float(view.noise[view.groups[window]])
+    every = max(1, int(inside.sum()) // _MOST_POINTS)
+    time, measured = view.time[window, inside][::every], view.measured[window, inside][::every]
+    left_old, left_new = (noise * r[window, inside][::every] for r in (old, new))
+    figure = Figure(figsize=(_WIDTH, 4.6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    above.plot(time, measured, color=MEASURED, linewidth=2.2, alpha=0.45, label="measured")
+    above.plot(time, measured + left_old, color=BEFORE, label="base model")
+    below.axhspan(-2.0 * noise, 2.0 * noise, color="0.9", label="± 2 standard deviations of the noise")
+    below.plot(time, left_old, color=BEFORE, label="base model")
+    if outcome.effects:
+        above.plot(time, measured + left_new, color=AFTER, label="extended model")
+        below.plot(time, left_new, color=AFTER, label="extended model")
+    above.set_title(
+        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst"
+    )
+    below.set_title("simulated - measured")
+    below.set_xlabel("time since the first sample [s]")
+    for ax in (above, below):
+        ax.set_ylabel(f"[{view.unit.replace('^2', '²')}]")
+    above.legend(loc="upper right", ncols=3)
+    below.legend(handles=[below.patches[0]], loc="upper right")
+    return figure
+
+
+def _residual(fitted: Fitted) -> np.ndarray:
+    place = fitted.held_place
+    return Problem(fitted.held_out, place.hypothesis).residuals(place.z[None], place.states[None])[0]
+
+
+def _maps(outcome: Outcome) -> Figure:
+    """Levels over both axes of the map, before and after, on one colour scale."""
+    pictures = [("base model", outcome.where)]
+    if outcome.effects:
+        pictures.append(("extended model", outcome.where_after))
+    highest = max(float(np.nanmax(where.map.levels)) for _, where in pictures)
+    figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(outcome.where.map.upwards.labels))), layout="constrained")
+    axes = figure.subplots(1, len(pictures), squeeze=False, sharey=True)[0]
+    norm = LogNorm(0.9, max(highest, 3.0))
+    mesh = None
+    for ax, (title, where) in zip(axes, pictures, strict=True):
+        mesh = _map(ax, where.map, norm)
+        ax.set_title(f"{title}: {where.level:.2f} times the noise")
+    axes[0].set_ylabel(outcome.where.map.upwards.name)
+    assert mesh is not None
+    bar = figure.colorbar(mesh, ax=list(axes), label="rms over the noise", pad=0.01, aspect=14)
+    ticks = [t for t in (1, 2, 3, 5, 10, 20, 50, 100) if t <= norm.vmax]  # type: ignore[operator]
+    bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
+    bar.minorticks_off()
+    return figure
+
+
+def _map(ax: Axes, picture: Map, norm: LogNorm):
+    rows, columns = picture.levels.shape
+    ax.grid(False)
+    mesh = ax.pcolormesh(
+        np.arange(columns + 1), np.arange(rows + 1) - 0.5, picture.levels, norm=norm, cmap="YlOrRd", edgecolors="white",
+        linewidth=0.4,
+    )  # fmt: skip
+    up, across = np.nonzero(picture.significant)
+    ax.plot(across + 0.5, up, ".", color="black", markersize=2.5)
+    every = max(1, columns // 6)
+    ax.set_xticks(np.arange(0, columns, every), [_tick(label) for label in picture.across.labels[::every]])
+    ax.set_yticks(np.arange(rows), picture.upwards.labels)
+    ax.set_xlabel(_titled(picture.across.name, picture.across.labels))
+    return mesh
+
+
+def _levels(outcome: Outcome) -> Figure:
+    """Level of each cell of each axis, before and after; lines in a panel of their own."""
+    names = list(dict.fromkeys(cell.axis for cell in outcome.where.cells))
+    columns = 2
+    panels = len(names) + bool(outcome.where.spots)
+    rows = -(-panels // columns)
+    figure = Figure(figsize=(_WIDTH, 1.9 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).flatten()
+    for ax, name in zip(axes, names, strict=False):
+        _bars(ax, name, _cells(outcome.where, name), _cells(outcome.where_after, name) if outcome.effects else None)
+    if outcome.where.spots:
+        _lines(axes[len(names)], outcome)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=4, fontsize=8)
+    figure.suptitle("rms over the noise", fontsize=9, x=0.01, ha="left")
+    for unused in axes[panels:]:
+        unused.remove()
+    return figure
+
+
+def _cells(where: Where, axis: str):
+    return [cell for cell in where.cells if cell.axis == axis]
+
+
+def _bars(ax: Axes, name: str, before: Sequence[Any], after: Sequence[Any] | None) -> None:
+    at = np.arange(len(before))
+    width = 0.42 if after else 0.8
+    ax.bar(at - (width / 2 if after else 0), [c.level for c in before], width, color=BEFORE, label="base model")
+    if after:
+        ax.bar(at + width / 2, [c.level for c in after], width, color=AFTER, label="extended model")
+    ax.plot(at, [c.expected for c in before], "_", color="black", markersize=8, label="expected of noise")
+    marks = [k for k, c in enumerate(before) if c.significant]
+    ax.plot(at[marks], [before[k].level * 1.05 for k in marks], "*", color="black", markersize=4, label="beyond chance")
+    every = max(1, len(before) // 8)
+    ax.set_xticks(at[::every], [_tick(c.label) for c in before[::every]])
+    ax.set_title(_titled(name, [c.label for c in before]))
+    ax.set_yscale("log" if max(c.level for c in before) > 8.0 else "linear")
+
+
+def _tick(label: str) -> str:
+    """A label without its unit, which stands in the title."""
+    number, _, unit = label.partition(" ")
+    return number if unit else label
+
+
+def _titled(name: str, labels: Sequence[str]) -> str:
+    unit = labels[0].partition(" ")[2]
+    return f"{name} [{unit}]" if unit else name
+
+
+def _lines(ax: Axes, outcome: Outcome) -> None:
+    spots, after = outcome.where.spots, outcome.where_after.spots
+    at = np.arange(len(spots))
+    floor = [max(s.prominence, 0.5) for s in spots]
+    ax.plot(at, floor, "o", color=BEFORE, markersize=4)
+    if outcome.effects:
+        ax.plot(at, [max(s.prominence, 0.5) for s in after], "o", color=AFTER, markersize=3)
+    for k, spot in enumerate(spots):
+        if spot.significant:
+            ax.plot(k, floor[k] * 1.6, "*", color="black", markersize=4)
+    ax.axhline(1.0, color="0.5", linewidth=0.7)
+    ax.set_yscale("log")
+    ax.set_xticks(at, [_short(s.name) for s in spots], rotation=90, fontsize=6.5)
+    ax.set_title("lines: power over its surroundings")
+
+
+def _short(name: str) -> str:
+    return name.removeprefix("order ").replace(" of the ", "× ").replace("motor shaft", "motor")

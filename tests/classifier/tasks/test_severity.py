@@ -1,0 +1,79 @@
+"""Severities are found, their intervals hold, and what cannot be told is not told."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from classifier.tasks.severity import QUANTITIES, Severity, severities_of
+
+NOTHING = np.empty(0)
+
+
+@pytest.fixture(scope="module")
+def part(known):
+    found = Severity.fit(*known, NOTHING, seed=0)
+    assert found is not None
+    return found
+
+
+def test_only_what_varies_is_told(part):
+    assert part.names == ("backlash_deg", "crack")
+
+
+def test_severities_follow_the_truth_in_degrees_on_machines_never_seen(known, part):
+    dataset, features = known
+    rows = dataset.rows("validation")
+    told, truth = part.assess(features[rows], NOTHING), severities_of(dataset)
+    assert truth["backlash_deg"].max() == pytest.approx(math.degrees(0.35), rel=0.01)
+    for name in part.names:
+        error = np.abs(told[name] - truth[name][rows]).mean()
+        assert error < 0.1 * truth[name].max()
+        assert np.corrcoef(told[name], truth[name][rows])[0, 1] > 0.97
+
+
+def test_intervals_hold_nine_in_ten(known, part):
+    """200 validation records: standard error 2 % of the records and as much of the 200 control ones."""
+    dataset, features = known
+    rows = dataset.rows("validation")
+    told, truth = part.assess(features[rows], NOTHING), severities_of(dataset)
+    for name in part.names:
+        low, high = told[f"{name}_low"], told[f"{name}_high"]
+        assert (low <= told[name]).all() and (told[name] <= high).all()
+        assert low.min() >= 0.0 and high.max() <= QUANTITIES[name].high
+        assert 0.82 <= np.mean((low <= truth[name][rows]) & (truth[name][rows] <= high)) <= 0.97
+        assert np.ptp(high - low) > 0.0
+
+
+def test_the_validation_records_have_no_say(known, part):
+    dataset, features = known
+    rows = dataset.rows("validation")
+    other = features.copy()
+    other[rows] = 1.0
+    again = Severity.fit(dataset, other, NOTHING, seed=0)
+    assert again is not None and all(np.array_equal(a, again.arrays()[name]) for name, a in part.arrays().items())
+
+
+def test_it_comes_back_bit_for_bit(known, part):
+    again = Severity.restore(part.body(), part.arrays())
+    told, retold = (one.assess(known[1], NOTHING) for one in (part, again))
+    assert all(np.array_equal(column, retold[name]) for name, column in told.items())
+
+
+def test_no_part_without_a_severity_in_every_row_or_with_too_few_records(known):
+    dataset, features = known
+    unknown = dataset.table.set_column(1, "fault_backlash", pa.nulls(len(features), pa.float64()))
+    part = Severity.fit(dataclasses.replace(dataset, table=unknown), features, NOTHING, seed=0)
+    assert part is not None and part.names == ("crack",)
+    assert Severity.fit(dataclasses.replace(dataset, table=pa.table({})), features, NOTHING, seed=0) is None
+    keep = np.arange(len(features)) < 60
+    few = dataclasses.replace(
+        dataset,
+        records=dataset.records[keep],
+        classes=dataset.classes[keep],
+        subsets=dataset.subsets[keep],
+        table=dataset.table.filter(pa.array(keep)),
+    )
+    assert Severity.fit(few, features[keep], NOTHING, seed=0) is None

@@ -1,0 +1,55 @@
+"""A YAML file where a choice of conf/ is asked for."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from datagen import __main__ as generating
+from datagen.arguments import with_files
+from datagen.shard import read_shards
+from indexer_env.errors import ParameterError
+from indexer_env.presets import load_yaml
+
+SHORT = ("run.samples=300", "run.warmup_turns=0", "executor=local")
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Path:
+    """The reference machine with a heavier table and friction, as a file."""
+    content = load_yaml("machine", "reference") | {"table_inertia": 7.0}
+    content["effects"] = {"friction.coulomb": {"torque": 12.0}}
+    path = tmp_path / "machine.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def table_inertia(folder: Path) -> float:
+    return read_shards(folder).table["table_inertia"][0].as_py()
+
+
+def test_a_machine_file_is_generated_from(run_command, tmp_path: Path, machine: Path) -> None:
+    code, _, err = run_command(generating, f"machine={machine}", f"out={tmp_path / 'set'}", *SHORT)
+    assert code == 0, err
+    assert table_inertia(tmp_path / "set") == 7.0
+
+
+def test_a_key_goes_on_top_of_the_file(run_command, tmp_path: Path, machine: Path) -> None:
+    arguments = (f"machine={machine}", f"out={tmp_path / 'set'}", "machine.table_inertia=6.5", *SHORT)
+    code, _, err = run_command(generating, *arguments)
+    assert code == 0, err
+    assert table_inertia(tmp_path / "set") == 6.5
+
+
+def test_a_missing_or_foreign_file_is_one_sentence(run_command, tmp_path: Path) -> None:
+    code, _, err = run_command(generating, "machine=gone.yaml", f"out={tmp_path / 'set'}")
+    assert code == 2 and "There is no machine preset or YAML file 'gone.yaml'" in err and err.count("\n") == 1
+    (tmp_path / "list.yaml").write_text("- 1\n")
+    with pytest.raises(ParameterError, match="must hold a mapping"):
+        with_files([f"machine={tmp_path / 'list.yaml'}"], tmp_path)
+
+
+def test_other_arguments_stay_as_they_are(tmp_path: Path) -> None:
+    arguments = ["machine=smooth", "out=a.yaml", "-m", "seed=1,2"]
+    assert with_files(arguments, tmp_path) == arguments
+    assert list(tmp_path.iterdir()) == []

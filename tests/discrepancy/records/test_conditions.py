@@ -1,0 +1,71 @@
+"""What was known of each file: from CSV, YAML or the command line, and each mistake in one sentence."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from discrepancy.records.conditions import Conditions, conditions_of
+from indexer_env.errors import SignalError
+
+NAMES = ("a.csv", "b/c.csv")
+
+
+def table(folder: Path, text: str, name: str = "records.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_csv_and_yaml_say_the_same(tmp_path: Path) -> None:
+    csv = (
+        "file;motor_speed_rpm;load_torque;start_angle_deg;held_out;unit\na.csv;1500;2;90;no;\nc.csv;1200;3;;yes;m/s^2\n"
+    )
+    yaml = (
+        "a.csv: {motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
+        "b/c.csv: {motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
+    )
+    found = conditions_of(NAMES, table(tmp_path, csv), {})
+    assert found == conditions_of(NAMES, table(tmp_path, yaml, "records.yaml"), {})
+    listed = "- {file: a.csv, motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
+    listed += "- {file: c.csv, motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
+    assert found == conditions_of(NAMES, table(tmp_path, listed, "list.yaml"), {})
+    assert found["a.csv"] == Conditions(1500.0 * 2.0 * math.pi / 60.0, 2.0, math.pi / 2.0)
+    assert found["b/c.csv"].held_out and found["b/c.csv"].unit == "m/s^2"
+
+
+def test_a_cell_goes_before_what_is_known_of_all_files(tmp_path: Path) -> None:
+    path = table(tmp_path, "file,motor_speed\na.csv,100\nc.csv,\n")
+    found = conditions_of(NAMES, path, {"motor_speed_rpm": 1500, "load_torque": 2.0, "noise": None})
+    assert found["a.csv"].motor_speed == 100.0
+    assert found["b/c.csv"].motor_speed == pytest.approx(157.0796)
+    assert conditions_of(["x"], None, {"motor_speed": 1.0, "load_torque": 0.0})["x"].noise is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("file,motor_speed_rpm,load_torque\na.csv,1500,2\n", r"must have one row for b/c\.csv, got none"),
+        ("file,motor_speed_rpm\na.csv,fast\nc.csv,1\n", r"line 2: motor_speed_rpm must be a number, got 'fast'"),
+        ("file,motor_speed_rpm\na.csv,1500\nc.csv,1500\n", r"a\.csv lacks load_torque"),
+        (
+            "file,moter_speed,load_torque\na.csv,1,2\nc.csv,1,2\n",
+            r"no parameter 'moter_speed'; did you mean 'motor_speed'",
+        ),
+        ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
+        ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
+        ("motor_speed\n1\n", r"table of records .* must have one column 'file'"),
+        ("file,motor_speed\na.csv,1\na.csv,2\n", r"line 3: a file must have one row, got a second for a\.csv"),
+    ],
+)
+def test_a_mistake_is_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(SignalError, match=said) as caught:
+        conditions_of(NAMES, table(tmp_path, text), {})
+    assert "\n" not in str(caught.value)
+
+
+def test_yaml_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SignalError, match="must hold, for each file, a mapping"):
+        conditions_of(NAMES, table(tmp_path, "- a.csv\n", "records.yaml"), {})
+    with pytest.raises(SignalError, match="cannot be read"):
+        conditions_of(NAMES, table(tmp_path, "{", "records.yaml"), {})

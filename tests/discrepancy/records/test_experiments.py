@@ -1,0 +1,128 @@
+"""Records against the nominal machine: what is slightly off is put right, what cannot be is refused in one sentence."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from discrepancy.records.experiments import experiments
+from indexer_env import OperatingPoint, Run, Sensor, load_machine, simulate
+from indexer_env.errors import IndexerError, SignalError
+
+RPM = 2.0 * math.pi / 60.0
+
+
+def refusal(records, machine, sensor: Sensor | None = None) -> str:
+    with pytest.raises(SignalError) as caught:
+        experiments(records, machine, sensor or Sensor())
+    said = str(caught.value)
+    assert said.endswith(".") and "\n" not in said
+    return said
+
+
+def test_a_good_record_passes_and_its_last_third_is_held_out(record, nominal) -> None:
+    found = experiments([record()], nominal, Sensor())
+    (fitted,), (held,) = found.fitted, found.held_out
+    assert (len(fitted.signal.values), len(held.signal.values)) == (12000, 6000)
+    turned = held.operating_point.start_angle - fitted.operating_point.start_angle
+    assert turned == pytest.approx(12.0 * 1500.0 * RPM / 25.625)
+    assert any("last third" in note for note in found.notes) and any("one speed" in note for note in found.notes)
+
+
+def test_a_record_named_to_be_held_out_is(record, nominal) -> None:
+    found = experiments([record(), record(held_out=True)], nominal, Sensor())
+    assert (len(found.fitted), len(found.held_out)) == (1, 1)
+    assert "all of them held out" in refusal([record(held_out=True)], nominal)
+
+
+def test_a_start_angle_that_is_not_stated_is_found(record, nominal) -> None:
+    found = experiments([record(start_angle=None)], nominal, Sensor())
+    assert found.fitted[0].operating_point.start_angle == pytest.approx(1.3, abs=0.01)
+    assert any("start angle is not stated" in note for note in found.notes)
+
+
+def test_a_speed_that_is_slightly_off_is_put_right(record, nominal) -> None:
+    found = experiments([record(motor_speed=1510.0 * RPM)], nominal, Sensor())
+    assert found.fitted[0].operating_point.motor_speed == pytest.approx(1500.0 * RPM, rel=1e-4)
+    assert any("1500.0" in note and "1510" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("stated", [750.0, 1000.0, 1400.0, 1600.0, 3000.0])
+def test_a_wrong_speed_is_refused_with_the_right_one(record, nominal, stated: float) -> None:
+    said = refusal([record(motor_speed=stated * RPM)], nominal)
+    assert "motor speed must be" in said and f"{stated:g} rpm stated" in said
+    assert float(said.split(" rpm by the record")[0].split()[-1]) == pytest.approx(1500.0, rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("factor", "guess"),
+    [(1.0 / 9.80665, "g where m/s^2"), (9.80665, "m/s^2 where g"), (1000.0, "mm/s^2 where m/s^2")],
+)
+def test_a_wrong_unit_is_refused_with_the_likely_one(record, nominal, values, factor: float, guess: str) -> None:
+    samples = 0.4 * values * factor
+    said = refusal([record(samples, unit="m/s^2")], nominal, Sensor(radius=0.4))
+    assert "the level must be" in said and f"looks like {guess}" in said
+
+
+def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
+    assert "state sensor_radius" in refusal([record(0.4 * values, unit="m/s^2")], nominal)
+
+
+def test_a_wrong_start_angle_is_refused(record, nominal) -> None:
+    said = refusal([record(start_angle=2.0)], nominal)
+    assert "2.000 rad stated and 1.29" in said
+
+
+def test_noise_alone_is_no_record_of_a_machine(record, nominal) -> None:
+    """Seed 2."""
+    said = refusal([record(np.random.default_rng(2).standard_normal(18000))], nominal)
+    assert "must repeat with the cam" in said
+
+
+@pytest.mark.parametrize("change", [{"motion_share": 0.75}, {"stations": 4}])
+def test_a_record_of_another_machine_is_refused(record, nominal, change: dict) -> None:
+    other = dataclasses.replace(nominal, **change)
+    samples = simulate(other, OperatingPoint(start_angle=1.3), Run(samples=18000)).table_acceleration
+    said = refusal([record(samples)], nominal)
+    assert "must look like the nominal machine" in said or "the level must be" in said
+
+
+def test_strong_effects_do_not_make_another_machine(record, nominal) -> None:
+    """20° of play, a slipping motor and a soft output joint pass the door."""
+    from indexer_env import make_effect
+
+    loose = dataclasses.replace(nominal.input_joint, backlash=math.radians(20.0) / 25.625)
+    machines = [
+        dataclasses.replace(nominal, input_joint=loose),
+        nominal.with_effects(make_effect("drive.slip", compliance=1.5)),
+        nominal.with_effects(make_effect("output.backlash", play=1e-3)),
+    ]
+    for machine in machines:
+        run = simulate(machine, OperatingPoint(start_angle=1.3), Run(samples=18000))
+        experiments([record(run.table_acceleration, motor_speed=_mean_speed(machine))], nominal, Sensor())
+
+
+def _mean_speed(machine) -> float:
+    run = simulate(machine, OperatingPoint(start_angle=1.3), Run(samples=18000, channels=("motor_rate",)))
+    return float(run.channels["motor_rate"].mean())
+
+
+def test_pulses_give_speed_and_start(record, nominal) -> None:
+    turn = 8.2
+    first = (-1.3 / (1500.0 * RPM / 25.625)) % turn
+    found = experiments([record(pulses=np.array([first, first + turn]), start_angle=None)], nominal, Sensor())
+    point = found.fitted[0].operating_point
+    assert point.start_angle == pytest.approx(1.3, abs=1e-6)
+    assert point.motor_speed == pytest.approx(1500.0 * RPM)
+    uneven = np.array([first, first + turn, first + 2.5 * turn])
+    assert "pulses must come evenly" in refusal([record(pulses=uneven)], nominal)
+    slow = np.array([first, first + 1.5 * turn])
+    assert "1000 rpm by the record, by the pulses" in refusal([record(pulses=slow)], nominal)
+
+
+def test_a_machine_that_cannot_run_is_refused(record) -> None:
+    nominal = load_machine("reference")
+    stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
+    with pytest.raises(IndexerError, match="step"):
+        experiments([record()], dataclasses.replace(nominal, output_joint=stiff), Sensor())

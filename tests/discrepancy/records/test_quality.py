@@ -1,0 +1,30 @@
+"""Dead and clipped sensors, mixed rates and too few turns are refused."""
+
+import numpy as np
+import pytest
+
+from discrepancy.records.quality import check_records
+from indexer_env.errors import SignalError
+
+
+def spoiled(values: np.ndarray, how: str) -> np.ndarray:
+    if how == "dead":
+        return np.where(np.arange(len(values)) // 1000 == 4, 0.3, values)
+    return np.clip(values, -8.0, 8.0)
+
+
+@pytest.mark.parametrize(("how", "said"), [("dead", "got one value for 1 s on end"), ("clipped", "at flat tops")])
+def test_a_spoiled_sensor_is_refused(record, nominal, values, how: str, said: str) -> None:
+    with pytest.raises(SignalError, match=said):
+        check_records([record(spoiled(values, how))], nominal)
+
+
+def test_mixed_rates_are_refused(record, nominal, values) -> None:
+    with pytest.raises(SignalError, match=r"got 1000 Hz in run\.csv and 500 Hz in run\.csv; resample"):
+        check_records([record(), record(values[::2], rate=500.0)], nominal)
+
+
+def test_fewer_than_two_turns_in_all_are_refused(record, nominal, values) -> None:
+    with pytest.raises(SignalError, match=r"two turns|2 turns of the table or more in all, got 1\.22"):
+        check_records([record(values[:10000])], nominal)
+    check_records([record(values[:10000]), record(values[10000:])], nominal)

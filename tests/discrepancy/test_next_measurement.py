@@ -1,0 +1,68 @@
+"""A pair that one speed cannot tell apart is told apart by the measurement that is proposed."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from discrepancy.fit import fit
+from discrepancy.indexer import IndexerModel
+from discrepancy.indexer.parameters import changed
+from discrepancy.model import NONE, Hypothesis
+from discrepancy.next_measurement import ENOUGH, Separation, separations
+from discrepancy.problem import Point, Problem
+from discrepancy.records.experiments import Experiments
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env import Machine, Sensor, load_machine, make_effect
+
+PAIR = {"friction.viscous": (10.0,), "drive.slip": (0.2,)}
+
+
+def fitted(model: IndexerModel, hypothesis: Hypothesis, start: tuple[float, ...]) -> Point:
+    problem = Problem(model, hypothesis)
+    z = np.concatenate([np.zeros(len(model.parameters)), hypothesis.coordinates(start)])
+    return fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=20).place
+
+
+@pytest.fixture(scope="module")
+def made(one_record) -> tuple[IndexerSubject, Machine, dict[str, Point], tuple[Separation, ...]]:
+    """Seed 31: one turn at 1500 rpm of a machine without play that hides 10 N m s/rad of viscous friction."""
+    nominal = changed(load_machine("reference"), {"input_joint.backlash": 0.0})
+    truth = nominal.with_effects(make_effect("friction.viscous", coefficient=10.0))
+    records = (one_record(truth, Sensor(), np.random.default_rng(31), 1500.0, 2.0, 1.0),)
+    subject = IndexerSubject(nominal, Sensor(), Experiments(records, records, (("a",), ("a",)), ()))
+    library = subject.model.hypotheses()
+    places = {name: fitted(subject.model, library[name][0], start) for name, start in PAIR.items()}
+    samples = subject.model.counts.sum()
+    rivals = [SimpleNamespace(name=n, place=p, level=np.sqrt(p.squares.sum() / samples)) for n, p in places.items()]
+    answer = SimpleNamespace(rounds=[SimpleNamespace(candidates=rivals, names=tuple(PAIR))])
+    return subject, truth, places, separations(subject, answer, (NONE,))  # type: ignore[arg-type]
+
+
+def test_the_same_again_separates_little_and_the_proposal_much(made) -> None:
+    _, _, places, found = made
+    assert abs(places["friction.viscous"].cost - places["drive.slip"].cost) < ENOUGH
+    by_name = {one.measurement: one.separation for one in found}
+    assert by_name["1500 rpm, 2 N m, 1 turn of the table"] < ENOUGH
+    assert found[0].separation > 10.0 * ENOUGH and found[0].pair == tuple(PAIR)
+    assert [one.separation for one in found] == sorted(by_name.values(), reverse=True)
+
+
+def test_longer_is_better_and_twice_as_long_about_twice(made) -> None:
+    by_name = {one.measurement: one.separation for one in made[3]}
+    one, two = (by_name[f"1500 rpm, 22 N m, {turns} of the table"] for turns in ("1 turn", "2 turns"))
+    assert 1.5 * one < two < 3.0 * one
+
+
+def test_the_proposed_measurement_once_made_names_the_hidden_effect(made, one_record) -> None:
+    """Seed 32: the proposed record is made; now the wrong effect is worse by more than the margin."""
+    subject, truth, places, found = made
+    rpm, load = (float(part.split()[0]) for part in found[0].measurement.split(", ")[:2])
+    record = one_record(truth, Sensor(), np.random.default_rng(32), rpm, load, 1.0)
+    model = IndexerModel(subject.machine, (*subject.model.experiments, record))
+    costs = {}
+    for name, place in places.items():
+        hypothesis = place.hypothesis
+        value = (hypothesis.parameters[0].value(place.z[-1]),)
+        costs[name] = fitted(model, hypothesis, value).cost
+    assert costs["drive.slip"] - costs["friction.viscous"] > ENOUGH
