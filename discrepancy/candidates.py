@@ -190,15 +190,21 @@ def held_places(candidates: list[Candidate], held_out: Model) -> list[Point]:
     return pooled
 
 
-def held_place(place: Point, held_out: Model) -> Point:
-    """The candidate's physics on the records held out; only start states and what belongs to single records move."""
-    problem = Problem(held_out, place.hypothesis, frozen=True)
+def carried(place: Point, problem: Problem) -> np.ndarray:
+    """Global parameters (g,) of a problem on other records: the physics of a place, what belongs to records at 0."""
     physics = np.array([not p.of_record for p in problem.parameters])
     # what belongs to records stands together, behind the machine's own; there may be more of them here or there
     first = int(physics.argmin()) if not physics.all() else len(physics)
     records = len(place.z) - int(physics.sum())
     z = np.zeros(len(physics))
     z[physics] = np.delete(place.z, slice(first, first + records))
+    return z
+
+
+def held_place(place: Point, held_out: Model) -> Point:
+    """The candidate's physics on the records held out; only start states and what belongs to single records move."""
+    problem = Problem(held_out, place.hypothesis, frozen=True)
+    z = carried(place, problem)
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
     return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2).place
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from discrepancy.candidates import held_place
+from discrepancy.candidates import carried
 from discrepancy.problem import Problem
 
 
@@ -15,9 +15,9 @@ def test_parameters_of_known_effects_keep_their_values(records) -> None:
     problem = Problem(model, hypothesis)
     z = np.where([p.of_record for p in problem.parameters], 0.9, 0.01 * np.arange(len(problem.parameters)))
     states = np.zeros((len(model.counts), model.local_count(hypothesis)))
-    place = held_place(problem.point(z, states), held_out)
+    moved = carried(problem.point(z, states), Problem(held_out, hypothesis, frozen=True))
     expected = model.values(hypothesis, z)
-    found = held_out.values(hypothesis, place.z)
-    assert len(place.z) == len(z) - 2
+    found = held_out.values(hypothesis, moved)
+    assert len(moved) == len(z) - 2
     for name, value in found.items():
         assert name.startswith("record ") or value == expected[name]
