@@ -3,20 +3,32 @@
 Read in this order:
 
     codes          classes <-> binary codes of the outputs; the nearest code wins
-    features       records -> PSD features; scaling fitted on the calibration subset alone
+    features       records -> features of the spectrum (PSD, FFT); scaling fitted on the calibration subset alone
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks
     conditions     under what records were taken: radius, speed, machine; what a sensor may clip
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
-    evaluate       mean square error [%], misclassified share [%], confusion
+    evaluate       mean square error [%], misclassified share [%], confusion, macro F1, AUROC, reliability
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it
+    tasks/         these parts: probabilities, severities with intervals, novelty
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (python -m classifier.diagnose)
     export/        a model as one ONNX file                                      (python -m classifier.export)
+    results        numbers over several seeds, their means with intervals, their tables
+    compare/       other methods, severities, novelty and robustness, measured   (python -m classifier.compare)
+    groups         what records were measured with and when; data sets without a group
+    leaveout       each sensor, machine or day left out in turn                  (python -m classifier.leaveout)
+    transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
+    style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
+    job            a training as its configuration asks for it
+    runs           trainings as a table, one row each; all runs of a sweep together
+    curves         errors and scores for TensorBoard
+    tune           settings sought by trials                                     (python -m classifier.tune)
+    study/         the paper's claims, worked through one by one                 (python -m classifier.study)
     __main__       the training command                                          (python -m classifier)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of
