@@ -3,7 +3,7 @@
 Read in this order:
 
     codes          classes <-> binary codes of the outputs; the nearest code wins
-    features       records -> PSD features; scaling fitted on the calibration subset alone
+    features       records -> features of the spectrum (PSD, FFT); scaling fitted on the calibration subset alone
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks
@@ -24,6 +24,11 @@ Read in this order:
     transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
     style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
+    job            a training as its configuration asks for it
+    runs           trainings as a table, one row each; all runs of a sweep together
+    curves         errors and scores for TensorBoard
+    tune           settings sought by trials                                     (python -m classifier.tune)
+    study/         the paper's claims, worked through one by one                 (python -m classifier.study)
     __main__       the training command                                          (python -m classifier)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of

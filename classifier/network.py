@@ -157,32 +157,36 @@ class Mlp:
     def forward(self, layers: Layers, inputs: Tensor, offset: Tensor | None = None) -> Activity:
         """Values of all nodes for inputs (m, inputs); the first layers of all networks are one product.
 
-        offset  (n, hidden, m), added to W1 x where given
+        offset  (n, hidden, k), added to W1 x of the last k rows where given
         """
         n = len(layers.b1)
         first, second = self.functions
         hidden = layers.w1.reshape(n * self.hidden, self.inputs) @ inputs.T
         hidden = hidden.view(n, self.hidden, -1).add_(layers.b1[:, :, None])
         if offset is not None:
-            hidden.add_(offset)
+            hidden[:, :, -offset.shape[2] :].add_(offset)
         hidden = first.in_place(hidden)
         return Activity(hidden, second.in_place(torch.baddbmm(layers.b2[:, :, None], layers.w2, hidden)))
 
-    def backward(self, layers: Layers, inputs: Tensor, hidden: Tensor, delta2: Tensor) -> Tensor:
-        """Derivatives (n, count) by the parameters of a quantity whose derivatives by the sums of the output
-        nodes are delta2 (n, outputs, m), by back-propagation.
+    def backward(self, layers: Layers, inputs: Tensor, hidden: Tensor, delta2: Tensor, into: Tensor) -> Tensor:
+        """Derivatives by the parameters of a quantity whose derivatives by the sums of the output nodes are delta2
+        (n, outputs, m), by back-propagation.
+
+        into  (n or fewer, count or more): where those of the first networks are written; given back
 
         ∂/∂W2 = Δ2 hᵀ    ∂/∂b2 = Σ Δ2    Δ1 = W2ᵀ Δ2 · f1′    ∂/∂W1 = Δ1 xᵀ    ∂/∂b1 = Σ Δ1
         """
         n, m = len(delta2), len(inputs)
         delta1 = (layers.w2.transpose(1, 2) @ delta2).mul_(self.functions[0].slope(hidden))
         blocks = (
-            (delta1.view(n * self.hidden, m) @ inputs).view(n, -1),
+            (delta1.view(n * self.hidden, m) @ inputs).view(n, self.hidden, -1),
             delta1.sum(dim=2),
-            (delta2 @ hidden.transpose(1, 2)).flatten(1),
+            delta2 @ hidden.transpose(1, 2),
             delta2.sum(dim=2),
         )
-        return torch.cat(blocks, dim=1)
+        for place, block in zip(self.layers(into), blocks, strict=True):
+            place.copy_(block[: len(into)])
+        return into
 
     def outputs_of(self, parameters: Tensor, inputs: Tensor) -> Tensor:
         """Outputs (n, m, outputs) of a stack for inputs (m, inputs)."""

@@ -17,6 +17,7 @@ from omegaconf import OmegaConf
 
 from classifier.features import make_features
 from classifier.network import Mlp
+from classifier.study.lab import Size
 from classifier.trainers import make_trainer
 from datagen.campaigns import make_campaign
 from datagen.order import order_from
@@ -41,6 +42,7 @@ GROUPS: dict[str, Callable[[Mapping[str, Any]], object]] = {
     "features": make_features,
     "net": lambda mapping: from_mapping(Mlp, {"inputs": 101, "outputs": 5, **mapping}, owner="net"),
     "trainer": make_trainer,
+    "size": lambda mapping: from_mapping(Size, mapping, owner="size"),
 }
 """What the YAML files of each folder become."""
 

@@ -10,31 +10,32 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
 
 from classifier.study.lab import Lab
-from classifier.study.verdicts import LEVEL, Verdict
+from classifier.study.verdicts import LEVEL
 from classifier.study.work import STUDY_JSON, Finding
 
-REPORT_HTML = "report.html"
+REPORT_HTML, VERDICTS_MD = "report.html", "verdicts.md"
 
 
 def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
-    """Write the page of these findings into the study's folder; it needs no other file."""
-    loader = jinja2.FileSystemLoader(Path(__file__).parent)
-    page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    page.globals["badge"] = _badge
-    text = page.get_template("report.html.j2").render(
-        sections=[_section(finding, lab) for finding in findings],
-        level=round(100 * LEVEL),
-        size=lab.size,
-        seeds=lab.seeds,
-        quick=lab.size.trainings < 10,
-        versions=json.loads((lab.folder / STUDY_JSON).read_text(encoding="utf-8"))["versions"],
-    )
-    path = lab.folder / REPORT_HTML
-    path.write_text(text, encoding="utf-8")
-    return path
+    """Write the page of these findings into the study's folder, which needs no other file, and their verdicts and
+    numbers as Markdown; give the page back.
+    """
+    values = {
+        "sections": [_section(finding, lab) for finding in findings],
+        "level": round(100 * LEVEL),
+        "size": lab.size,
+        "seeds": lab.seeds,
+        "quick": lab.size.trainings < 10,
+        "versions": json.loads((lab.folder / STUDY_JSON).read_text(encoding="utf-8"))["versions"],
+    }
+    loader, strict = jinja2.FileSystemLoader(Path(__file__).parent), jinja2.StrictUndefined
+    for name in (REPORT_HTML, VERDICTS_MD):
+        templates = jinja2.Environment(loader=loader, autoescape=name == REPORT_HTML, undefined=strict)
+        text = templates.get_template(f"{name}.j2").render(values)
+        (lab.folder / name).write_text(text, encoding="utf-8")
+    return lab.folder / REPORT_HTML
 
 
 def _section(finding: Finding, lab: Lab) -> dict[str, Any]:
@@ -50,7 +51,3 @@ def _section(finding: Finding, lab: Lab) -> dict[str, Any]:
         "minutes": finding.minutes,
         "commands": dict.fromkeys(setting.recipe.command(lab.seed) for setting in finding.main),
     }
-
-
-def _badge(verdict: Verdict) -> Markup:
-    return Markup('<span class="v {}">{}</span>').format(str(verdict).replace(" ", "-"), str(verdict))

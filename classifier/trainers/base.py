@@ -21,7 +21,7 @@ import torch
 from torch import Tensor
 
 from classifier.network import Mlp
-from classifier.trainers.objective import Examples, NetworkError, Point
+from classifier.trainers.objective import Examples, Judged, JudgedError, NetworkError, Point
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 
@@ -82,6 +82,9 @@ class Trainer(ABC):
     """
 
     kind: ClassVar[str]
+    one_point: ClassVar[bool] = False
+    """Whether each step evaluates one point, at which it ends or which it gives up: then the control error is had by
+    the same product."""
     in_span: ClassVar[bool] = True
     """Whether the rule knows parameters by inner products and lengths alone, so that a rotation of the
     features changes nothing (see `objective`)."""
@@ -157,15 +160,15 @@ class Trainer(ABC):
     def _train_stack(self, objective: NetworkError, alive: np.ndarray, record: _Record) -> None:
         """Train the networks `alive`, rows of the record, as one stack until each is done."""
         working, offset = objective.enter(record.start[alive])
-        at = objective.evaluate(working)
+        at: Any = self._seen(objective, offset).evaluate(working)
         memory = self.begin(at)
-        control_error = objective.control_error(working, offset)
+        control_error = _control_error(objective, at, offset)
         lowest, kept, since = control_error, working, np.zeros(len(alive), int)
         record.look(0, alive, at.error, control_error)
 
         for epoch in range(1, self.epochs + 1):
-            at, memory, stuck = self.step(at, memory, objective)
-            control_error = objective.control_error(at.parameters, offset)
+            at, memory, stuck = self.step(at, memory, self._seen(objective, offset))
+            control_error = _control_error(objective, at, offset)
             record.look(epoch, alive, at.error, control_error)
             better = control_error < lowest
             lowest = torch.where(better, control_error, lowest)
@@ -191,6 +194,14 @@ class Trainer(ABC):
             if len(alive) == 0 or record.abandoned:
                 return
             at, memory, lowest, kept, offset = rows_of((at, memory, lowest, kept, offset), stay)
+
+    def _seen(self, objective: NetworkError, offset: Tensor | None) -> NetworkError | JudgedError:
+        """What the rule itself evaluates."""
+        return JudgedError(objective, offset) if self.one_point else objective
+
+
+def _control_error(objective: NetworkError, at: Point | Judged, offset: Tensor | None) -> Tensor:
+    return at.control if isinstance(at, Judged) else objective.control_error(at.parameters, offset)
 
 
 def rows_of(tensors: Any, rows: Tensor) -> Any:

@@ -59,7 +59,8 @@ class Linearised:
 
     def back(self, v: Tensor) -> Tensor:
         """Jᵀ v (n, count) for v (n, outputs·m), by back-propagation."""
-        return self.network.backward(self.layers, self.inputs, self.hidden, self.slope * v.view_as(self.slope))
+        into = v.new_empty(len(v), self.network.count)
+        return self.network.backward(self.layers, self.inputs, self.hidden, self.slope * v.view_as(self.slope), into)
 
 
 def linearised(network: Mlp, parameters: Tensor, examples: Padded) -> Linearised:

@@ -16,13 +16,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, TypeVar
 
 import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-from classifier.network import Mlp
+from classifier.network import Activity, Layers, Mlp
 
 TILE = 64
 """Networks evaluated in one go on a CPU: enough to outweigh the cost of a call, few enough for its cache."""
@@ -45,6 +46,18 @@ class Point(NamedTuple):
     gradient: Tensor
 
 
+class Judged(NamedTuple):
+    """A point with its mean square errors (n,) on the control subset."""
+
+    parameters: Tensor
+    error: Tensor
+    gradient: Tensor
+    control: Tensor
+
+
+AnyPoint = TypeVar("AnyPoint", Point, Judged)
+
+
 class Objective(Protocol):
     """Any function of n rows of parameters, each row by itself."""
 
@@ -53,9 +66,9 @@ class Objective(Protocol):
         ...
 
 
-def keep(old: Point, new: Point, rows: Tensor) -> Point:
+def keep(old: AnyPoint, new: AnyPoint, rows: Tensor) -> AnyPoint:
     """The new point, but the old one in the rows of a mask (n,)."""
-    return Point(*(torch.where(rows.view(-1, *[1] * (a.ndim - 1)), a, b) for a, b in zip(old, new, strict=True)))
+    return type(new)(*(torch.where(rows.view(-1, *[1] * (a.ndim - 1)), a, b) for a, b in zip(old, new, strict=True)))
 
 
 class Padded(NamedTuple):
@@ -91,6 +104,7 @@ class NetworkError:
         self.network = dataclasses.replace(network, inputs=inputs)
         self.width = self.network.count + self.network.count % 2
         self.calibration, self._control = self._padded(calibration), self._padded(control)
+        self._both = torch.cat([self.calibration.inputs, self._control.inputs])
 
     def _padded(self, examples: Examples) -> Padded:
         inputs = examples.inputs if self._basis is None else examples.inputs @ self._basis
@@ -131,34 +145,73 @@ class NetworkError:
 
     def evaluate(self, parameters: Tensor) -> Point:
         """The point at parameters (n, width)."""
-        network, (inputs, targets, records) = self.network, self.calibration
-        error, gradient = parameters.new_empty(len(parameters)), torch.empty_like(parameters)
-        gradient[:, network.count :] = 0.0
+        error, gradient = self._empty(parameters)
         for rows, tile in _tiles(parameters):
-            layers = network.layers(tile)
-            hidden, output = network.forward(layers, inputs)
-            miss = output - targets.T
-            if records % 2:
-                miss[:, :, records:] = 0.0
-            delta2 = network.functions[1].slope(output).mul_(miss).mul_(2 / (records * network.outputs))
-            here = rows.stop - rows.start
-            error[rows] = miss.square_().sum(dim=(1, 2))[:here] / (records * network.outputs)
-            gradient[rows, : network.count] = network.backward(layers, inputs, hidden, delta2)[:here]
+            layers = self.network.layers(tile)
+            activity = self.network.forward(layers, self.calibration.inputs)
+            self._descend(layers, activity, error[rows], gradient[rows])
         return Point(parameters, error, gradient)
+
+    def judge(self, parameters: Tensor, offset: Tensor | None) -> Judged:
+        """The point at parameters (n, width) and its errors on the control records, by one product for both subsets."""
+        error, gradient = self._empty(parameters)
+        control, taught = torch.empty_like(error), len(self.calibration.inputs)
+        for rows, tile in _tiles(parameters):
+            layers = self.network.layers(tile)
+            hidden, output = self.network.forward(layers, self._both, _filled(offset, rows, len(tile)))
+            control[rows] = self._mean_square(output[:, :, taught:], self._control)[1][: rows.stop - rows.start]
+            self._descend(layers, Activity(hidden[:, :, :taught], output[:, :, :taught]), error[rows], gradient[rows])
+        return Judged(parameters, error, gradient, control)
 
     def control_error(self, parameters: Tensor, offset: Tensor | None) -> Tensor:
         """Mean square errors (n,) over the control records."""
-        network, (inputs, targets, records) = self.network, self._control
         error = parameters.new_empty(len(parameters))
         for rows, tile in _tiles(parameters):
-            added, missing = None if offset is None else offset[rows], len(tile) - rows.stop + rows.start
-            if added is not None and missing:
-                added = pad(added, (0, 0, 0, 0, 0, missing))
-            miss = network.forward(network.layers(tile), inputs, added).output - targets.T
-            if records % 2:
-                miss[:, :, records:] = 0.0
-            error[rows] = miss.square_().sum(dim=(1, 2))[: rows.stop - rows.start] / (records * network.outputs)
+            layers = self.network.layers(tile)
+            output = self.network.forward(layers, self._control.inputs, _filled(offset, rows, len(tile))).output
+            error[rows] = self._mean_square(output, self._control)[1][: rows.stop - rows.start]
         return error
+
+    def _empty(self, parameters: Tensor) -> tuple[Tensor, Tensor]:
+        """Room for errors and gradients; the idle numbers of a gradient are zero."""
+        gradient = torch.empty_like(parameters)
+        gradient[:, self.network.count :] = 0.0
+        return parameters.new_empty(len(parameters)), gradient
+
+    def _mean_square(self, output: Tensor, examples: Padded) -> tuple[Tensor, Tensor]:
+        """Misses (n, outputs, m), zero where padded, and mean square errors (n,)."""
+        miss = output - examples.targets.T
+        if examples.records % 2:
+            miss[:, :, examples.records :] = 0.0
+        return miss, miss.square().sum(dim=(1, 2)) / (examples.records * self.network.outputs)
+
+    def _descend(self, layers: Layers, activity: Activity, error: Tensor, gradient: Tensor) -> None:
+        """Write errors and gradients of a tile's networks, as many as there is room for."""
+        network, (inputs, _, records) = self.network, self.calibration
+        miss, mean_square = self._mean_square(activity.output, self.calibration)
+        error.copy_(mean_square[: len(error)])
+        delta2 = miss.mul_(network.functions[1].slope(activity.output)).mul_(2 / (records * network.outputs))
+        network.backward(layers, inputs, activity.hidden, delta2, gradient)
+
+
+@dataclass(frozen=True)
+class JudgedError:
+    """The error of a stack of networks with these offsets, which tells the control error of every point as well."""
+
+    error: NetworkError
+    offset: Tensor | None
+
+    def evaluate(self, parameters: Tensor) -> Judged:
+        """The point at parameters (n, width), one row for each offset."""
+        return self.error.judge(parameters, self.offset)
+
+
+def _filled(offset: Tensor | None, rows: slice, size: int) -> Tensor | None:
+    """The offsets of some rows, filled up with zeros to a whole tile."""
+    if offset is None:
+        return None
+    missing = size - rows.stop + rows.start
+    return pad(offset[rows], (0, 0, 0, 0, 0, missing)) if missing else offset[rows]
 
 
 def _even_columns(matrix: Tensor) -> Tensor:

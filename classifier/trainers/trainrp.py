@@ -42,6 +42,7 @@ class TrainRp(Trainer):
     """
 
     kind: ClassVar[str] = "trainrp"
+    one_point: ClassVar[bool] = True
     in_span: ClassVar[bool] = False
 
     size: float = 0.07

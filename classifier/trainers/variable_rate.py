@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import torch
 from torch import Tensor
@@ -34,6 +34,8 @@ class VariableRate(Trainer):
     rate_decrease     in (0, 1)
     maximum_increase  >= 1, ratio of errors above which a step is undone
     """
+
+    one_point: ClassVar[bool] = True
 
     rate: float = 0.01
     rate_increase: float = 1.05

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from classifier.features import FEATURES, Psd, Scaling, describe_features, make_features
+from classifier.features import FEATURES, Fft, Psd, Scaling, describe_features, make_features
 from indexer_env.errors import ParameterError
 
 
@@ -59,7 +59,7 @@ def test_log_features_are_logarithms_of_the_densities():
 
 @pytest.mark.parametrize("kind", FEATURES)
 def test_features_are_made_again_from_their_description(kind):
-    features = FEATURES[kind](resolution_hz=2.0)
+    features = FEATURES[kind](maximum_hz=40.0)
     assert make_features(describe_features(features)) == features
 
 
@@ -103,3 +103,36 @@ def test_a_feature_that_does_not_vary_becomes_zero():
 def test_a_scaling_without_a_range_is_refused(low, high):
     with pytest.raises(ParameterError, match=r"Scaling\.low"):
         Scaling(np.array(low), np.array(high))
+
+
+def test_a_line_of_the_whole_record_has_its_amplitude():
+    """41 periods in 8.2 s: the line at 5 Hz; the mean, and what follows the 8.2 s, count for nothing."""
+    time = np.arange(9000) / 1000
+    record = np.where(time < 8.2, 3.0 * np.sin(2 * np.pi * 5 * time + 0.4) + 7.0, 1e3)[None]
+    fft = Fft(maximum_hz=12.5)
+    frequencies, amplitudes = fft.frequencies(1000.0), fft.compute(record, 1000.0)[0]
+    assert len(frequencies) == 102 and frequencies[0] == pytest.approx(1 / 8.2)
+    assert frequencies[np.argmax(amplitudes)] == pytest.approx(5.0)
+    assert amplitudes.max() == pytest.approx(3.0) and np.sort(amplitudes)[-2] < 1e-9
+
+
+def test_the_periodogram_of_all_lines_has_the_record_s_variance():
+    """Parseval, with the line at half the rate counted twice as the docstring says: an odd length has none."""
+    record = np.random.default_rng(4).standard_normal((2, 1001)) + 5.0
+    fft = Fft(maximum_hz=500.0, duration_s=1.001)
+    assert fft.density(record, 1000.0).sum(axis=1) / 1.001 == pytest.approx(record.var(axis=1))
+
+
+@pytest.mark.parametrize(
+    ("mapping", "words"),
+    [
+        ({"duration_s": 0.0}, "duration_s must be a finite number > 0 s"),
+        ({"maximum_hz": 0.1}, "maximum_hz must be >= 1 / duration_s"),
+        ({"maximum_hz": 600.0}, "half the sample rate"),
+        ({"duration_s": 9.0}, "duration_s must be <= 8.2 s"),
+        ({"resolution_hz": 1.0}, "resolution_hz"),
+    ],
+)
+def test_an_fft_that_cannot_be_is_refused(mapping, words):
+    with pytest.raises(ParameterError, match=words):
+        make_features({"kind": "fft", **mapping}).compute(np.zeros((1, 8200)), 1000.0)

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 
 from classifier.features import Fft
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import better, better_best, draw_lines, errors_made
+from classifier.study.claims.lines import better, better_best, draw_lines, errors_made, performances
 from classifier.study.lab import Lab
 from classifier.study.settings import TABLE2, Setting
-from classifier.study.trials import PERFORMANCE
-from classifier.study.verdicts import Statement, by_seed
+from classifier.study.verdicts import Statement
 
 CUTS = (100.0, 50.0, 25.0, 12.5, 6.3, 3.1)
 RESOLUTIONS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
@@ -86,7 +85,7 @@ def _psd(step: float) -> str:
 
 def _limit(says: str, rows: Rows, values: dict[str, float], expected: float) -> Statement:
     """The last of the variants, in order, before the first that is not acceptable."""
-    means = by_seed(rows, PERFORMANCE)
+    means = performances(rows)
     levels = [float(np.exp(np.mean(np.log(means[name])))) for name in values]
     found = {factor: _last(levels, list(values.values()), factor) for factor in (1.25, ACCEPTABLE, 2.0)}
     told = ", ".join(f"{value:g} Hz at a factor of {factor:g}" for factor, value in found.items())

@@ -9,7 +9,7 @@ import scipy.stats
 from matplotlib.axes import Axes
 
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import AXIS
+from classifier.study.claims.lines import AXIS, FLOOR
 from classifier.study.lab import Lab
 from classifier.study.settings import TABLE2, Setting
 from classifier.study.trials import PERFORMANCE
@@ -73,7 +73,7 @@ class Fig5(Claim):
         (ax,) = axes
         sets = list(_by_data_set(rows).values())
         mode = _mode(sets[0])
-        bins = np.linspace(0.0, np.quantile(np.concatenate(sets), 0.995), 41)
+        bins = np.linspace(0.0, max(np.quantile(np.concatenate(sets), 0.995), 4 * FLOOR), 41)
         ax.axvspan(mode / WITHIN, min(mode * WITHIN, bins[-1]), color=COLOURS[1], alpha=0.15, linewidth=0)
         ax.hist(sets[0], bins, color=COLOURS[0], label="first data set")
         for place, values in enumerate(sets[1:]):
@@ -87,7 +87,7 @@ class Fig5(Claim):
 
 def _by_data_set(rows: Rows) -> dict[int, np.ndarray]:
     seeds = sorted({row["data_seed"] for row in rows})
-    return {seed: np.array([row[PERFORMANCE] for row in rows if row["data_seed"] == seed]) for seed in seeds}
+    return {seed: np.maximum([row[PERFORMANCE] for row in rows if row["data_seed"] == seed], FLOOR) for seed in seeds}
 
 
 def _mode(values: np.ndarray) -> float:

@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import alike, draw_lines, errors_made
+from classifier.study.claims.lines import alike, draw_lines, errors_made, performances
 from classifier.study.lab import Lab
 from classifier.study.settings import TABLE2, Setting
-from classifier.study.trials import PERFORMANCE
-from classifier.study.verdicts import Interval, Statement, by_seed
+from classifier.study.verdicts import Interval, Statement
 
 HIDDEN = (2, 5, 8, 10, 12, 15, 20, 25, 30, 40)
 ENOUGH = 15
@@ -45,7 +44,7 @@ class Fig6(Claim):
 
     def judge(self, rows: Rows) -> tuple[Statement, ...]:
         """The best against the second best, and those of 15 and more against each other."""
-        means = by_seed(rows, PERFORMANCE)
+        means = performances(rows)
         order = sorted(means, key=lambda name: float(np.mean(np.log(means[name]))))
         ahead = Interval.of_ratio(means[order[1]], means[order[0]])
         found = f"{order[0]} nodes before {order[1]} by a factor of {ahead} ({errors_made(rows)})"

@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import AXIS, alike, errors_made
+from classifier.study.claims.lines import AXIS, alike, errors_made, performances
 from classifier.study.lab import Lab
 from classifier.study.settings import TABLE2, Setting
-from classifier.study.trials import PERFORMANCE
 from classifier.study.verdicts import Interval, Statement, by_seed
 from classifier.style import COLOURS
 
@@ -49,13 +48,13 @@ class Fig9(Claim):
 
     def judge(self, rows: Rows) -> tuple[Statement, ...]:
         """trainrp, the nine others, durations, the paper's choice."""
-        means, seconds = by_seed(rows, PERFORMANCE), by_seed(rows, "seconds")
+        means, seconds = performances(rows), by_seed(rows, "seconds")
         others = [rule for rule in RULES if rule != POOR]
         worst = max(others, key=lambda rule: float(np.mean(np.log(means[rule]))))
         poor = Interval.of_ratio(means[POOR], means[worst])
         slow = {rule: float(seconds[rule].mean()) for rule in RULES}
         duration = max(slow.values()) / min(slow.values())
-        told = ", ".join(f"{rule} {1000 * slow[rule]:.2g}" for rule in RULES)
+        told = ", ".join(f"{rule} {1000 * slow[rule]:.0f}" for rule in RULES)
         return (
             Statement(
                 "trainrp performs worst, clearly",
@@ -77,7 +76,7 @@ class Fig9(Claim):
         """Mean and best of each rule, as in the paper, and the time that each takes."""
         (ax,) = axes
         for reduce, label, marker in ((np.mean, "mean", "o"), (np.min, "best", "s")):
-            cells = by_seed(rows, PERFORMANCE, reduce)
+            cells = performances(rows, reduce)
             spans = [Interval.of(np.log(cells[rule])) for rule in RULES]
             middle, low, high = (np.exp([getattr(span, end) for span in spans]) for end in ("mean", "low", "high"))
             arms = None if np.isinf(high).any() else np.array([middle - low, high - middle])
@@ -85,14 +84,11 @@ class Fig9(Claim):
                 range(len(RULES)), middle, arms, fmt=marker, color=COLOURS[0 if label == "mean" else 2], label=label
             )
         ax.set_yscale("log")
-        ax.set_xticks(range(len(RULES)), [rule.removeprefix("train") for rule in RULES])
-        ax.set(xlabel="training rule, train…", ylabel=AXIS)
         seconds = by_seed(rows, "seconds")
-        for place, rule in enumerate(RULES):
-            ax.annotate(f"{1000 * seconds[rule].mean():.2g} ms", (place, 1.0), xycoords=("data", "axes fraction"),
-                        ha="center", va="top", fontsize=7)  # fmt: skip
-        ax.margins(y=0.15)
-        ax.legend(loc="lower right")
+        words = [f"{rule.removeprefix('train')}\n{1000 * seconds[rule].mean():.0f}" for rule in RULES]
+        ax.set_xticks(range(len(RULES)), words)
+        ax.set(xlabel="training rule, train…; below it milliseconds a network", ylabel=AXIS)
+        ax.legend()
 
 
 def _choice(means: dict[str, np.ndarray], slow: dict[str, float]) -> Statement:

@@ -85,7 +85,7 @@ PLAIN = {
     "table2": (lambda t: table2(0.001, 170), lambda t: table2(0.1, 20)),
     "fig4": (lambda t: fig4(t, 0.05, 0.1, 3.0), lambda t: fig4(t, 0.1, 0.05, 1.0)),
     "fig5": (lambda t: fig5(0.4), lambda t: fig5(0.0)),
-    "fig6": (lambda t: t(dict.fromkeys(map(str, HIDDEN), 0.1)), lambda t: t({str(h): 2.0**-h for h in HIDDEN})),
+    "fig6": (lambda t: t(dict.fromkeys(map(str, HIDDEN), 0.1)), lambda t: t({str(h): 0.9**h for h in HIDDEN})),
     "fig7": (lambda t: pair(t, "fig7", 2.0), lambda t: pair(t, "fig7", 0.5)),
     "fig8": (lambda t: pair(t, "fig8", 2.0), lambda t: pair(t, "fig8", 0.5)),
     "fig9": (lambda t: fig9(t, 0.3, 0.1), lambda t: fig9(t, 0.05, 0.01)),

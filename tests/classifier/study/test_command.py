@@ -35,7 +35,7 @@ def out(run, small, tmp_path_factory):
 
 
 def test_a_claim_leaves_results_a_picture_and_the_page(out):
-    assert {path.name for path in out.iterdir()} == {"study.json", "data", "fig8", "report.html"}
+    assert {path.name for path in out.iterdir()} == {"study.json", "data", "fig8", "report.html", "verdicts.md"}
     table = pq.read_table(out / "fig8" / "results.parquet")
     assert table.num_rows == 2 * 10 * 2  # data sets, variants, networks
     assert set(table.column("data_seed").to_pylist()) == {0, 1}
@@ -112,3 +112,10 @@ def test_the_whole_quick_study(tmp_path):
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.count("<h2") == 10 and page.count("Does the verdict hang on these choices?") == 10
+
+
+def test_the_verdicts_as_markdown_are_those_of_the_page(out):
+    page, text = ((out / name).read_text(encoding="utf-8") for name in ("report.html", "verdicts.md"))
+    verdict = re.search(r"\| \*\*(holds|holds in part|does not hold)\*\* \|", text)
+    assert verdict and f">{verdict[1]}</span>" in page
+    assert "- logistic better at best? Rule: the ratio's whole interval lies below 1." in text
