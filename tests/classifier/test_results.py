@@ -30,7 +30,10 @@ def test_what_is_not_defined_for_a_seed_does_not_count():
 def test_a_table_has_a_line_for_what_has_one_of_its_metrics():
     everything = rows([1.0, 2.0]) + rows([5.0], "speed", "b") + rows([7.0], "not shown", "c")
     text = markdown(everything, (("error", 1), ("speed", 0)))
-    assert text.splitlines()[2:] == [f"| a | m | {means(everything)['a', 'm', 'error'].text(1)} |  |", "| b | m |  | 5 |"]
+    assert text.splitlines()[2:] == [
+        f"| a | m | {means(everything)['a', 'm', 'error'].text(1)} |  |",
+        "| b | m |  | 5 |",
+    ]
 
 
 def test_rows_become_columns():

@@ -21,7 +21,9 @@ def test_outputs_of_independent_bits_are_their_own_probabilities_at_temperature_
 
 def test_the_probability_is_that_of_the_class_that_is_named():
     rng = np.random.default_rng(3)
-    codes = CodeBook((1, 2, 3), ("a", "b", "c"), ("0111", "1000", "1110"))  # not all codes: nearest may not be likeliest
+    codes = CodeBook(
+        (1, 2, 3), ("a", "b", "c"), ("0111", "1000", "1110")
+    )  # not all codes: nearest may not be likeliest
     outputs = rng.uniform(size=(500, 4))
     told = Confidence(2.0, codes.matrix).assess(np.empty((500, 0)), outputs)
     named = codes.decode(outputs)
