@@ -129,7 +129,8 @@ def gaussian(learned: Samples, held: Samples, rng: np.random.Generator) -> np.nd
     middle, scale = X.mean(axis=0), X.std(axis=0)
     chosen = rng.choice(len(X), min(_POINTS, len(X)), replace=False)
     spread = learned.torque.std()
-    kernel = ConstantKernel(1.0) * RBF(np.ones(X.shape[1]), (0.05, 1e3)) + WhiteKernel(0.1, (1e-4, 10.0))
+    # Length scales begin where neighbours are alike: from shorter ones the likelihood leads to noise alone.
+    kernel = ConstantKernel(1.0) * RBF(np.full(X.shape[1], 4.0), (0.05, 1e3)) + WhiteKernel(0.1, (1e-4, 10.0))
     process = GaussianProcessRegressor(kernel, random_state=0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)

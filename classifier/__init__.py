@@ -9,15 +9,25 @@ Read in this order:
                    and the leaving of networks
     conditions     under what records were taken: radius, speed, machine; what a sensor may clip
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
-    evaluate       mean square error [%], misclassified share [%], confusion
+    evaluate       mean square error [%], misclassified share [%], confusion, macro F1, AUROC, reliability
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it
+    tasks/         these parts: probabilities, severities with intervals, novelty
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (python -m classifier.diagnose)
     export/        a model as one ONNX file                                      (python -m classifier.export)
+    results        numbers over several seeds, their means with intervals, their tables
+    compare/       other methods, severities, novelty and robustness, measured   (python -m classifier.compare)
+    groups         what records were measured with and when; data sets without a group
+    leaveout       each sensor, machine or day left out in turn                  (python -m classifier.leaveout)
+    transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
+    style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, diagnosis
-    style          the one style of pictures
+    job            a training as its configuration asks for it
+    runs           trainings as a table, one row each; all runs of a sweep together
+    curves         errors and scores for TensorBoard
+    tune           settings sought by trials                                     (python -m classifier.tune)
     study/         the paper's claims, worked through one by one                 (python -m classifier.study)
     __main__       the training command                                          (python -m classifier)
 

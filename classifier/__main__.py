@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from classifier.conditions import CLIPPED
 from classifier.curves import TENSORBOARD, summary_writer, write_curves
 from classifier.dataset import SUBSETS, load_dataset
 from classifier.job import Job
@@ -67,6 +68,9 @@ def run(config: dict[str, Any]) -> None:
     console = Console()
 
     dataset = load_dataset(path_given("classifier", "data", config["data"]))
+    if (clipped := dataset.conditions.clipped_share) > CLIPPED:
+        share = f"up to {100 * clipped:.3g} % of the samples of a calibration record are clipped"
+        console.print(f"{share}: the model will take records of such a sensor for sound", highlight=False)
     columns = (
         TextColumn("epoch {task.completed}"),
         BarColumn(),

@@ -77,7 +77,14 @@ def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
             )
 
 
-def _check_sensors(table: pa.Table, path: Path) -> None:
+def _check_sensors(records: np.ndarray, table: pa.Table, path: Path) -> None:
+    missing = np.flatnonzero(~np.isfinite(records).all(axis=1))
+    if missing.size:
+        item = table.column("item")[int(missing[0])].as_py()
+        raise SignalError(
+            f"all samples of {path} must be finite, got others in {missing.size} records (item {item} first); "
+            "make the data set again."
+        )
     dead = np.flatnonzero(table.column("constant_share").to_numpy() >= 1.0)
     if dead.size:
         item = table.column("item")[int(dead[0])].as_py()
@@ -91,7 +98,8 @@ def load_dataset(path: str | Path) -> Dataset:
     """Data set from a folder written by `datagen`.
 
     Raises SignalError for a folder that is none, for records that differ in rate, length, quantity or unit,
-    for a machine draw in two subsets, for a record of a dead sensor and for a subset that lacks a class.
+    for a machine draw in two subsets, for a record of a dead sensor or with samples that are not
+    finite, and for a subset that lacks a class.
     """
     folder = Path(path)
     data = read_shards(folder)
@@ -99,7 +107,7 @@ def load_dataset(path: str | Path) -> Dataset:
     classes = table.column("class").to_numpy()
     subsets = np.array(table.column("subset").to_pylist())
     _check_no_leak(table.column("machine_draw").to_numpy(), subsets, folder)
-    _check_sensors(table, folder)
+    _check_sensors(data.records, table, folder)
     names, codes = (np.array(table.column(name).to_pylist()) for name in ("class_name", "code"))
     return Dataset(
         records=data.records,

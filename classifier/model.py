@@ -147,14 +147,18 @@ def load_model(path: str | Path) -> Model:
     data = (folder / MODEL_TENSORS).read_bytes()
     if hashlib.sha256(data).hexdigest() != stated:
         raise _damaged(folder / MODEL_TENSORS, "its SHA-256 is not the one that model.yaml states")
-    with safetensors.safe_open(folder / MODEL_TENSORS, framework="pt") as file:
-        saved_with = (file.metadata() or {}).get("body_sha256")
+    try:
+        with safetensors.safe_open(folder / MODEL_TENSORS, framework="pt") as file:
+            saved_with = (file.metadata() or {}).get("body_sha256")
+    except safetensors.SafetensorError:
+        raise _damaged(folder / MODEL_TENSORS, "it holds no tensors") from None
     if _digest(body) != saved_with:
         raise _damaged(folder / MODEL_YAML, "its contents are not those that were saved with the weights")
 
+    # Whoever writes new digests too can still leave out or misshape what is inside.
     try:
         return _model(body, {name: tensor.numpy() for name, tensor in load_tensors(data).items()})
-    except (KeyError, TypeError, ParameterError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error).rstrip(".")
         raise _damaged(folder / MODEL_YAML, reason) from None
 
@@ -168,6 +172,7 @@ def _model(body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Model:
         ("the number of weights", parameters.size, network.count),
         ("the number of scaled features", scaling.low.size, network.inputs),
         ("the number of mean features", tensors["mean_features"].size, network.inputs),
+        ("the number of bits", len(classes[0]["code"]), network.outputs),
     ):
         if got != wanted:
             raise ParameterError(f"{name} is {got} where the network has {wanted}.")

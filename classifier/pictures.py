@@ -218,5 +218,6 @@ def _turns(ax: Axes, model: Model, report: CaseReport) -> None:
         marker, middle = ("x" if turn.diagnosis.is_novel else "o"), turn.start + turn.duration / 2
         ax.plot(middle, position, marker, color=_colour(position), markersize=5)
     ax.set_yticks(range(len(model.codes.classes)), [f"class {label}" for label in model.codes.classes])
-    ax.set(xlabel="time [s]", ylim=(-0.5, len(model.codes.classes) - 0.5))
+    end = report.turns[-1].start + report.turns[-1].duration
+    ax.set(xlabel="time [s]", xlim=(0.0, end), ylim=(-0.5, len(model.codes.classes) - 0.5))
     ax.set_title("each turn: circle: its class; cross: none of the classes taught; grey: not diagnosed")

@@ -162,6 +162,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     """Misclassified share over the number of records, means with intervals over the seeds."""
     found = {key[:2]: value for key, value in means(rows).items() if key[2] == WRONG}
     places = {row.data: row.x for row in rows}
+    x: list[float] = []
     with style():
         figure = Figure(figsize=(6, 4), layout="constrained")
         ax = figure.subplots()
@@ -174,7 +175,9 @@ def draw(rows: Sequence[Row]) -> Figure:
             ax.plot(x, [v.value for _, v in curve], ".-", color=colour, label=method)
         before = found["0 records", AS_IT_IS].value
         ax.axhline(before, color="0.4", linestyle=":", label=f"{AS_IT_IS}, without a record of this machine")
-        ax.set_xscale("log", base=2)
+        ax.set_xscale("log")
+        ax.set_xticks(x, [f"{place:g}" for place in x], minor=False)
+        ax.minorticks_off()
         ax.set(xlabel="records of the other machine", ylabel=WRONG, ylim=(0, None))
         ax.legend()
     return figure

@@ -88,7 +88,7 @@ def _relaxed(model: Model, place: Point) -> Fit:
         problem = Problem(model, place.hypothesis, caution=caution)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
     problem = Problem(model, place.hypothesis, caution=last)
-    return fit(problem, problem.adopted(place), steps=_LONG)
+    return fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
 
 
 def promising(model: Model, scanner: Scanner) -> list[Start]:
@@ -156,7 +156,7 @@ def base_candidate(model: Model, careful: Point, best: Candidate) -> Candidate:
     fits = [fit(problem, place, steps=_SHORT) for place in places]
     result = min(fits, key=lambda f: f.place.cost)
     if result.place.level(model) < _NEAR * max(1.0, best.level):
-        result = fit(problem, result.place, steps=_LONG, damping=result.damping)
+        result = fit(problem, result.place, steps=_LONG, damping=result.damping, thorough=True)
     return _candidate(model, result.place, result.converged)
 
 

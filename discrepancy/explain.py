@@ -13,7 +13,7 @@ from discrepancy.naming import SLIGHT, Naming, name_effect
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
 
-_SYSTEMATIC, _LEAST = 0.03, 0.15
+_SYSTEMATIC, _LEAST = 0.02, 0.06
 """Largest misfit of a typical window (mean square above the noise), as share of the gap and in units of the noise: an
 effect that only resembles what is missing fails in every window."""
 

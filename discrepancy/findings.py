@@ -2,7 +2,7 @@
 
 Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
 
-    95 % interval = value at z ± 1.96 s √(S⁻¹)_kk,     s² = max(1, mean square residual)
+    95 % interval = value at z ± 1.96 s √(S⁻¹)_kk,     s² = max(1, median mean square of the windows)
 
 s widens them where the model, though it is the best one, does not reach the noise floor.
 """
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.arrow import arrow
 from discrepancy.model import Model, Parameter
 from discrepancy.problem import Point, Problem
 
@@ -160,13 +161,16 @@ class Findings:
 def findings(model: Model, place: Point) -> Findings:
     """Estimates of all parameters at a place reached by a fit."""
     problem = Problem(model, place.hypothesis)
-    samples = float(model.counts.sum())
-    system = problem.equations(place)
+    level = place.squares / model.counts
+    r, by_global, by_local = problem.linearised(place)
+    # at the noise floor a window's weight in the cost is a half, but what it tells is all there
+    system = arrow(r, by_global, by_local, np.minimum(1.0, 2.0 * problem.weights(place.squares)))
+    system = problem.informed(system, place.z)
     free = problem.free(place, system)
     reduced = system.reduced()[0]
     prior = np.diag(problem.precision)
     spread = np.zeros(len(place.z))
-    scale = math.sqrt(max(1.0, float(place.squares.sum()) / samples))
+    scale = math.sqrt(max(1.0, float(np.median(level))))
     spread[free] = scale * np.sqrt(np.maximum(np.diag(np.linalg.pinv(reduced[np.ix_(free, free)])), 0.0))
     estimates = tuple(_estimate(p, z, s) for p, z, s in zip(problem.parameters, place.z, spread, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)

@@ -17,6 +17,9 @@ _REACH = 0.5
 _GAIN = 1.0
 """A smaller fall of the cost, in units of twice a log-likelihood, is none."""
 
+_LAST = 10
+"""Steps that may follow the search of all windows."""
+
 _IDLE = 2
 """Steps without gain that end a fit."""
 
@@ -44,14 +47,17 @@ class Fit:
     reason: str
 
 
-def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2) -> Fit:
+def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, thorough: bool = False) -> Fit:
     """Minimise F from a place, in at most so many steps; steps that win less than `_GAIN` end it.
 
     Every few steps the windows that stand out are searched anew over their whole grid, ever more rarely where that
-    gains nothing.
+    gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
+    does not stand out, and bends play and damping.
     """
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
-    for number in range(1, steps + 1):
+    number, limit = 0, steps
+    while number < limit:
+        number += 1
         problem = exact.eased(place)
         place = problem.adopted(place)
         best, damping = _step(problem, place, problem.equations(place), damping)
@@ -64,9 +70,13 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2) ->
             else:
                 wait *= 2
             place, due = found, number + wait
+        if thorough and (idle >= _IDLE or number == limit):
+            found, thorough, limit = problem.searched(place), False, number + _LAST
+            idle = 0 if place.cost - found.cost > _GAIN else idle
+            place, damping = found, min(damping, 1e-2)
         if idle >= _IDLE:
             return Fit(exact.adopted(place), damping, True, "the cost has settled")
-    return Fit(exact.adopted(place), damping, False, f"the cost still falls after {steps} steps")
+    return Fit(exact.adopted(place), damping, False, f"the cost still falls after {number} steps")
 
 
 def _worst(problem: Problem, place: Point) -> np.ndarray:

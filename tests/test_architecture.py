@@ -23,6 +23,8 @@ EXTRAS = {
     "minari": "indexer_env.minari_export",
     "ray": "datagen.executors.ray",
     "sklearn": "classifier.compare",
+    "onnx": "classifier.export",
+    "optuna": "classifier.tune",
 }
 """What only an extra installs, and the one module or package that imports it."""
 

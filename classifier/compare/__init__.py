@@ -1,0 +1,19 @@
+"""Methods, severities, novelty and robustness side by side, each over several seeds of data and training.
+
+Read in this order:
+
+    recipes     the data sets, as command lines of `datagen`
+    methods/    the paper's network and what it is compared with
+    measure     what is measured of the probabilities that a method gives
+    study       what a study is, and what one seed of it is given
+    trained     a data set as a network on the paper's features sees it
+    baselines   which method names the faults best
+    severity    whether severities are right and their intervals hold, and whether they follow wear
+    novelty     which score refuses a fault or a machine that the training never had
+    robustness  what is left on other machines, operating points and sensors
+    studies     these by their names
+    draw        pictures that several studies share
+    __main__    the command                                                      (python -m classifier.compare)
+
+Only here scikit-learn is needed, which the extra [compare] installs.
+"""

@@ -75,12 +75,12 @@ class Judge:
         seen = Seen.of(dataset)
         network = Mlp(seen.scaled.shape[1], 20, dataset.codes.bits)
         wanted = torch.from_numpy(dataset.codes.targets(dataset.classes))
-        subsets = [
+        calibration, control = (
             Examples(torch.from_numpy(seen.scaled[rows]), wanted[torch.from_numpy(rows)])
             for rows in (dataset.rows("calibration"), dataset.rows("control"))
-        ]
+        )
         start = network.initial(_NETWORKS, torch.Generator().manual_seed(seed))
-        training = TrainGdx().train(network, start, *subsets)
+        training = TrainGdx().train(network, start, calibration, control)
         order = [training.best, *(place for place in range(_NETWORKS) if place != training.best)]
         nothing = np.empty((len(seen.scaled), 0))
         parts = {score: Novelty.fit(dataset, seen.scaled, nothing, seed, score) for score in SCORES}

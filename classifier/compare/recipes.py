@@ -22,7 +22,7 @@ def drawn(count: int, half_width: float = 0.1) -> Recipe:
         "operating_point.load_torque": "{around:0.1}",
     }
     return Recipe(
-        f"drawn-{count}",
+        f"drawn-{count}-{100 * half_width:g}percent",
         (
             "campaign=grid",
             f"campaign.repeats={count}",

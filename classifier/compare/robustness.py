@@ -22,9 +22,9 @@ WRONG = "misclassified [%]"
 
 CHANGES: dict[str, tuple[str, ...]] = {
     "as trained": (),
-    "noise 20 dB": ("sensor.noise_snr_db=20",),
-    "noise 10 dB": ("sensor.noise_snr_db=10",),
-    "noise 0 dB": ("sensor.noise_snr_db=0",),
+    "noise 20 dB": ("sensor.noise_snr_db=20", "sensor.noise_density=0"),
+    "noise 10 dB": ("sensor.noise_snr_db=10", "sensor.noise_density=0"),
+    "noise 0 dB": ("sensor.noise_snr_db=0", "sensor.noise_density=0"),
     "speed -2 %": ("operating_point.motor_speed_rpm=1470", "run.samples=8200"),
     "speed -10 %": ("operating_point.motor_speed_rpm=1350", "run.samples=8200"),
     "load 20 N m": ("operating_point.load_torque=20",),

@@ -13,7 +13,7 @@ import pyarrow as pa
 from pyarrow.csv import write_csv
 
 from classifier.conditions import RecordConditions
-from classifier.diagnose.report import COLUMN, CaseReport, line, lines, summary
+from classifier.diagnose.report import COLUMN, CaseReport, line, lines, summary, summary_lines
 from classifier.diagnose.signals import Asked, Case, cases_of
 from classifier.model import Model, load_model
 from datagen.command import check_flag, hydra_command
@@ -77,16 +77,18 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
         report = _report(model, case)
         if alone and not report.problem:
             print("\n".join(lines(report)))
-        elif not alone and number < _LINES:
-            print(line(report))
+        elif not alone and number <= _LINES:
+            print(line(report) if number < _LINES else "…")
         if folder is not None:
             _write(folder / _stem(report.name, names), model, report, number < pictures)
         reports.append(_without_records(report))
+    if not reports:
+        raise SignalError("diagnose.signal must hold at least one record, got a data set without any; give another.")
     if all(report.problem for report in reports):
         more = f" ({len(reports)} signals, none of which could be diagnosed)" if len(reports) > 1 else ""
         raise SignalError(f"{reports[0].problem.removesuffix('.')}{more}.")
     if not alone:
-        print(json.dumps(summary(reports), ensure_ascii=False))
+        print("\n".join(summary_lines(summary(reports))))
     return reports
 
 

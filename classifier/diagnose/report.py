@@ -98,6 +98,17 @@ def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
     return counts
 
 
+def summary_lines(counts: dict[str, Any]) -> list[str]:
+    """The counts of `summary` in words."""
+    text = [
+        f"{what:<{COLUMN}}{counts[what]}, {counts[f'{what}_not_diagnosed']} not diagnosed"
+        for what in ("signals", "turns")
+    ]
+    if "right_percent" in counts:
+        text.append(f"{'right':<{COLUMN}}{counts['right_percent']:.4g} % of the turns that were diagnosed")
+    return text + [f"{number:>{COLUMN - 2}}  {name}" for name, number in counts["verdicts"].items()]
+
+
 def line(report: CaseReport) -> str:
     """A signal in one line."""
     if report.problem:

@@ -50,15 +50,13 @@ def cases_of(signal: object, asked: Asked) -> Iterator[Case]:
 
     Raises ParameterError where it names nothing, SignalError for a data set that cannot be read.
     """
-    names = signal if isinstance(signal, list) else [signal]
-    if not names:
-        raise refuse("diagnose", "signal", "a file, a list of files, a pattern, a folder or a data set", signal)
+    names: list[Any] = signal if isinstance(signal, list) else [signal]
+    wrong = [name for name in names if not isinstance(name, str) or not name.strip()]
+    if wrong or not names:
+        rule = "a file, a list of files, a pattern, a folder or a data set"
+        remedy = "write signal=./NAME for a name that reads as something else"
+        raise refuse("diagnose", "signal", rule, wrong[0] if wrong else signal, remedy)
     for name in names:
-        if not isinstance(name, str) or not name.strip():
-            remedy = "write signal=./NAME for a name that reads as something else"
-            raise refuse(
-                "diagnose", "signal", "a file, a list of files, a pattern, a folder or a data set", name, remedy
-            )
         if (Path(name) / MANIFEST).is_file():
             yield from _rows(Path(name), asked)
         elif Path(name).is_file():

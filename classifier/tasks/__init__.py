@@ -3,6 +3,7 @@
     spectrum     scaled features -> compressed and whitened ones, on which severities and novelty are judged
     conformal    intervals that hold a stated share of new records
     confidence   probabilities of classes and faults, by a temperature
+    regression   kernel ridge regression in closed form, and its errors on machines left out
     severity     backlash in degrees, crack and looseness, each with its interval
     novelty      whether a record is like those of the training at all
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import fminbound
 from scipy.special import logsumexp
 
 from classifier.codes import CodeBook
@@ -54,7 +54,7 @@ def fit_temperature(logits: np.ndarray, positions: np.ndarray) -> float:
         return float(np.mean(logsumexp(scaled, axis=1) - (wanted * scaled).sum(axis=1)))
 
     low, high = np.log(TEMPERATURES)
-    return float(np.exp(minimize_scalar(cross_entropy, bounds=(low, high), method="bounded").x))
+    return float(np.exp(fminbound(cross_entropy, low, high)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ In reading order, along the data flow:
     resample       a record limited to the band of the wanted rate, to be read at any time
     turns          pulses or a period -> where each turn begins and how long it lasts
     cut            one file -> its turns, or the sentence that refuses it or one of them
+    stream         samples as they come -> turns with their records, for what is diagnosed while it runs
     publish        turns -> shards, rejected.parquet and manifest: all contact with `datagen.store`
     __main__       python -m datagen.ingest
 

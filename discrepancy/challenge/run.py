@@ -88,10 +88,10 @@ def _numbered(order: Order, number: int) -> tuple[int, dict[str, Any]]:
 def _mapped(executor: str, processes: int) -> Map:
     if executor == "ray":
         return RayExecutor("auto").map
-    return map if processes == 1 else partial(_side_by_side, processes)
+    return map if processes == 1 else partial(side_by_side, processes)
 
 
-def _side_by_side(processes: int, task: Callable[[int], Any], numbers: Iterable[int]) -> Generator[Any]:
+def side_by_side(processes: int, task: Callable[[int], Any], numbers: Iterable[int]) -> Generator[Any]:
     """The answers as they come from processes of their own."""
     # spawned: a forked child would share the kernel's threads
     with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:

@@ -62,6 +62,9 @@ class IndexerModel(Model):
         Effects that are not looked for.
     """
 
+    channel = layout.TABLE_ACC
+    """Row of the kernel's workspace that the sensor reads."""
+
     def __init__(
         self,
         machine: Machine,
@@ -240,7 +243,7 @@ class IndexerModel(Model):
         return max(1, math.ceil(1.0 / (float(sample_rates.min()) * _STEP) - 1e-9))
 
     def _run(self, pack: Pack, counts: np.ndarray, sample_rates: np.ndarray) -> np.ndarray:
-        """Advance a pack; accelerations (n, samples), NaN behind a run's end."""
+        """Advance a pack; the channel (n, samples), NaN behind a run's end."""
         prepare_kernel(pack)
         every, n = self._every(sample_rates), len(counts)
         out = np.full((n, 1, self._measured.shape[1]), np.nan)
@@ -248,7 +251,7 @@ class IndexerModel(Model):
         run_kernel((
             pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
             counts.astype(np.int64) * every - 1, 1.0 / (sample_rates * every), np.zeros(n),
-            every, np.array([layout.TABLE_ACC], dtype=np.int64), LARGEST_DEFLECTION, out, status, when,
+            every, np.array([self.channel], dtype=np.int64), LARGEST_DEFLECTION, out, status, when,
         ))  # fmt: skip
         out[status != layout.RUNNING] = np.nan
         return out[:, 0]

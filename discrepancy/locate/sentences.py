@@ -72,7 +72,7 @@ def _stations(cells: list[Cell], excess: np.ndarray) -> str:
             f"It changes over the table turn: largest at station {strong.label} ({strong.level:.1f} times the noise), "
             f"smallest at station {weak.label} ({weak.level:.1f})."
         )
-    strong = [cells[int(k)] for k in np.argsort(-excess) if excess[k] > _HALF * top or excess[k] > _UNEVEN * middle]
+    strong = [cells[int(k)] for k in np.argsort(-excess) if excess[k] > _HALF * top]
     names = _and([cell.label for cell in strong[:3]])
     return (
         f"It is locked to table turns, largest at station {names}: {strong[0].level:.1f} times the noise, where the "

@@ -16,7 +16,7 @@ from discrepancy.indexer import Experiment
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
-from indexer_env.errors import SignalError
+from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -29,8 +29,9 @@ SPEED_TOLERANCE = 0.02
 """Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
 this much."""
 
-_ANGLE_SLACK = 5e-3
-"""Cam angle [rad] that a stated speed may be off by over the whole record: the fit finds that by itself."""
+_ANGLE_SLACK, _ANGLE_SPREAD = 0.05, 0.02
+"""Cam angle [rad] over the record that a stated speed may be off by before it is put right: imbalance makes the phase
+of the turns waver by up to 0.015; and the standard deviation that is left to the fit."""
 
 _ANGLE_TOLERANCE = 0.15
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
@@ -38,8 +39,9 @@ _ANGLE_TOLERANCE = 0.15
 _BY_COMPARISON = 0.01
 """Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
 
-_LIKENESS = 0.95
-"""Likeness below which a record is not of this machine; hidden effects leave it above 0.99."""
+_LIKENESS = 0.98
+"""Likeness below which a record is not of this machine; hidden effects leave it above 0.997, the
+law next to modified sine, cycloidal, makes it 0.96."""
 
 _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
@@ -80,7 +82,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
     ------
     SignalError
         A record at another speed, angle or level than stated, or of another machine.
-    ParameterError, SimulationError
+    ParameterError
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
@@ -122,7 +124,14 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     elif abs(speed / stated.motor_speed - 1.0) > SPEED_TOLERANCE:
         raise _wrong_speed(record, speed, "by the pulses")
     point = OperatingPoint(speed, stated.load_torque)
-    nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
+    try:
+        nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
+    except (ParameterError, SimulationError) as error:
+        # What follows the semicolon is a remedy for those who simulate.
+        why = str(error).partition(";")[0].rstrip(".")
+        raise ParameterError(
+            f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
+        ) from None
     match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
     _check_likeness(record, match, sensor)
     if record.pulses is None or len(record.pulses) < 2:
@@ -146,7 +155,9 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
     point = OperatingPoint(speed, stated.load_torque, start)
     turned = machine.reduction * speed * signal.duration
-    speed_known_to = stated.speed_uncertainty or max(known_to, _ANGLE_SLACK) / turned
+    by_pulses = record.pulses is not None and len(record.pulses) > 1
+    spread = math.sqrt(2.0) * known_to if by_pulses else _ANGLE_SPREAD
+    speed_known_to = stated.speed_uncertainty or spread / turned
     return Experiment(named, point, stated.noise, known_to, speed_known_to), notes
 
 

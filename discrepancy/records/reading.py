@@ -63,7 +63,7 @@ def read_records(
     """
     paths, root = _paths(measured)
     table = table or table_beside(paths)
-    paths = [path for path in paths if path.name not in TABLES and (table is None or path != table)]
+    paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
     names = [path.relative_to(root).as_posix() for path in paths]
@@ -88,6 +88,8 @@ def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
     for path in paths:
         if not path.is_file():
             raise refuse("discrepancy", "measured", "files that exist", str(path), "check the path")
+        if paths.count(path) > 1:
+            raise refuse("discrepancy", "measured", "different files", str(path), "it is there twice; leave one out")
     return paths, common_folder(paths)
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from importlib.metadata import version
 from typing import Any
 
+from datagen.versions import versions_of
 from discrepancy.chain import Outcome
 from discrepancy.findings import Estimate, FoundEffect
 from discrepancy.gap import Gap, Share
@@ -45,7 +45,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
         "notes": list(outcome.subject.notes),
         "records": {"fitted": _names(outcome, held=False), "held_out": _names(outcome, held=True)},
         "seed": outcome.seed,
-        "version": version(_DISTRIBUTION),
+        "version": versions_of([_DISTRIBUTION])[_DISTRIBUTION],
     }
     return _finite(whole)
 

@@ -112,7 +112,7 @@ def _map(ax: Axes, picture: Map, norm: LogNorm):
     up, across = np.nonzero(picture.significant)
     ax.plot(across + 0.5, up, ".", color="black", markersize=2.5)
     every = max(1, columns // 6)
-    ax.set_xticks(np.arange(0, columns, every), [_tick(label) for label in picture.across.labels[::every]])
+    ax.set_xticks(np.arange(0, columns, every) + 0.5, [_tick(label) for label in picture.across.labels[::every]])
     ax.set_yticks(np.arange(rows), picture.upwards.labels)
     ax.set_xlabel(_titled(picture.across.name, picture.across.labels))
     return mesh

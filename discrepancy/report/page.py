@@ -8,6 +8,8 @@ from typing import Any
 import jinja2
 
 from discrepancy.chain import Outcome
+from discrepancy.findings import Ranked
+from discrepancy.model import NONE
 from discrepancy.next_measurement import ENOUGH
 from discrepancy.report.figures import figures
 from discrepancy.report.words import percent, percents, ranged
@@ -51,21 +53,25 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
     )
 
 
-def _ranking(outcome: Outcome) -> list[tuple[Any, str]]:
+def _ranking(outcome: Outcome) -> list[tuple[Ranked, str]]:
     """Each hypothesis compared in the last round, with why it won or was ruled out."""
-    rows = outcome.answer.ranking
-    named = set(outcome.answer.rounds[-1].names) if outcome.effects else set()
-    best = rows[0].score
-    found = []
-    for row in rows:
-        if row.name in named:
-            why = "explains the records best" if row.score == best else "explains them as well"
-        elif row.score == best:
-            why = f"comes nearest, but {outcome.answer.reason}" if outcome.answer.verdict != "none" else "is enough"
-        else:
-            why = f"ruled out: {row.score - best:.0f} worse in twice the log-likelihood, its parameters paid for"
-        found.append((row, why))
-    return found
+    return [(row, _why(row, outcome)) for row in outcome.answer.ranking]
+
+
+def _why(row: Ranked, outcome: Outcome) -> str:
+    answer = outcome.answer
+    best = answer.ranking[0].score
+    if outcome.effects and row.name in answer.rounds[-1].names:
+        return "explains the records best" if row.score == best else "explains them as well"
+    if answer.verdict == "none":
+        of_none = next(one.score for one in answer.ranking if one.name == NONE.name)
+        if row.name == NONE.name:
+            return "is enough"
+        if row.score < of_none:
+            return f"gains {of_none - row.score:.0f} in twice the log-likelihood, too little for a name"
+    elif row.score == best:
+        return f"comes nearest, but {answer.reason}"
+    return f"ruled out: {row.score - best:.0f} worse in twice the log-likelihood, its parameters paid for"
 
 
 def _screened(outcome: Outcome) -> list[str]:

@@ -73,8 +73,8 @@ def _it(effects: tuple[FoundEffect, ...]) -> str:
 def _remedy(outcome: Outcome) -> str:
     best = outcome.next[0] if outcome.next else None
     if best is None or best.separation < ENOUGH:
-        return "no measurement that was imagined would"
-    return f"a record at {best.measurement} would"
+        return "nor would any further record that was imagined"
+    return f"one more record would: {best.measurement}"
 
 
 def _and(words: list[str]) -> str:

@@ -3,5 +3,7 @@
 In reading order:
     base     Subject, and View: a model's records laid out for tests and pictures
     indexer  the cam indexing machine, from measured files and a machine YAML
+    imagined what could be measured of that machine next
+    from_config  that machine from the command's configuration
     emps     the measured drive
 """

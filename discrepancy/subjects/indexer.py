@@ -8,17 +8,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from discrepancy.indexer import Experiment, IndexerModel, extended_machine, machine_yaml
+from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model
 from discrepancy.problem import Point
 from discrepancy.records.experiments import Experiments
-from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned, in_turn
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned
+from discrepancy.subjects.imagined import imagined
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
-from indexer_env.signal import Signal
 
 _TURN = 2.0 * math.pi
 _RPM = _TURN / 60.0
@@ -31,12 +31,6 @@ _MAINS = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 
 _ORDERS = {"table": (1, 2, 3), "cam": (1, 2, 3, 4, 6, 8), "motor shaft": (1, 2, 3, 4)}
 """Orders looked at of each shaft."""
-
-_SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
-"""Measurements imagined: motor speed over the highest measured, load added [N m], length [table turns]."""
-
-_IMAGINED_NOISE = 100.0
-"""Noise of imagined records over the real one: `IndexerModel` bounds residuals, which here are whole records."""
 
 
 class IndexerSubject(Subject):
@@ -146,24 +140,7 @@ class IndexerSubject(Subject):
         return EFFECTS[effect].sentence
 
     def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
-        first = self.model.experiments[0]
-        speeds = [e.operating_point.motor_speed for e in self.model.experiments]
-        load, found = first.operating_point.load_torque, []
-        for turns in _TURNS:
-            for share in _SPEEDS:
-                for extra in _LOADS:
-                    point = OperatingPoint(share * max(speeds), load + extra)
-                    experiment = self._imagined(point, turns, first)
-                    model = IndexerModel(self.machine, [experiment], self.sensor, self.uncertainty)
-                    words = f"{point.motor_speed / _RPM:.0f} rpm, {point.load_torque:g} N m, "
-                    words += f"{turns} turn{'s' if turns > 1 else ''} of the table"
-                    found.append(Measurement(words, in_turn(model, effects), _IMAGINED_NOISE))
-        return tuple(found)
-
-    def _imagined(self, point: OperatingPoint, turns: int, like: Experiment) -> Experiment:
-        samples = int(turns * self.machine.turn_duration(point) * like.signal.sample_rate)
-        signal = Signal(np.zeros(samples), like.signal.sample_rate, unit=like.signal.unit)
-        return Experiment(signal, point, _IMAGINED_NOISE * like.noise_level)
+        return imagined(self.model, effects)
 
 
 def _plain(sensor: Sensor) -> dict[str, object]:

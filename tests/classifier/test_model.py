@@ -1,8 +1,12 @@
 import dataclasses
+import hashlib
+import json
 
 import numpy as np
 import pytest
+import safetensors.torch
 import torch
+import yaml
 
 from classifier.model import MODEL_TENSORS, MODEL_YAML, ModelFileError, load_model, save_model
 
@@ -81,4 +85,48 @@ def test_a_truncated_or_edited_file_is_refused_in_one_sentence(folder, name, cha
 def test_a_missing_file_is_refused(folder, name):
     (folder / name).unlink()
     with pytest.raises(ModelFileError, match=f"folder that holds {name}"):
+        load_model(folder)
+
+
+def sealed(folder, change):
+    """Change what is inside and write both digests anew, as a careful hand would."""
+    body = yaml.safe_load((folder / MODEL_YAML).read_text())
+    del body["tensors_sha256"]
+    tensors = safetensors.torch.load_file(folder / MODEL_TENSORS)
+    change(body, tensors)
+    digest = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
+    data = safetensors.torch.save(tensors, metadata={"body_sha256": digest})
+    (folder / MODEL_TENSORS).write_bytes(data)
+    body["tensors_sha256"] = hashlib.sha256(data).hexdigest()
+    (folder / MODEL_YAML).write_text(yaml.safe_dump(body))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda body, tensors: body.pop("record"), "it lacks 'record'"),
+        (lambda body, tensors: tensors.pop("w2"), "it lacks 'w2'"),
+        (lambda body, tensors: tensors.update(w1=tensors["w1"][:, :3].contiguous()), "the number of weights is"),
+        (lambda body, tensors: tensors.update({"scaling.low": torch.zeros(3)}), "as long as high"),
+        (lambda body, tensors: body["network"].update(hidden=-1), "hidden must be a whole number"),
+        (lambda body, tensors: [entry.update(code=entry["code"] + "1") for entry in body["classes"]], "number of bits"),
+        (lambda body, tensors: body.update(conditions=None), "model.yaml must be as it was written"),
+        (lambda body, tensors: body["parts"].append({"kind": "guess"}), r"parts\.kind must be one of"),
+    ],
+)
+def test_a_model_that_was_sealed_anew_is_refused_where_it_does_not_hold_together(folder, change, words):
+    sealed(folder, lambda body, tensors: None)
+    assert load_model(folder).samples == 400
+    sealed(folder, change)
+    with pytest.raises(ModelFileError, match=words) as caught:
+        load_model(folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_weights_that_are_none_are_refused(folder):
+    (folder / MODEL_TENSORS).write_bytes(b"no tensors")
+    body = yaml.safe_load((folder / MODEL_YAML).read_text())
+    body["tensors_sha256"] = hashlib.sha256(b"no tensors").hexdigest()
+    (folder / MODEL_YAML).write_text(yaml.safe_dump(body))
+    with pytest.raises(ModelFileError, match="it holds no tensors"):
         load_model(folder)

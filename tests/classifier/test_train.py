@@ -135,6 +135,7 @@ def test_a_subset_without_a_class_is_refused(dataset):
     [
         ({"unit": "m/s^2"}, "unit must be the same for all records"),
         ({"sample_rate": 100.0}, "sample_rate must be the same for all records"),
+        ({"constant_share": 1.0}, r"must vary, got one value throughout in 1 of them \(item 71 first\)"),
         ({"machine_draw": 0}, "machine draw 0 .* got calibration and validation"),
     ],
 )
@@ -146,3 +147,11 @@ def test_a_data_set_with_one_odd_row_is_refused(dataset, write_dataset, tmp_path
 def test_a_folder_without_a_data_set_is_refused(tmp_path):
     with pytest.raises(SignalError, match="is no folder that holds a data set"):
         load_dataset(tmp_path)
+
+
+def test_a_data_set_with_missing_samples_is_refused(dataset, write_dataset, tmp_path):
+    records = dataset.records.copy()
+    records[5, 7] = np.nan
+    folder = write_dataset(dataclasses.replace(dataset, records=records), tmp_path / "set")
+    with pytest.raises(SignalError, match=r"must be finite, got others in 1 records \(item 5 first\)"):
+        load_dataset(folder)

@@ -38,9 +38,9 @@ def run(monkeypatch, capsys):
 
 
 def drive(path: Path) -> Path:
-    """A data set in the form of EMPS: 20 s of two cycles, 95 kg, 200 N s/m, 20 N; seed 4."""
-    time = np.arange(20000) * 1e-3
-    position = 0.1 * np.sin(2.0 * np.pi * 0.2 * time) + 0.02 * np.sin(2.0 * np.pi * 0.7 * time)
+    """A data set in the form of EMPS: 10 s of two cycles, 95 kg, 200 N s/m, 20 N; seed 4."""
+    time = np.arange(10000) * 1e-3
+    position = 0.1 * np.sin(2.0 * np.pi * 0.2 * time) + 0.02 * np.sin(2.0 * np.pi * 0.6 * time)
     rate = np.gradient(position, 1e-3)
     force = 95.0 * np.gradient(rate, 1e-3) + 200.0 * rate + 20.0 * rate / np.hypot(rate, 1e-3)
     noise = 0.3 * np.random.default_rng(4).standard_normal(len(time))
@@ -91,6 +91,12 @@ def test_a_file_with_a_hole_is_refused_with_its_place(run, tmp_path: Path) -> No
     assert code == 2 and "run.csv" in err and "nan" in err.lower(), err
     code, _, err = run(f"measured={tmp_path}", f"out={tmp_path / 'out'}")
     assert code == 2 and "lacks motor_speed, load_torque" in err, err
+
+
+def test_a_file_given_twice_is_refused(run, tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("time [s],acc [rad/s^2]\n0,1\n")
+    code, _, err = run(f"measured=[{tmp_path}/run.csv,{tmp_path}/run.csv]", f"out={tmp_path / 'out'}")
+    assert code == 2 and "must be different files" in err, err
 
 
 @pytest.mark.slow

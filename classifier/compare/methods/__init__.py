@@ -4,6 +4,7 @@
     mlp         the paper's network on PSD features, linear or logarithmic
     logistic    logistic regression on the same features (scikit-learn)
     boosting    gradient-boosted trees on the same features (scikit-learn)
+    decimate    records at a lower rate, for the next two
     kernels     MiniRocket's random convolutions of the record, judged by logistic regression
     cnn         a one-dimensional convolutional network on the record
 

@@ -41,7 +41,7 @@ class Boosting(Method):
         features = ScaledFeatures.fit(self.features, dataset)
         trees = HistGradientBoostingClassifier(
             max_iter=self.iterations,
-            early_stopping=True,
+            early_stopping=True,  # pyright: ignore[reportArgumentType]  (taken for a text from its default "auto")
             n_iter_no_change=self.patience,
             random_state=seed,
         )

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from discrepancy.records.experiments import experiments
-from indexer_env import OperatingPoint, Run, Sensor, load_machine, simulate
-from indexer_env.errors import IndexerError, SignalError
+from indexer_env import OperatingPoint, Run, Sensor, load_machine, motion_law, simulate
+from indexer_env.errors import ParameterError, SignalError
 
 RPM = 2.0 * math.pi / 60.0
 
@@ -66,7 +66,9 @@ def test_a_wrong_unit_is_refused_with_the_likely_one(record, nominal, values, fa
 
 
 def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
-    assert "state sensor_radius" in refusal([record(0.4 * values, unit="m/s^2")], nominal)
+    tangential = record(0.4 * values, unit="m/s^2")
+    assert "state sensor_radius" in refusal([tangential], nominal)
+    assert len(experiments([tangential], nominal, Sensor(radius=0.4)).fitted) == 1
 
 
 def test_a_wrong_start_angle_is_refused(record, nominal) -> None:
@@ -80,7 +82,7 @@ def test_noise_alone_is_no_record_of_a_machine(record, nominal) -> None:
     assert "must repeat with the cam" in said
 
 
-@pytest.mark.parametrize("change", [{"motion_share": 0.75}, {"stations": 4}])
+@pytest.mark.parametrize("change", [{"motion_share": 0.6}, {"stations": 4}, {"motion_law": motion_law("cycloidal")}])
 def test_a_record_of_another_machine_is_refused(record, nominal, change: dict) -> None:
     other = dataclasses.replace(nominal, **change)
     samples = simulate(other, OperatingPoint(start_angle=1.3), Run(samples=18000)).table_acceleration
@@ -124,5 +126,5 @@ def test_pulses_give_speed_and_start(record, nominal) -> None:
 def test_a_machine_that_cannot_run_is_refused(record) -> None:
     nominal = load_machine("reference")
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
-    with pytest.raises(IndexerError, match="step"):
+    with pytest.raises(ParameterError, match=r"must run at the conditions of run\.csv, but .*; correct its parameters"):
         experiments([record()], dataclasses.replace(nominal, output_joint=stiff), Sensor())

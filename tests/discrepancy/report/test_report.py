@@ -1,5 +1,6 @@
 """The report of a drive with hidden friction: every key, a page without the network, a machine with what was found."""
 
+import dataclasses
 import json
 import re
 from html.parser import HTMLParser
@@ -19,9 +20,9 @@ KEYS = {"verdict", "effects", "ranking", "gap", "where", "calibration", "seed", 
 
 
 def drives(friction: float) -> EmpsSubject:
-    """Seed 2: two motions of 12 s at 1 kHz, 95 kg, 200 N s/m known, dry friction, 0.3 N of noise."""
+    """Seed 2: two motions of 7 s at 1 kHz, 95 kg, 200 N s/m known, dry friction, 0.3 N of noise."""
     rng = np.random.default_rng(2)
-    time = np.arange(12000) * 1e-3
+    time = np.arange(7000) * 1e-3
     made = []
     for shift in (0.0, 0.7):
         position = 0.1 * np.sin(1.3 * time + shift) + 0.03 * np.sin(4.1 * time)
@@ -101,8 +102,21 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     report = json.loads(files["report.json"])
     assert (report["verdict"], report["effects"], report["where"]) == ("none", [], [])
     assert headline(outcome).startswith("Nothing is missing")
+    assert "is enough" in re.search(r"<b>none</b>.*?</tr>", files["report.html"], flags=re.DOTALL)[0]  # type: ignore[index]
     assert report["gap"]["closed_share"] is None and "no gap to close" in files["report.html"]
     assert "friction.coulomb" not in yaml.safe_load(files["machine.yaml"])["effects"]
+
+
+@pytest.mark.parametrize("verdict", ["unexplained", "not_converged"])
+def test_a_refusal_adds_nothing(outcome: Outcome, verdict: str) -> None:
+    answer = dataclasses.replace(outcome.answer, verdict=verdict, reason="nothing fits")
+    refused = dataclasses.replace(
+        outcome, answer=answer, effects=(), after=outcome.before, where_after=outcome.where, next=()
+    )
+    files = report_files(refused)
+    assert json.loads(files["report.json"])["effects"] == []
+    assert "nothing fits" in headline(refused) and "What was found" not in files["report.html"]
+    assert yaml.safe_load(files["machine.yaml"])["effects"].keys() == {"friction.viscous"}
 
 
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:

@@ -1,0 +1,78 @@
+"""Measurements of an indexing machine that could be made next: other speeds, loads and lengths, and one sensor more."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from discrepancy.indexer import Experiment, IndexerModel
+from discrepancy.model import Hypothesis
+from discrepancy.subjects.base import Measurement
+from indexer_env.kernels import layout
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.run import Run
+from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
+from indexer_env.simulate import simulate
+
+_RPM = 2.0 * math.pi / 60.0
+_SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
+"""Motor speed over the highest measured, load added [N m], length [table turns]."""
+
+_TORQUE_NOISE = 0.02
+"""Noise of a torque sensor on the cam shaft over the spread of its torque: strain gauges through telemetry."""
+
+_RAISED = 100.0
+"""Noise of imagined records over the real one: `IndexerModel` bounds residuals, which here are whole records."""
+
+
+class ShaftTorqueModel(IndexerModel):
+    """The same machine, its sensor a torque meter on the cam shaft: it reads M1 [N m]."""
+
+    channel = layout.TORQUE_1
+
+    def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        return acceleration
+
+
+def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
+    """Measurements with the sensor there is, then with a torque sensor at the highest speed measured.
+
+    Parameters
+    ----------
+    model : IndexerModel
+        With the records there are.
+    effects : tuple of Hypothesis
+        That the machine is extended by.
+    """
+    first = model.experiments[0]
+    fastest = max(e.operating_point.motor_speed for e in model.experiments)
+    load, rate = first.operating_point.load_torque, first.signal.sample_rate
+    found = []
+    for turns in _TURNS:
+        for share in _SPEEDS:
+            for extra in _LOADS:
+                point = OperatingPoint(share * fastest, load + extra)
+                experiment = _empty(model.machine, point, turns, rate, first.signal.unit, first.noise_level)
+                other = IndexerModel(model.machine, [experiment], model.sensor, model.uncertainty, effects)
+                found.append(Measurement(_words(point, turns), other, _RAISED))
+    for extra in _LOADS:
+        point = OperatingPoint(fastest, load + extra)
+        torque = simulate(model.machine, point, Run(rate, channels=("torque_1",))).channels["torque_1"]
+        experiment = _empty(model.machine, point, 1, rate, "rad/s^2", _TORQUE_NOISE * float(torque.std()))
+        other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty, effects)
+        found.append(Measurement(f"{_words(point, 1)} with a torque sensor on the cam shaft", other, _RAISED))
+    return tuple(found)
+
+
+def _words(point: OperatingPoint, turns: int) -> str:
+    length = f"{turns} turn{'s' if turns > 1 else ''} of the table"
+    return f"{point.motor_speed / _RPM:.0f} rpm, {point.load_torque:g} N m, {length}"
+
+
+def _empty(machine: Machine, point: OperatingPoint, turns: int, rate: float, unit: str, noise: float) -> Experiment:
+    """A record of zeros: residuals against it are what a model predicts."""
+    zeros = np.zeros(int(turns * machine.turn_duration(point) * rate))
+    return Experiment(Signal(zeros, rate, unit=unit), point, _RAISED * noise)

@@ -1,0 +1,90 @@
+"""Groups are left out whole, and what cannot be left out is said."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from classifier.groups import groups_of, part
+from classifier.leaveout import ALL, KNOWN, NEW, draw, judge, overall, splits
+from classifier.train import train
+from indexer_env.errors import ParameterError, SignalError
+
+MACHINES = np.array(["M1", "M2", "M3"])
+
+
+@pytest.fixture(scope="module")
+def grouped(dataset):
+    """The first half of the records of each subset is split among two machines, the rest is of a third."""
+    machines = MACHINES[np.minimum(np.arange(len(dataset.classes)) % 24 // 6, 2)]
+    table = pa.table({"groups": [json.dumps({"machine": machine}) for machine in machines], "class": dataset.classes})
+    return dataclasses.replace(dataset, table=table), machines
+
+
+def test_groups_come_from_the_labels_or_from_a_column(grouped):
+    dataset, machines = grouped
+    assert np.array_equal(groups_of(dataset, "machine"), machines)
+    assert set(groups_of(dataset, "class")) == {"1", "2", "3"}
+
+
+def test_an_unknown_group_is_answered_with_the_nearest(grouped):
+    with pytest.raises(ParameterError, match="did you mean 'machine'"):
+        groups_of(grouped[0], "machin")
+
+
+def test_a_record_without_its_group_is_refused(grouped):
+    dataset, _ = grouped
+    texts = dataset.table.column("groups").to_pylist()
+    texts[5] = "{}"
+    table = pa.table({"groups": texts})
+    with pytest.raises(SignalError, match="got none for record 5"):
+        groups_of(dataclasses.replace(dataset, table=table), "machine")
+
+
+def test_what_is_left_out_is_in_no_subset_of_the_rest(grouped):
+    dataset, machines = grouped
+    found, without = splits(dataset, machines)
+    assert [split.group for split in found] == list(MACHINES) and not without
+    for split in found:
+        assert len(split.records) == (machines == split.group).sum()
+        assert len(split.rest.records) == (machines != split.group).sum()
+        assert split.rest.table.num_rows == len(split.rest.records)
+
+
+def test_a_group_that_alone_has_a_class_is_not_left_out(grouped):
+    dataset, machines = grouped
+    by_class = np.where(dataset.classes == 3, "only one with class 3", machines)
+    found, without = splits(dataset, by_class)
+    # Without it two classes are left, and none of its own records can be judged.
+    assert list(without) == ["only one with class 3"]
+    assert "no other group has its classes" in without["only one with class 3"]
+    assert len(found) == 3
+
+
+def test_one_group_alone_is_refused(grouped):
+    dataset, machines = grouped
+    with pytest.raises(SignalError, match="two groups"):
+        splits(dataset, np.full(len(machines), "M1"))
+
+
+def test_known_and_left_out_groups_are_judged_and_drawn(grouped, features, trainer):
+    dataset, machines = grouped
+
+    def learn(rest, seed):
+        return train(rest, features, trainer, hidden=6, seed=seed, restarts=2, parts=())
+
+    rows = [row for split in splits(dataset, machines)[0] for row in judge(split, learn, 0)]
+    assert {row.method for row in rows} == {KNOWN, NEW}
+    wrong = [row.value for row in rows if row.metric == "misclassified [%]" and row.method == NEW]
+    means = [row for row in overall(rows) if row.metric == "misclassified [%]" and row.method == NEW]
+    assert [row.data for row in means] == [ALL] and means[0].value == pytest.approx(np.mean(wrong))
+    assert len(draw(rows + overall(rows)).axes) == 1
+
+
+def test_a_part_keeps_the_classes_that_are_left(grouped):
+    dataset, _ = grouped
+    found = part(dataset, dataset.classes != 2)
+    assert found.codes.classes == (1, 3)
+    assert found.codes.codes == (dataset.codes.codes[0], dataset.codes.codes[2])

@@ -1,0 +1,70 @@
+"""A model goes on learning on records of another machine."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from classifier.codes import CodeBook
+from classifier.model import load_model, save_model
+from classifier.trainers.traingdx import TrainGdx
+from classifier.transfer import ANEW, AS_IT_IS, FINE_TUNED, Learner, draw, fitted_to, in_turns
+from indexer_env.errors import SignalError
+
+
+@pytest.fixture(scope="module")
+def other(dataset):
+    """The same tones under other labels and codes, from a machine that hums at 24 Hz."""
+    time = np.arange(dataset.records.shape[1]) / dataset.sample_rate
+    humming = (dataset.records + 6 * np.sin(2 * np.pi * 24 * time)).astype(np.float32)
+    codes = CodeBook((7, 8, 9), tuple(reversed(dataset.codes.names)), ("100", "010", "001"))
+    return dataclasses.replace(dataset, records=humming, classes=10 - dataset.classes, codes=codes)
+
+
+@pytest.fixture(scope="module")
+def learner(result, other):
+    return Learner.of(result.model, fitted_to(result.model, other), TrainGdx(epochs=200))
+
+
+def test_classes_are_matched_by_their_names(result, dataset, other):
+    fitted = fitted_to(result.model, other)
+    assert np.array_equal(fitted.classes, dataset.classes)
+    assert fitted.codes == result.model.codes
+
+
+def test_another_rate_unit_or_class_is_refused(result, other):
+    for changes, said in (({"sample_rate": 100.0}, "rate"), ({"unit": "m/s^2"}, "unit")):
+        with pytest.raises(SignalError, match=said):
+            fitted_to(result.model, dataclasses.replace(other, **changes))
+    named = dataclasses.replace(other.codes, names=("rings at 10 Hz", "rings at 20 Hz", "squeals"))
+    with pytest.raises(SignalError, match="squeals"):
+        fitted_to(result.model, dataclasses.replace(other, codes=named))
+
+
+def test_few_records_hold_every_class(dataset):
+    rows = in_turns(dataset, np.random.default_rng(0).permutation(72))
+    assert sorted(rows) == list(range(72))
+    for count in (3, 6, 9):
+        assert np.bincount(dataset.classes[rows[:count]])[1:].tolist() == [count // 3] * 3
+
+
+def test_a_curve_has_every_count_and_learning_helps(learner):
+    rows = learner.curve([3, 18], seed=0, restarts=2)
+    assert {(row.method, row.x) for row in rows} == {
+        (AS_IT_IS, 0.0),
+        *((m, n) for m in (FINE_TUNED, ANEW) for n in (3, 18)),
+    }
+    wrong = {(row.method, row.x): row.value for row in rows if row.metric == "misclassified [%]"}
+    assert wrong[FINE_TUNED, 18] <= 10 < wrong[AS_IT_IS, 0]
+    assert len(draw(rows).axes) == 1
+
+
+def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path):
+    model = learner.tuned(0)
+    save_model(model, tmp_path)
+    again = load_model(tmp_path)
+    records = learner.dataset.records[learner.dataset.rows("validation")]
+    assert np.array_equal(again.outputs(records), model.outputs(records))
+    assert again.provenance["fine_tuned_on"] == learner.dataset.provenance
+    assert again.metrics["validation"]["misclassified_percent"] < 10
+    assert "confidence" in {part.kind for part in again.parts}

@@ -1,0 +1,69 @@
+"""A challenge is resumed case by case, and its short version gives the right answers."""
+
+import json
+
+import pyarrow.parquet
+import pytest
+
+from discrepancy.challenge import run
+from discrepancy.challenge.case import solve_case
+from discrepancy.challenge.draw import HIDDEN, Order
+from indexer_env.errors import ParameterError
+
+
+def answered(order: Order, number: int) -> dict:
+    """A case as it would come out, without the search."""
+    hidden = [{"name": "friction.viscous"}] if order.kind == "single" else []
+    return {
+        "case": number, "kind": order.kind, "play": order.play, "hidden": hidden, "verdict": "none", "names": [],
+        "outcome": "right", "gap": 1.0, "closed_share": None, "cpu_s": 1.0, "wall_s": 1.0, "truth_s": 1.0,
+        "intervals": [], "found": [],
+    }  # fmt: skip
+
+
+def test_only_cases_without_a_file_are_solved(tmp_path, monkeypatch) -> None:
+    solved = []
+
+    def solve(order: Order, number: int) -> dict:
+        solved.append(number)
+        return answered(order, number)
+
+    monkeypatch.setattr(run, "solve_case", solve)
+    run.run_challenge(Order(2, 5, "none"), tmp_path)
+    table = run.run_challenge(Order(4, 5, "none"), tmp_path)
+    assert solved == [0, 1, 2, 3]
+    assert "| none | healthy | all | 4 | 4 (100 %) |" in table
+    assert (tmp_path / "table.md").read_text() == table
+    assert pyarrow.parquet.read_table(tmp_path / "cases.parquet").num_rows == 4
+    assert len(list((tmp_path / "cases").glob("*.json"))) == 4
+    assert json.loads(next(iter((tmp_path / "cases").glob("*0003.json"))).read_text())["case"] == 3
+
+
+def test_other_sizes_are_other_cases(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "solve_case", answered)
+    run.run_challenge(Order(1, 5, gap=(1.0, 3.0)), tmp_path)
+    run.run_challenge(Order(1, 5, gap=(3.0, 10.0)), tmp_path)
+    assert len(list((tmp_path / "cases").glob("*.json"))) == 2
+
+
+def test_a_number_of_processes_for_a_cluster_is_refused(tmp_path) -> None:
+    with pytest.raises(ParameterError, match=r"challenge\.processes must be 1 with executor=ray, got 4"):
+        run.run_challenge(Order(1, 5), tmp_path, "ray", 4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"), [("none", 0), ("single", list(HIDDEN).index("sensor.gain"))], ids=["none", "sensor.gain"]
+)
+def test_short_challenge(kind: str, number: int) -> None:
+    """Seed 3, 0.7 table turns a record, a gap of about 5: records through files, searched, scored, with intervals."""
+    case = solve_case(Order(30, 3, kind, gap=(5.0, 5.0), turns=0.7), number)
+    assert case["outcome"] == "right", case["reason"]
+    if kind == "single":
+        (name, truth, value, low, high), *_ = case["intervals"]
+        assert name == "sensor.gain.error"
+        assert value == pytest.approx(truth, rel=0.2)
+        assert low < value < high
+
+
+def test_processes_give_every_answer() -> None:
+    assert sorted(run.side_by_side(2, abs, [-3, -2, -1])) == [1, 2, 3]

@@ -1,0 +1,56 @@
+"""Files and their table become records, however they are named."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from datagen.ingest.settings import Pulse
+from discrepancy.records.reading import Record, read_records
+from indexer_env.errors import ParameterError, SignalError
+
+KNOWN = {"motor_speed_rpm": 1500.0, "load_torque": 2.0}
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    """Two records of 2 s at 100 Hz, the pulse high from 0.5 s and from 1.5 s on for 0.1 s; and a table."""
+    time = np.arange(200) / 100.0
+    pulse = ((time % 1.0 >= 0.5) & (time % 1.0 < 0.6)).astype(float)
+    for name in ("a.csv", "b.csv"):
+        columns = np.column_stack([time, np.sin(9.0 * time), pulse])
+        header = "time [s],acc [rad/s^2],pulse"
+        np.savetxt(tmp_path / name, columns, delimiter=",", header=header, comments="", fmt="%.6f")
+    (tmp_path / "records.csv").write_text("file,motor_speed_rpm,load_torque\na.csv,1500,2\nb.csv,1200,5\n")
+    return tmp_path
+
+
+def loads(records: list[Record]) -> dict[str, float]:
+    return {record.name: record.conditions.load_torque for record in records}
+
+
+def test_a_folder_a_pattern_and_a_list_name_the_same(bench: Path) -> None:
+    named = str(bench), f"{bench}/*.csv", [f"{bench}/b.csv", f"{bench}/a.csv"]
+    found = [loads(read_records(measured, None, {}, Pulse(), [])) for measured in named]
+    assert found == [{"a.csv": 2.0, "b.csv": 5.0}] * 3
+
+
+def test_without_a_table_what_is_known_holds_for_all(bench: Path) -> None:
+    (bench / "records.csv").unlink()
+    assert loads(read_records(str(bench), None, KNOWN, Pulse(), [])) == {"a.csv": 2.0, "b.csv": 2.0}
+    with pytest.raises(SignalError, match=r"a\.csv lacks motor_speed, load_torque"):
+        read_records(str(bench), None, {}, Pulse(), [])
+
+
+def test_pulses_are_read_with_the_record(bench: Path) -> None:
+    records = read_records(str(bench), None, {}, Pulse(column="pulse"), [])
+    for record in records:
+        assert record.pulses == pytest.approx([0.495, 1.495])
+    assert read_records(str(bench), None, {}, Pulse(), [])[0].pulses is None
+
+
+def test_files_to_hold_out_are_named(bench: Path) -> None:
+    records = read_records(str(bench), None, {}, Pulse(), ["b.csv"])
+    assert [record.conditions.held_out for record in records] == [False, True]
+    with pytest.raises(ParameterError, match=r"held_out must be files among a\.csv, b\.csv, got 'c\.csv'"):
+        read_records(str(bench), None, {}, Pulse(), ["c.csv"])

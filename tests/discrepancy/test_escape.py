@@ -1,0 +1,73 @@
+"""A wave fitted with the wrong frequency is stuck; moving its frequency with the library's ladder leads out."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from discrepancy.escape import escaped
+from discrepancy.fit import fit
+from discrepancy.model import Hypothesis, Jobs, Model, Parameter
+from discrepancy.problem import Problem
+from discrepancy.scan import neighbours
+
+WAVE = Hypothesis("wave", (Parameter("wave.rate", "rad/s", 2.0, 1.0, 0.0, 20.0),), {}, ((2.0,), (4.0,), (8.0,)))
+
+
+class Waves(Model):
+    """y = 5 sin(rate x) in 4 windows of 50 samples, noise 1; no parameters of its own."""
+
+    def __init__(self, rate: float) -> None:
+        self.parameters = ()
+        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
+        self.x = np.linspace(0.0, 10.0, 200).reshape(4, 50)
+        self.y = 5.0 * np.sin(rate * self.x) + np.random.default_rng(4).standard_normal((4, 50))
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {"wave": (WAVE,)}
+
+    def extended(self, hypothesis: Hypothesis) -> Model:
+        return self
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        rate = np.array([WAVE.parameters[0].value(z[0]) for z in jobs.points])[jobs.point]
+        return 5.0 * np.sin(rate[:, None] * self.x[jobs.window]) - self.y[jobs.window]
+
+    def features(self) -> np.ndarray:
+        return np.zeros((4, 50, 1))
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 0
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        return np.zeros((0, 0))
+
+
+def test_a_stuck_fit_gets_out() -> None:
+    model = Waves(2.9)
+    problem = Problem(model, WAVE)
+    stuck = fit(problem, problem.point(WAVE.coordinates((2.0,)), np.zeros((4, 0))), steps=20).place
+    assert stuck.level(model) > 2.0
+    free = escaped(problem, stuck, rounds=3, enough=1.2)
+    assert free.level(model) < 1.2
+    assert WAVE.parameters[0].value(free.z[0]) == pytest.approx(2.9, abs=0.02)
+
+
+def test_a_fit_that_is_good_enough_is_left_alone() -> None:
+    model = Waves(2.9)
+    problem = Problem(model, WAVE)
+    place = problem.point(WAVE.coordinates((2.9,)), np.zeros((4, 0)))
+    assert escaped(problem, place, rounds=3, enough=1.5) is place
+
+
+@pytest.mark.parametrize(
+    ("value", "ladder", "share", "expected"),
+    [
+        (2.0, [1.0, 2.0, 8.0], 0.5, [2.0**0.5, 4.0]),
+        (0.0, [-1.0, 0.0, 1.0], 0.25, [-0.25, 0.25]),
+        (8.0, [1.0, 2.0, 8.0], 0.5, [4.0, 16.0]),
+        (3.0, [3.0], 1.0, [6.0, 6.0]),
+    ],
+)
+def test_neighbours_go_on_beyond_the_ends(value: float, ladder: list, share: float, expected: list) -> None:
+    assert neighbours(value, ladder, share) == pytest.approx(expected)
