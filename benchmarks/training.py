@@ -55,8 +55,13 @@ class Task:
     control: Examples
 
     def start(self, networks: int) -> torch.Tensor:
-        """Random starts, seed 0."""
-        return self.network.initial(networks, torch.Generator().manual_seed(0))
+        """Random starts, seed 0, in the precision of the examples."""
+        return self.network.initial(networks, torch.Generator().manual_seed(0)).to(self.calibration.inputs)
+
+    def single(self) -> Task:
+        """The same in float32."""
+        subsets = (self.calibration, self.control)
+        return Task(self.network, *(Examples(*(part.float() for part in subset)) for subset in subsets))
 
 
 def measure(*, quick: bool) -> list[Row]:
@@ -67,12 +72,20 @@ def measure(*, quick: bool) -> list[Row]:
     try:
         torch.set_num_threads(CORES)
         stack, stack_row = _stack(task, TrainGdx(**numbers), many)
+        single, _ = _stack(task.single(), TrainGdx(**numbers), many)
         rules = {kind: _timed(_training(task, rule(**numbers), each)) for kind, rule in TRAINERS.items()}
         torch.set_num_threads(1)
         beside = _beside(task, TrainGdx(**numbers), alone, many, stack)
     finally:
         torch.set_num_threads(threads)
-    return [stack_row, beside, _rules(rules, each), _figures(stack, many, rules, each), _features(quick=quick)]
+    return [
+        stack_row,
+        beside,
+        _single(single, stack, beside),
+        _rules(rules, each),
+        _figures(stack, many, rules, each),
+        _features(quick=quick),
+    ]
 
 
 def paper_task() -> Task:
@@ -131,6 +144,17 @@ def _beside(task: Task, rule: TrainGdx, alone: int, networks: int, stack: dict[s
         f"by processor time, shared by {CORES} cores, {number(processor)} ×",
         ratio >= 30.0,
         {"ratio": ratio, "processor_ratio": processor, "trained": alone, **taken},
+    )
+
+
+def _single(single: dict[str, Any], stack: dict[str, Any], beside: Row) -> Row:
+    return Row(
+        "the same in float32, ÷ one after the other in float64",
+        "",
+        f"{number(single['wall_s'])} s, {single['epochs']:.0f} epochs each; "
+        f"{number(beside.numbers['ratio'] * stack['wall_s'] / single['wall_s'])} ×",
+        None,
+        single,
     )
 
 

@@ -46,7 +46,7 @@ class Step(NamedTuple):
 class Training:
     """What a training leaves of a stack of n networks; epoch 0 is the start.
 
-    parameters         (n, count) float64 of each network at the epoch of its lowest control error
+    parameters         (n, count) of each network at the epoch of its lowest control error
     best_epoch         (n,) that epoch
     epochs             (n,) epochs trained
     stopped_by         n words: "control" (early stopping), "epochs", "goal", "gradient" or "step" (the rule
@@ -129,7 +129,9 @@ class Trainer(ABC):
         progress  called with the number of epochs and the lowest control error so far, when either has
                   changed
 
-        The networks are trained on the device of `parameters`, in stacks of at most STACK networks and MEMORY
+        The networks are trained on the device of `parameters` and in its precision, which `calibration` and `control`
+        share: float64, or float32 at half the cost, which the rules of descent by gradient alone (traingdx, traingda,
+        trainrp) bear; in stacks of at most STACK networks and MEMORY
         bytes; on the CPU by as many threads as the tensor library has (`torch.set_num_threads`).
 
         Raises ParameterError for an empty subset.

@@ -30,7 +30,7 @@ TILE = 64
 
 
 class Examples(NamedTuple):
-    """Scaled features (m, inputs) and targets of the output nodes (m, outputs) of one subset, float64."""
+    """Scaled features (m, inputs) and targets of the output nodes (m, outputs) of one subset."""
 
     inputs: Tensor
     targets: Tensor

@@ -43,6 +43,20 @@ def test_each_network_of_a_stack_is_as_trained_alone(problem, wide_problem, kind
         assert same(together, i, rule.train(network, start[i : i + 1], calibration, control))
 
 
+@pytest.mark.parametrize("kind", ["traingdx", "traingda", "trainrp"])
+def test_single_precision_reaches_the_same(wide_problem, kind):
+    """Not the same networks, as rounding tells them apart in the end, but networks as good; start of seed 3."""
+    network, _, *subsets = wide_problem
+    start = network.initial(40, torch.Generator().manual_seed(3))
+    reached = []
+    for dtype in (torch.float64, torch.float32):
+        examples = [Examples(*(part.to(dtype) for part in subset)) for subset in subsets]
+        training = TRAINERS[kind](epochs=300).train(network, start.to(dtype), *examples)
+        assert training.parameters.dtype is dtype
+        reached.append(np.nanmin(training.control_error, axis=0))
+    assert np.mean(reached[1]) == pytest.approx(np.mean(reached[0]), rel=0.02)
+
+
 @pytest.mark.parametrize("kind", ["traingdx", "trainbfg"])
 def test_threads_and_sizes_of_stacks_change_nothing(problem, kind, monkeypatch):
     network, _, calibration, control = problem

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 import torch
 
-from classifier.trainers.objective import NetworkError
+from classifier.trainers.objective import JudgedError, NetworkError
 
 from .conftest import Problem, noisy_problem
 
@@ -43,6 +43,10 @@ def test_error_and_gradient_against_automatic_differentiation(features, records,
         assert torch.allclose(moved, problem.start - 0.1 * gradient, rtol=1e-9, atol=1e-12)
         control = problem.network.outputs_of(problem.start, problem.control.inputs) - problem.control.targets
         assert torch.allclose(objective.control_error(working, offset), control.square().mean(dim=(1, 2)), rtol=1e-11)
+
+        judged = JudgedError(objective, offset).evaluate(working)
+        for one, other in zip((*at, objective.control_error(working, offset)), judged, strict=True):
+            assert torch.allclose(one, other, rtol=1e-11, atol=1e-15)
 
 
 def test_the_span_is_taken_where_records_are_fewer(wide_problem, problem):
