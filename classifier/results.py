@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -78,6 +78,19 @@ def means(rows: Iterable[Row]) -> dict[tuple[str, str, str], Mean]:
     for row in rows:
         found.setdefault((row.data, row.method, row.metric), []).append(row.value)
     return {key: mean(values) for key, values in found.items()}
+
+
+def differences(rows: Iterable[Row], metric: str, reference: str) -> list[Row]:
+    """A metric of every method minus that of the reference on the same data and seed: what all methods share, such as a
+    hard data set, drops out.
+    """
+    chosen = [row for row in rows if row.metric == metric]
+    base = {(row.data, row.seed): row.value for row in chosen if row.method == reference}
+    return [
+        replace(row, metric=f"{metric} minus {reference}", value=row.value - base[row.data, row.seed])
+        for row in chosen
+        if row.method != reference and (row.data, row.seed) in base
+    ]
 
 
 def markdown(rows: Sequence[Row], metrics: Sequence[tuple[str, int]]) -> str:

@@ -97,8 +97,17 @@ def promising(model: Model, scanner: Scanner) -> list[Start]:
     for hypotheses in model.hypotheses().values():
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
-    leaders = [starts[0] for starts in best[:_CANDIDATES]] + [starts[1] for starts in best[:2] if len(starts) > 1]
+    leaders = [starts[0] for starts in best[:_CANDIDATES]]
+    leaders += [other for starts in best[:2] if (other := _other(starts)) is not None]
     return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
+
+
+def _other(starts: list[Start]) -> Start | None:
+    """The second start of an effect: the best one with the other sign where there is one, since half a period off the
+    other sign looks alike."""
+    own = -len(starts[0].hypothesis.parameters)
+    opposite = [start for start in starts[1:] if start.place.z[own] * starts[0].place.z[own] < 0.0]
+    return next(iter(opposite or starts[1:]), None)
 
 
 def finalists(model: Model, starts: list[Start], base: float) -> list[Candidate]:

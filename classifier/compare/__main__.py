@@ -12,7 +12,7 @@ from rich.console import Console
 
 from classifier.compare.studies import STUDIES
 from classifier.compare.study import Setting
-from classifier.results import Row, markdown, to_table
+from classifier.results import Row, differences, markdown, to_table
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
 from datagen.output_folder import check_output_folder, output_folder
@@ -45,6 +45,9 @@ def run(config: dict[str, Any]) -> None:
         rows += study.run(Setting(seed, config["records"], data, methods))
         console.print(f"seed {seed}: {time.perf_counter() - started:.0f} s")
     table = markdown(rows, study.metrics)
+    if study.beside is not None and study.beside[1] in methods:
+        apart = differences(rows, *study.beside)
+        table += "\n" + markdown(apart, [(row.metric, 2) for row in apart[:1]])
     console.print(f"{study.question}\n\n{table}")
     with output_folder(out, files, config["overwrite"]) as folder:
         pq.write_table(to_table(rows), folder / RESULTS)

@@ -50,6 +50,7 @@ class Study:
     run       the rows of one seed
     metrics   columns of its table with their decimals, names as in the rows
     pictures  by file name: figures from the rows of all seeds
+    beside    a metric and the method that all others are compared with seed by seed; None: no such table
     """
 
     question: str
@@ -57,3 +58,4 @@ class Study:
     run: Callable[[Setting], list[Row]]
     metrics: Sequence[tuple[str, int]]
     pictures: Mapping[str, Callable[[Sequence[Row]], Figure]]
+    beside: tuple[str, str] | None = None

@@ -44,8 +44,9 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
     "friction.stribeck": {"torque": Move(10.0, _ladder(5.0, 4)), "speed": Move(0.05, (0.05, 0.2), 0.01, 0.4)},
     "load.imbalance": {"torque": Move(10.0, _ladder(10.0, 4)), "phase": _PHASE},
     "load.process": {
-        "torque": Move(10.0, _ladder(20.0, 3, both=True)),
-        "centre": Move(0.05, (0.55, 0.65, 0.75, 0.85, 0.95), 0.5, 1.0),
+        "torque": Move(10.0, (30.0, 120.0, -30.0, -120.0)),
+        # 25 ms apart at the reference speed: at half a period of the ringing the other sign fits as well
+        "centre": Move(0.05, tuple(0.5125 + 0.025 * k for k in range(20)), 0.5, 1.0),
         "half_width": _HALF_WIDTHS,
     },
     "drive.slip": {"compliance": Move(0.05, _ladder(0.05, 5), 1e-3)},

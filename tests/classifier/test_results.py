@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from classifier.results import Row, markdown, mean, means, to_table
+from classifier.results import Row, differences, markdown, mean, means, to_table
 
 
 def rows(values, metric="error", data="a"):
@@ -40,3 +40,13 @@ def test_rows_become_columns():
     table = to_table(rows([1.0, 2.0]))
     assert table.column("value").to_pylist() == [1.0, 2.0]
     assert table.column("seed").to_pylist() == [0, 1]
+
+
+def test_differences_are_taken_seed_by_seed():
+    ours = [Row("test", "a", "ours", "error", seed, value) for seed, value in enumerate([1.0, 12.0])]
+    theirs = [Row("test", "a", "theirs", "error", seed, value) for seed, value in enumerate([2.0, 14.0])]
+    found = differences([*ours, *theirs, *rows([3.0], data="b")], "error", "theirs")
+    assert [(row.method, row.metric, row.value) for row in found] == [
+        ("ours", "error minus theirs", -1.0),
+        ("ours", "error minus theirs", -2.0),
+    ]

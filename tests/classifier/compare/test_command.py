@@ -32,7 +32,15 @@ def study(monkeypatch):
         ]
 
     pictures = {"dots": lambda rows: dots(rows, "error [%]"), "matrix": lambda rows: matrix(rows, ["error [%]"])}
-    monkeypatch.setitem(command.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures))
+    monkeypatch.setitem(
+        command.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures, ("error [%]", "a"))
+    )
+
+
+def test_methods_are_set_beside_one_of_them(study, tmp_path):
+    command.run(configured(study="toy", out=tmp_path / "out", seeds=3))
+    text = (tmp_path / "out" / "table.md").read_text()
+    assert "error [%] minus a" in text and "| data | bb | 1.00 ± 0.00 |" in text
 
 
 def test_it_leaves_rows_a_table_pictures_and_its_configuration(study, tmp_path, capsys):
