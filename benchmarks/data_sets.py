@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import statistics
 import tempfile
 import time
 from dataclasses import dataclass
@@ -45,11 +46,8 @@ def measure(*, quick: bool) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         done = child(["-m", "datagen", "campaign=table2", f"count={count}", f"out={folder}/set"])
         turns = simulated_turns(Path(folder) / "set")
-        begin = time.time()
-        shard = Path(folder) / "two" / "data" / "shard-00000.parquet"
-        both = child(["-m", "datagen", "campaign=table2", "count=1152", f"out={folder}/two"])
-        first = shard.stat().st_mtime - begin
-        size, best = sizes(shard)
+        first, both = first_shard(Path(folder), 1 if quick else 3)
+        size, best = sizes(Path(folder) / "two-0" / "data" / "shard-00000.parquet")
     share, processor_share = (
         turns / done.duration / bare.per_second,
         shards.per_processor_second / bare.per_processor_second,
@@ -75,8 +73,8 @@ def measure(*, quick: bool) -> list[Row]:
         ),
         Row(
             "new process to the first shard of 576 records in its place, warm cache",
-            "< 3 s", f"{first:.1f} s; {both.duration:.1f} s to the finished data set of two, with card and pictures",
-            first < 3.0, {"duration_s": first, "finished_s": both.duration},
+            "< 3 s", f"{first:.1f} s; {both:.1f} s to the finished data set of two, with card and pictures",
+            first < 3.0, {"duration_s": first, "finished_s": both},
         ),
         Row(
             f"disk for a record of 8200 samples, over the same at zstd's level {LEVEL}",
@@ -85,6 +83,17 @@ def measure(*, quick: bool) -> list[Row]:
         ),
         beside_ray(1024 if quick else RAY_COUNT),
     ]  # fmt: skip
+
+
+def first_shard(folder: Path, repeats: int) -> tuple[float, float]:
+    """Time from a new process to its first shard in its place, and to its finished data set of two [s]; medians."""
+    first, both = [], []
+    for place in (folder / f"two-{repeat}" for repeat in range(repeats)):
+        begin = time.time()
+        done = child(["-m", "datagen", "campaign=table2", "count=1152", f"out={place}"])
+        first.append((place / "data" / "shard-00000.parquet").stat().st_mtime - begin)
+        both.append(done.duration)
+    return statistics.median(first), statistics.median(both)
 
 
 def table2(count: int) -> Order:

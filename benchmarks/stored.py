@@ -19,5 +19,5 @@ def data_set(sensor: str, count: int) -> Path:
     base = Base(load_machine("reference"), OperatingPoint(), sensor=load_sensor(sensor))
     order = Order(make_campaign(load_yaml("campaign", "table2")), base, count=count)
     folder = CACHE / f"table2-{sensor}-{count}"
-    generate(order, folder)
+    generate(order, folder, overwrite=True)
     return folder

@@ -22,8 +22,7 @@ class LocalExecutor(Executor):
     Attributes
     ----------
     workers : int or None
-        Shards made at once, >= 1; each takes some 150 MB at 576 records of 8200 samples. None: one more than cores, so
-        that these stay at work while a shard waits for the disk.
+        Shards made at once, >= 1; each takes some 150 MB at 576 records of 8200 samples. None: as many as cores.
     """
 
     here: ClassVar[bool] = True
@@ -37,13 +36,13 @@ class LocalExecutor(Executor):
     @property
     def size(self) -> int:
         """Shards made at once."""
-        return self.workers or cores() + 1
+        return self.workers or cores()
 
     def describe(self) -> str:
         return f"local, {self.size} worker{'s' if self.size > 1 else ''}"
 
     def threads(self, tasks: int) -> int:
-        return max(1, (self.workers or cores()) // max(1, tasks))
+        return max(1, self.size // max(1, tasks))
 
     def map(self, task: Callable[[int], T], numbers: Iterable[int]) -> Generator[T]:
         waiting = iter(numbers)
