@@ -59,6 +59,9 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
 """Law of each parameter: the first one is the size at which the base model is left with a gap of about 1.4 (as much
 misfit as noise); the others are uniform between their two values."""
 
+_LARGEST = {"drive.mesh_stiffness": 0.45}
+"""Largest size drawn, where a larger one shakes the machine to pieces: the mesh then drives it parametrically."""
+
 
 @dataclass(frozen=True)
 class Order:
@@ -154,7 +157,7 @@ def _effect(name: str, gap: tuple[float, float], rng: np.random.Generator) -> Ef
     drawn: dict[str, float] = {}
     for parameter, law in HIDDEN[name].items():
         if not isinstance(law, tuple):
-            drawn[parameter] = size * law
+            drawn[parameter] = min(size * law, _LARGEST.get(name, math.inf))
         elif parameter == _STATION:
             drawn[parameter] = int(rng.integers(int(law[0]), int(law[1]) + 1))
         else:

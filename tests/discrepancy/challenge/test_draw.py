@@ -49,3 +49,9 @@ def test_play_is_given_at_the_motor_shaft() -> None:
 def test_a_challenge_that_cannot_be_is_refused(arguments: dict, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         Order(**{"n": 1, "seed": 0, **arguments})
+
+
+def test_the_mesh_is_never_so_uneven_that_it_shakes_the_machine_to_pieces() -> None:
+    number = list(HIDDEN).index("drive.mesh_stiffness")
+    (effect,) = draw(Order(22, 4, gap=(10.0, 10.0)), number).hidden
+    assert effect.depth == 0.45  # pyright: ignore[reportAttributeAccessIssue]
