@@ -28,7 +28,7 @@ SETTINGS = Settings(
 STATED = ("csv", "parquet", "hdf5", "tdms", "uff", "uff_binary")
 """Formats whose files say their unit."""
 
-EMPS = Path("/work/shared/data/emps/DATA_EMPS.mat")
+EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
 
 
 def measurement(
