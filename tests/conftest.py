@@ -1,14 +1,40 @@
 """What every test needs: no windows, no crowding of the processors, and the same examples on every run."""
 
+import logging
 import os
+import sys
 
 # Before torch and matplotlib are imported: they read these once. Test processes already share the cores.
 os.environ.setdefault("MPLBACKEND", "Agg")
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import pytest
+from hydra.core.global_hydra import GlobalHydra
 from hypothesis import settings
 
 # No deadline: the first example may compile a kernel. Derandomised: a failure in CI is the same failure here.
 settings.register_profile("project", deadline=None, derandomize=True, database=None)
 settings.load_profile("project")
+
+
+@pytest.fixture
+def run_command(monkeypatch, capsys):
+    """Run the `main` of a command's module with these arguments; gives exit code, stdout and stderr."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+
+    def run(module, *arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["command", *arguments])
+        code = 0
+        try:
+            module.main()
+        except SystemExit as error:
+            code = int(error.code or 0)
+        finally:
+            GlobalHydra.instance().clear()
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    yield run
+    root.handlers[:], root.level = handlers, level

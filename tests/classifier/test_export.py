@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import sys
+from functools import partial
 
 import numpy as np
 import onnx
@@ -114,23 +115,12 @@ def test_the_file_says_what_a_record_must_be(result):
 
 
 @pytest.fixture
-def exported(result, tmp_path, monkeypatch, capsys):
+def exported(result, tmp_path, monkeypatch, run_command):
     """Run the command in a folder with a model; what it printed, what it complained of and its exit code."""
     (tmp_path / "model").mkdir()
     save_model(result.model, tmp_path / "model")
     monkeypatch.chdir(tmp_path)
-
-    def start(*overrides):
-        monkeypatch.setattr(sys, "argv", ["export", "model=model", *overrides])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as stopped:
-            code = stopped.code
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return start
+    return partial(run_command, command, "model=model")
 
 
 def test_the_command_writes_one_file(exported, tmp_path):

@@ -26,19 +26,12 @@ def place(dataset, write_dataset, tmp_path_factory):
 
 
 @pytest.fixture
-def start(place, monkeypatch, capsys):
-    """Run a command in the place; what it printed, what it complained of and its exit code."""
+def start(place, monkeypatch, run_command):
+    """Run a command in the place; its exit code, what it printed and what it complained of."""
+    monkeypatch.chdir(place)
 
     def run(command, *overrides, flags=()):
-        monkeypatch.chdir(place)
-        monkeypatch.setattr(sys, "argv", ["command", *flags, "data=set", *SMALL, *overrides])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as stopped:
-            code = stopped.code
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
+        return run_command(command, *flags, "data=set", *SMALL, *overrides)
 
     return run
 

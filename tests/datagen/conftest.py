@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import logging
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
 from datagen.campaign import Base
@@ -59,25 +56,3 @@ def dataset(order, tmp_path_factory) -> Path:
 @pytest.fixture
 def tiny(order) -> Order:
     return replace(order, count=3)
-
-
-@pytest.fixture
-def run_command(monkeypatch, capsys):
-    """Run the `main` of a command's module with these arguments; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
-
-    def run(module, *arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["command", *arguments])
-        code = 0
-        try:
-            module.main()
-        except SystemExit as error:
-            code = int(error.code or 0)
-        finally:
-            GlobalHydra.instance().clear()
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    yield run
-    root.handlers[:], root.level = handlers, level

@@ -1,14 +1,12 @@
 """The command from end to end: a drive with hidden friction, and each refusal in one sentence before any fit."""
 
 import json
-import logging
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.io
-from hydra.core.global_hydra import GlobalHydra
 
 from discrepancy import __main__ as command
 
@@ -16,25 +14,9 @@ EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(run_command):
     """Run the command with these arguments; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
-
-    def start(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["discrepancy", *arguments])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as error:
-            code = int(error.code or 0)
-        finally:
-            GlobalHydra.instance().clear()
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    yield start
-    root.handlers[:], root.level = handlers, level
+    return partial(run_command, command)
 
 
 def drive(path: Path) -> Path:

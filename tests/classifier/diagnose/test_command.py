@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-import sys
+from functools import partial
 
 import numpy as np
 import pyarrow.csv
@@ -39,21 +39,10 @@ def place(result, dataset, write_dataset, tmp_path_factory):
 
 
 @pytest.fixture
-def diagnosed(place, monkeypatch, capsys):
-    """Run the command in the place; what it printed, what it complained of and its exit code."""
-
-    def run(*overrides):
-        monkeypatch.chdir(place)
-        monkeypatch.setattr(sys, "argv", ["diagnose", "model=model", *overrides])
-        code = 0
-        try:
-            command.main()
-        except SystemExit as stopped:
-            code = stopped.code
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
+def diagnosed(place, monkeypatch, run_command):
+    """Run the command in the place; its exit code, what it printed and what it complained of."""
+    monkeypatch.chdir(place)
+    return partial(run_command, command, "model=model")
 
 
 def turns(place, out):
