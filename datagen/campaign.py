@@ -283,6 +283,8 @@ def _base_value(base: Base, path: str) -> Any:
 
 
 def _number(value: Any, path: str) -> float:
+    if isinstance(value, float):  # first, as it is by far the commonest and a question to an abstract class is slow
+        return value
     if isinstance(value, bool) or not isinstance(value, Real):
         rule = "a law other than {around: share}, as there is no number to be around"
         raise refuse("campaign", path, rule, value, "write {around: [nominal, share]} or another law")

@@ -71,7 +71,7 @@ class Order:
             raise refuse(
                 "datagen", "run.channels", f"{QUANTITY} alone, as a data set holds no other", self.run.channels
             )
-        samples = self.run.samples_of(self.base.machine.turn_duration(self.base.operating_point))
+        samples = self._simulated_samples
         object.__setattr__(self, "run", dataclasses.replace(self.run, samples=samples))
         if samples * min(self.count, self.shard_items) > LARGEST_SHARD:
             rule = f"few and short enough for {LARGEST_SHARD} samples in one file"
@@ -86,6 +86,15 @@ class Order:
     def sensor(self) -> Sensor:
         """The sensor of the base; items may vary it."""
         return self.base.sensor
+
+    @property
+    def record_samples(self) -> int:
+        """Samples of each record, as its sensor gives it."""
+        return self.sensor.record_samples(self._simulated_samples, self.run.sample_rate)
+
+    @property
+    def _simulated_samples(self) -> int:
+        return self.run.samples_of(self.base.machine.turn_duration(self.base.operating_point))
 
     @property
     def shards(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from scipy.signal import welch
+from matplotlib.mlab import psd
 
 from datagen.schema import RECORD
 
@@ -35,7 +35,8 @@ def picture(row: Mapping[str, Any]) -> bytes:
     over_time.set(xlabel="time [s]", ylabel=f"{row['quantity'].replace('_', ' ')} [{unit}]")
     over_time.margins(x=0.0)
     window = min(len(record), round(rate / RESOLUTION))
-    frequency, density = welch(record, rate, nperseg=window)
+    # Matplotlib's and not SciPy's: loading scipy.signal would take longer than all pictures of a data set.
+    density, frequency = map(np.asarray, psd(record, window, rate, detrend="mean", noverlap=window // 2))
     spectrum.semilogy(frequency[1:], np.maximum(density[1:], np.finfo(float).tiny), linewidth=0.9, color="#1f4e79")
     spectrum.set(xlabel="frequency [Hz]", ylabel=f"density [({unit})²/Hz]", xlim=(0.0, min(HIGHEST, rate / 2)))
     spectrum.minorticks_off()

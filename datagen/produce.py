@@ -24,8 +24,6 @@ Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
 """Rows without their records, records of shape (n, samples) float32 in the sensor's unit, rows of the rejected
 items."""
 
-_READ_TOGETHER = 32
-
 
 def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, threads: int | None = None) -> Produced:
     """Simulate and sense these items together, on all cores where `threads` is not given.
@@ -48,23 +46,22 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
             rejected.append(_rejected(order, item, "machine", str(error)))
     if not cases:
         return [], np.empty((0, 0)), rejected
+    read = _Reader(order, cases, noise)
     machines, points = [case.machine for case in cases], [case.operating_point for case in cases]
-    batch = simulate_batch(machines, points, order.run, threads=threads)
+    batch = simulate_batch(machines, points, order.run, threads=threads, sink=read)
     rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
     if not kept:
         return [], np.empty((0, 0)), rejected
-    accelerations = batch.table_acceleration[kept]
-    noises = [stream(order.seed, noise, cases[place].item.index) for place in kept]
-    records = _read([cases[place].sensor for place in kept], accelerations, batch.sample_rate, noises)
+    records = read.records[kept] if batch.rejected else read.records
     common = {
         "kind": "simulated",
         "sample_rate": order.sensor.record_rate(batch.sample_rate),
         "quantity": QUANTITY,
         "campaign": order.campaign.name,
         "seed": order.seed,
-        **run_columns(order.run, accelerations.shape[1]),
+        **run_columns(order.run),
         **version_columns(),
     }
     rows = [
@@ -81,21 +78,26 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
     return rows, records, rejected
 
 
-def _read(
-    sensors: Sequence[Sensor], accelerations: np.ndarray, sample_rate: float, noises: Sequence[np.random.Generator]
-) -> np.ndarray:
-    """Each acceleration as its own sensor reads it, as it is stored; those of one sensor together, a few at a time so
-    that the intermediate results stay in the cache."""
-    rows: dict[Sensor, list[int]] = {}
-    for row, sensor in enumerate(sensors):
-        rows.setdefault(sensor, []).append(row)
-    records: list[np.ndarray] = [np.empty(0)] * len(sensors)
-    for sensor, own in rows.items():
-        for block in (own[first : first + _READ_TOGETHER] for first in range(0, len(own), _READ_TOGETHER)):
-            read = sensor.read_batch(accelerations[block], sample_rate, [noises[row] for row in block])
-            for row, record in zip(block, read.astype(np.float32), strict=True):
-                records[row] = record
-    return np.stack(records)
+class _Reader:
+    """Reads accelerations, as the simulation hands them out, each with its own sensor; `records` (n, samples) float32
+    are those of the cases in their order, in their sensor's unit."""
+
+    def __init__(self, order: Order, cases: Sequence[Case], noise: Part) -> None:
+        self.order, self.cases, self.noise = order, cases, noise
+        self.records = np.empty((len(cases), order.record_samples), dtype=np.float32)
+
+    def __call__(self, places: np.ndarray, channels: dict[str, np.ndarray]) -> None:
+        """Read the accelerations of the cases at these places; those of one sensor together."""
+        rows: dict[Sensor, list[int]] = {}
+        for row, place in enumerate(places):
+            rows.setdefault(self.cases[place].sensor, []).append(row)
+        for sensor, own in rows.items():
+            rngs = None
+            if sensor.noisy:
+                items = [self.cases[place].item.index for place in places[own]]
+                rngs = [stream(self.order.seed, self.noise, item) for item in items]
+            accelerations = channels[QUANTITY] if len(own) == len(places) else channels[QUANTITY][own]
+            self.records[places[own]] = sensor.read_batch(accelerations, self.order.run.sample_rate, rngs)
 
 
 def _finite_or_none(value: float) -> float | None:

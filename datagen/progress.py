@@ -49,7 +49,7 @@ def _log_lines(title: str, total: int, noun: str, before: int) -> Advance:
     start = last = time.monotonic()
     done = before
     if before:
-        _log.info("%s: %d of %d %s are there already", title, before, total, noun)
+        _log.info("%s: %d of %d %s are done", title, before, total, noun)
 
     def advance(more: int) -> None:
         nonlocal done, last

@@ -68,7 +68,7 @@ def machine_columns(machine: Machine) -> dict[str, Any]:
     columns["machine_name"] = columns.pop("name")
     law = machine.motion_law
     columns["motion_law"] = law.name
-    columns["motion_law_parameters"] = json.dumps(dataclasses.asdict(law))  # type: ignore[call-overload]
+    columns["motion_law_parameters"] = _law_as_text(law)
     for name in JOINTS:
         columns.update(_fields(getattr(machine, name), f"{name}_"))
     columns["effects"] = json.dumps([{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects])
@@ -80,12 +80,11 @@ def sensor_columns(sensor: Sensor) -> dict[str, Any]:
     return _fields(sensor, "sensor_")
 
 
-def run_columns(run: Run, samples: int) -> dict[str, Any]:
-    """A run by column name; `samples` is the number that it gave, also where the run leaves it to the
-    turn."""
+def run_columns(run: Run) -> dict[str, Any]:
+    """A run, whose samples are set, by column name."""
     return {
         "simulation_rate": float(run.sample_rate),
-        "simulation_samples": samples,
+        "simulation_samples": run.samples,
         "step": float(run.step),
         "warmup_limit": run.warmup_turns,
         "warmup_tolerance": float(run.warmup_tolerance),
@@ -141,8 +140,19 @@ def faults_of(row: Mapping[str, Any]) -> Faults:
 
 
 def _fields(target: Any, prefix: str = "", leave_out: tuple[str, ...] = ()) -> dict[str, Any]:
-    names = [field.name for field in dataclasses.fields(target) if field.name not in leave_out]
-    return {prefix + name: getattr(target, name) for name in names}
+    return {column: getattr(target, name) for column, name in _column_names(type(target), prefix, leave_out)}
+
+
+@functools.cache
+def _column_names(kind: type, prefix: str, leave_out: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Column and field name of each field of a dataclass that is written as it is."""
+    names = [field.name for field in dataclasses.fields(kind) if field.name not in leave_out]
+    return tuple((prefix + name, name) for name in names)
+
+
+@functools.lru_cache(maxsize=256)
+def _law_as_text(law: MotionLaw) -> str:
+    return json.dumps(dataclasses.asdict(law))  # type: ignore[call-overload]
 
 
 def _object(kind: type, row: Mapping[str, Any], prefix: str = "") -> Any:

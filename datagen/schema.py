@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import pyarrow as pa
 
@@ -19,6 +19,8 @@ SCHEMA_VERSION = 2
 
 Kind = Literal["simulated", "measured"]
 """What a row is; its column `kind`."""
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @dataclass(frozen=True)

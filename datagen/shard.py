@@ -21,7 +21,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from datagen.places import Place, open_place
-from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION, schema
+from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SCHEMA_VERSION, Column, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
 from indexer_env.errors import IndexerError, SignalError
 
@@ -77,12 +77,14 @@ def to_table(rows: Sequence[Mapping[str, Any]], records: np.ndarray) -> pa.Table
         if field.name == RECORD:
             arrays.append(pa.ListArray.from_arrays(pa.array(offsets), pa.array(samples.ravel()), type=field.type))
         else:
-            arrays.append(pa.array([_value(row, field.name) for row in rows], type=field.type))
+            arrays.append(pa.array(_values(rows, COLUMNS[field.name]), type=field.type))
     return pa.Table.from_arrays(arrays, schema=layout)
 
 
-def _value(row: Mapping[str, Any], name: str) -> Any:
-    return row.get(name) if COLUMNS[name].may_be_null(row["kind"]) else row[name]
+def _values(rows: Sequence[Mapping[str, Any]], column: Column) -> list[Any]:
+    """A column's value in each row; KeyError where a row of its kind must have it and has not."""
+    name, optional = column.name, {kind: column.may_be_null(kind) for kind in KINDS}
+    return [row.get(name) if optional[row["kind"]] else row[name] for row in rows]
 
 
 def parquet_bytes(table: pa.Table) -> bytes:

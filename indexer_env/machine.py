@@ -162,6 +162,8 @@ class Machine:
 
     def with_effects(self, *effects: MachineEffect) -> Machine:
         """The machine extended by these effects; one of a name it already has replaces that."""
+        if not effects:
+            return self
         replaced = {effect.name for effect in effects}
         kept = tuple(effect for effect in self.effects if effect.name not in replaced)
         return dataclasses.replace(self, effects=kept + effects)

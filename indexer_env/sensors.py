@@ -138,6 +138,10 @@ class Sensor:
         """Rate [Hz] of the record that is read from an acceleration given at `sample_rate` [Hz]."""
         return float(sample_rate) / self._every(sample_rate)
 
+    def record_samples(self, samples: int, sample_rate: float) -> int:
+        """Samples of the record that is read from so many of an acceleration given at `sample_rate` [Hz]."""
+        return -(-samples // self._every(sample_rate))
+
     def read(self, acceleration: np.ndarray, sample_rate: float, rng: np.random.Generator | None = None) -> Signal:
         """Read one record.
 

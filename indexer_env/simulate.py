@@ -22,7 +22,7 @@ from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
-from indexer_env.turns import TurnGroup
+from indexer_env.turns import Sink, TurnGroup
 
 __all__ = ["Run", "simulate", "simulate_batch"]
 
@@ -66,6 +66,7 @@ def simulate_batch(
     run: Run | None = None,
     *,
     threads: int | None = None,
+    sink: Sink | None = None,
 ) -> Batch:
     """Simulate many machines at once, each with its own parameters, effects and operating point.
 
@@ -78,6 +79,10 @@ def simulate_batch(
         `run.samples` must be given where the turns' durations differ.
     threads : int, optional
         All cores where not given; the results do not depend on it.
+    sink : callable, optional
+        sink(items, channels) is called with the numbers of finished items (k,) and their channels (k, n_samples), some
+        tens of items at a time while they are still in the cache, from several threads at once and in no set order.
+        The batch then keeps no channels, so memory does not grow with the records. What it raises ends the run.
 
     Returns
     -------
@@ -100,7 +105,7 @@ def simulate_batch(
             f"simulate_batch needs one operating point per machine or one for all, got {len(points)} for "
             f"{len(machines)} machines."
         )
-    return _run_batch(machines, points, run, threads, reject=True)
+    return _run_batch(machines, points, run, threads, reject=True, sink=sink)
 
 
 def _run_batch(
@@ -110,6 +115,7 @@ def _run_batch(
     threads: int | None,
     *,
     reject: bool,
+    sink: Sink | None = None,
 ) -> Batch:
     n = len(machines)
     lengths = {run.samples_of(machine.turn_duration(point)) for machine, point in zip(machines, points, strict=True)}
@@ -121,7 +127,7 @@ def _run_batch(
     samples = lengths.pop() if lengths else 0
     batch = Batch(
         run.sample_rate,
-        {name: np.full((n, samples), np.nan) for name in run.channels},
+        {} if sink else {name: np.full((n, samples), np.nan) for name in run.channels},
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
     items: dict[int, Coefficients] = {}
@@ -143,7 +149,8 @@ def _run_batch(
                 del items[index]
     workers = threads or cores()
     groups = [
-        TurnGroup(members, machines, points, run, samples) for members in _groups(items, max(1, len(items) // workers))
+        TurnGroup(members, machines, points, run, samples, sink)
+        for members in _groups(items, max(1, len(items) // workers))
     ]
     if groups:
         prepare_kernel(groups[0].pack)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch
+
+Sink = Callable[[np.ndarray, dict[str, np.ndarray]], None]
+"""Takes the numbers of finished items (k,) and their channels (k, n_samples)."""
 
 _ROWS = {
     "cam_angle": layout.CAM, "cam_rate": layout.CAM_RATE, "table_angle": layout.TABLE, "table_rate": layout.TABLE_RATE,
@@ -53,8 +56,9 @@ class TurnGroup:
         points: Sequence[OperatingPoint],
         run: Run,
         samples: int,
+        sink: Sink | None = None,
     ) -> None:
-        self.machines, self.run, self.samples = machines, run, samples
+        self.machines, self.run, self.samples, self.sink = machines, run, samples, sink
         self.items = np.array([index for index, _ in members])
         self.durations = np.array([machines[index].turn_duration(points[index]) for index in self.items])
         self.pack = pack([item for _, item in members], [points[index] for index in self.items])
@@ -68,7 +72,7 @@ class TurnGroup:
         self.judge = self.names.index("table_acceleration")
 
     def run_into(self, batch: Batch) -> None:
-        """Fill the batch's rows of these items."""
+        """Fill the batch's rows of these items, or hand their channels to the sink."""
         previous: np.ndarray | None = None
         previous_lengths = np.zeros(0, dtype=np.int64)
         for turn in range(self.run.warmup_turns + 1):
@@ -102,9 +106,12 @@ class TurnGroup:
     def _record(self, batch: Batch, turn: int, done: np.ndarray, settled: np.ndarray, record: np.ndarray) -> None:
         """Write the finished items and how they were warmed up into the batch."""
         items = self.items[done]
-        for channel, name in enumerate(self.names):
-            if name in batch.channels:
-                batch.channels[name][items] = record[done, channel, : self.samples]
+        own = {name: record[done, self.names.index(name), : self.samples] for name in self.run.channels}
+        if self.sink is not None:
+            self.sink(items, own)
+        else:
+            for name, values in own.items():
+                batch.channels[name][items] = values
         batch.warmup_turns[items] = turn
         batch.settled[items] = settled[done]
         batch.warmup_difference[items] = self.difference[done]

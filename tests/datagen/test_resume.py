@@ -144,7 +144,7 @@ def test_a_stopped_run_goes_on_where_it_was(small, whole, stopped, monkeypatch, 
     with caplog.at_level(logging.INFO, "datagen.progress"):
         generate(small, stopped, executor=ONE)
     assert made == [2] and contents(stopped) == whole
-    assert "4 of 5 records are there already" in caplog.text and "5 of 5 records" in caplog.text
+    assert "4 of 5 records are done" in caplog.text and "5 of 5 records" in caplog.text
     run = json.loads((stopped / "run.json").read_text())
     assert run["interruptions"] == 1 and [session["items"] for session in run["sessions"]] == [4, 1]
 

@@ -88,6 +88,34 @@ def test_the_number_of_threads_does_not_matter(mixed, together, threads):
     same(simulate_batch(*mixed, RUN, threads=threads), together, {n: n for n in range(70)})
 
 
+def test_a_sink_gets_every_sound_item_once_and_the_batch_keeps_none(mixed, together):
+    machines, points = list(mixed[0]), list(mixed[1])
+    points[40] = OperatingPoint(load_torque=1e7, start_angle=1.0)  # deflects a joint too far
+    taken: dict[int, dict[str, np.ndarray]] = {}
+
+    def sink(items, channels):
+        assert all(len(values) == len(items) for values in channels.values())
+        for row, item in enumerate(items):
+            assert item not in taken
+            taken[int(item)] = {name: values[row] for name, values in channels.items()}
+
+    batch = simulate_batch(machines, points, RUN, sink=sink)
+    assert batch.channels == {} and len(batch) == 70 and list(batch.rejected) == [40]
+    assert set(taken) == set(range(70)) - {40}
+    for item, channels in taken.items():
+        assert tuple(channels) == RUN.channels
+        for name, values in channels.items():
+            assert values.tobytes() == together.channels[name][item].tobytes()
+
+
+def test_what_a_sink_raises_ends_the_run(smooth):
+    def sink(items, channels):
+        raise OSError("the disk is full")
+
+    with pytest.raises(OSError, match="the disk is full"):
+        simulate_batch([smooth] * 40, run=Run(samples=5, warmup_turns=0), sink=sink)
+
+
 def test_threads_share_equal_items(smooth):
     """Many blocks of one group, which is where threads divide the work."""
     joints = [
