@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +13,22 @@ from discrepancy.escape import escaped
 from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point, Problem
-from discrepancy.scan import Scanner, Start
+from discrepancy.scan import Scanner, Start, apart
 
-_SHORT, _LONG = 6, 30
+_SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
+
+_CAREFUL = 15
+"""Steps of the first fit of the base model, which may lack what matters most."""
 
 CAUTIONS = (100.0, 10.0, 1.0)
 """Weights of the priors, stage by stage. While the effect is missing the priors must hold the machine against a misfit
 that repeats in every window; with the effect found they need no more than their own weight."""
 
 _CANDIDATES, _FINALISTS = 6, 3
+
+_LEADING, _MORE = 2, 6
+"""Effects of which more starts are fitted while none explains the records, and how many."""
 
 _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
@@ -78,7 +85,7 @@ def careful_base(model: Model, start: Point | None) -> Point:
     states = np.zeros((len(model.counts), model.local_count(NONE)))
     if start is not None:
         z, states = start.z, model.states_for(NONE, start.states)
-    return fit(problem, problem.searched(problem.point(z, states)), steps=_LONG // 2).place
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
 
 
 def _relaxed(model: Model, place: Point) -> Fit:
@@ -91,15 +98,17 @@ def _relaxed(model: Model, place: Point) -> Fit:
     return fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
 
 
-def promising(model: Model, scanner: Scanner) -> list[Start]:
-    """The best start of each effect, those effects first that promise most; and a second one of the leaders."""
+def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, list[Start]]]:
+    """The best start of each effect, those effects first that promise most, and a second one of the leaders; and for
+    each effect starts far from each other, best first."""
     best: list[list[Start]] = []
     for hypotheses in model.hypotheses().values():
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]]
     leaders += [other for starts in best[:2] if (other := _other(starts)) is not None]
-    return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
+    leaders = sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
+    return leaders, {starts[0].hypothesis.name: apart(starts, _MORE) for starts in best[:_CANDIDATES]}
 
 
 def _other(starts: list[Start]) -> Start | None:
@@ -110,11 +119,21 @@ def _other(starts: list[Start]) -> Start | None:
     return next(iter(opposite or starts[1:]), None)
 
 
-def finalists(model: Model, starts: list[Start], base: float) -> list[Candidate]:
-    """The candidates worth comparing, fitted to the end, best first; `base` is the base model's cost."""
-    tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
-    tried = sorted((_pursued(model, place) for place in tried[: _FINALISTS + 1]), key=lambda place: place.cost)
-    leaders = _distinct(tried)[:_FINALISTS]
+def finalists(
+    scanner: Scanner, starts: list[Start], more: Mapping[str, Sequence[Start]], base: float
+) -> list[Candidate]:
+    """The candidates worth comparing, fitted to the end, best first.
+
+    Of the leading effects also starts of `more` are fitted while none explains the records; `base` is the base model's
+    cost.
+    """
+    model = scanner.model
+    leaders = _leading(model, starts)
+    for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
+        if min(place.level(model) for place in leaders) > _FLOOR:
+            others = _leading(model, [scanner.sharpened(start) for start in more[name]])
+            leaders = _distinct([*leaders, *others])
+    leaders = leaders[:_FINALISTS]
     for rounds in _ESCAPES:
         if min(place.level(model) for place in leaders) > _FLOOR:
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
@@ -132,10 +151,16 @@ def finalists(model: Model, starts: list[Start], base: float) -> list[Candidate]
     return finished
 
 
-def _distinct(places: list[Point]) -> list[Point]:
-    """The best place of each effect."""
+def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
+    """The best place of each effect after a few steps from every start and a few more from the best ones, best first."""
+    tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
+    return _distinct([_pursued(model, place) for place in tried[: _FINALISTS + 1]])
+
+
+def _distinct(places: Sequence[Point]) -> list[Point]:
+    """The best place of each effect, best first."""
     seen: dict[str, Point] = {}
-    for place in places:
+    for place in sorted(places, key=lambda place: place.cost):
         seen.setdefault(place.hypothesis.name, place)
     return list(seen.values())
 
@@ -206,7 +231,7 @@ def held_place(place: Point, held_out: Model) -> Point:
     problem = Problem(held_out, place.hypothesis, frozen=True)
     z = carried(place, problem)
     states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
-    return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2).place
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2, thorough=True).place
 
 
 def tested(candidate: Candidate, held: Point, held_out: Model) -> Candidate:

@@ -23,6 +23,9 @@ _LAST = 10
 _IDLE = 2
 """Steps without gain that end a fit."""
 
+_STRETCHES = (1.0, 3.0)
+"""How much further than one step is tried, in units of the step."""
+
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
 
@@ -103,6 +106,14 @@ def _step(problem: Problem, place: Point, system: Arrow, damping: float) -> tupl
         best = min(range(len(merged)), key=lambda k: merged[k].cost)
         merged[best] = problem.settled(merged[best], rounds=1)
         if merged[best].cost < place.cost:
-            return merged[best], float(np.clip(ladder[best], 1e-7, 1e3))
+            return _stretched(problem, place, merged[best]), float(np.clip(ladder[best], 1e-7, 1e3))
         damping *= 100.0
     return None, min(damping, 1e3)
+
+
+def _stretched(problem: Problem, place: Point, best: Point) -> Point:
+    """The step from `place` to `best`, or a longer one the same way where that is better: valleys are narrow and bent,
+    so that single steps in them are short."""
+    z = np.array([np.clip(best.z + k * (best.z - place.z), problem.low, problem.high) for k in _STRETCHES])
+    states = np.array([best.states + k * (best.states - place.states) for k in _STRETCHES])
+    return min([best, *problem.points(z, states)], key=lambda p: p.cost)

@@ -90,10 +90,10 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     """
     careful = careful_base(model, start)
     scanner = Scanner(model, careful, CAUTIONS[0])
-    starts = promising(model, scanner)
+    starts, more = promising(model, scanner)
     # where no start promises anything, the best one stands for all
     starts = starts if scanner.gain(starts[0]) > _MARGIN else starts[:1]
-    rivals = finalists(model, starts, careful.cost)
+    rivals = finalists(scanner, starts, more, careful.cost)
     none = base_candidate(model, careful, rivals[0])
     candidates = sorted([none, *rivals], key=lambda c: c.score)
     held = held_places(candidates, held_out)

@@ -125,6 +125,8 @@ class Problem:
         level = float(np.median(place.squares / self.model.counts))
         problem = copy.copy(self)
         problem.ease = max(1.0, _EASE * level)
+        if self.caution > 1.0:
+            problem.precision = self.precision * max(1.0, level)
         return problem
 
     def prior(self, z: np.ndarray) -> float:

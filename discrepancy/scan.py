@@ -7,6 +7,7 @@ sensitivity at size zero it sees effects that begin at a threshold or saturate.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,13 @@ class Start:
     place: Point
     promised: float
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The effect's parameters [units]."""
+        parameters = self.hypothesis.parameters
+        own = self.place.z[len(self.place.z) - len(parameters) :]
+        return tuple(p.value(z) for p, z in zip(parameters, own, strict=True))
+
 
 class Scanner:
     """The linearised base model at its calibrated place."""
@@ -54,17 +62,13 @@ class Scanner:
         hypothesis = start.hypothesis
         ladders = [sorted(set(column)) for column in zip(*hypothesis.starts, strict=True)]
         for share in _SHARES:
-            values = self._values(start)
+            values = start.values
             nearby = []
             for k, ladder in enumerate(ladders):
                 for other in neighbours(values[k], ladder, share):
                     nearby.append((*values[:k], other, *values[k + 1 :]))
             start = min([start, *self._tried(hypothesis, tuple(nearby))], key=lambda s: s.promised)
         return start
-
-    def _values(self, start: Start) -> tuple[float, ...]:
-        own = start.place.z[len(self.base.z) :]
-        return tuple(p.value(z) for p, z in zip(start.hypothesis.parameters, own, strict=True))
 
     def _tried(self, hypothesis: Hypothesis, starts: tuple[tuple[float, ...], ...]) -> list[Start]:
         problem = Problem(self.model, hypothesis)
@@ -100,6 +104,20 @@ class Scanner:
         states[:, : local.shape[1]] += local
         place = Point(problem.hypothesis, moved, states, squares, promised)
         return Start(problem.hypothesis, place, promised)
+
+
+def apart(starts: Sequence[Start], count: int) -> list[Start]:
+    """The first `count` starts of an effect of which no two stand side by side in the library's lists."""
+    ladders = [sorted(set(column)) for column in zip(*starts[0].hypothesis.starts, strict=True)]
+    found: list[tuple[Start, np.ndarray]] = []
+    for start in starts:
+        at = np.array([np.searchsorted(ladder, v - 1e-9 * abs(v)) for ladder, v in zip(ladders, start.values)])
+        fixed = start.hypothesis.fixed
+        if all(other.hypothesis.fixed != fixed or (np.abs(place - at) > 1).any() for other, place in found):
+            found.append((start, at))
+        if len(found) == count:
+            break
+    return [start for start, _ in found]
 
 
 def neighbours(value: float, ladder: list[float], share: float) -> list[float]:

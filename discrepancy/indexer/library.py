@@ -17,7 +17,7 @@ from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
 _PHASES = tuple(_TURN * k / 6 for k in range(6))
-_PLACES = (0.05, 0.12, 0.19, 0.26, 0.33, 0.4, 0.47)
+_PLACES = tuple(0.05 + 0.035 * k for k in range(13))
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,13 @@ class Move:
     high: float | None = None
 
 
-def _ladder(unit: float, steps: int, *, both: bool = False) -> tuple[float, ...]:
-    up = tuple(unit * 3.0**k for k in range(steps))
+def _ladder(unit: float, steps: int, *, factor: float = 3.0, both: bool = False) -> tuple[float, ...]:
+    up = tuple(unit * factor**k for k in range(steps))
     return up + tuple(-size for size in up) if both else up
 
 
 _HALF_WIDTHS = Move(0.03, (0.06, 0.12), 0.01, 0.3)
+_BRACKETS = tuple(1.0 / (_TURN * f) ** 2 for f in (16, 19, 22, 25, 29, 34, 40, 48, 60, 75, 95, 130, 180))
 _PHASE = Move(0.5, _PHASES)
 
 MOVES: Mapping[str, Mapping[str, Move]] = {
@@ -54,16 +55,16 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
     "drive.transmission_error": {"amplitude": Move(1e-4, _ladder(1e-4, 4), 0.0, 0.01), "phase": _PHASE},
     "drive.mesh_stiffness": {"depth": Move(0.05, (0.05, 0.15, 0.4), 0.0, 0.9), "phase": _PHASE},
     "cam.profile_error": {
-        "height": Move(1e-4, _ladder(1.5e-4, 3, both=True), -0.01, 0.01),
+        "height": Move(1e-4, _ladder(1.5e-4, 5, factor=2.0, both=True), -0.01, 0.01),
         "centre": Move(0.02, _PLACES, 0.0, 0.5),
         "half_width": _HALF_WIDTHS,
     },
     "cam.station_spacing": {"error": Move(3e-4, _ladder(3e-4, 4, both=True), -0.03, 0.03)},
     "roller.crack": {"severity": Move(0.05, (0.05, 0.15, 0.4, 0.7), 0.0, 0.95)},
-    "roller.crack_single": {"severity": Move(0.05, (0.1, 0.3, 0.7), 0.0, 0.95)},
+    "roller.crack_single": {"severity": Move(0.05, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8), 0.0, 0.95)},
     "input.backlash": {"play": Move(2e-4, _ladder(2e-4, 5), 0.0, 0.05)},
     "output.backlash": {"play": Move(1e-4, _ladder(3e-5, 5), 0.0, 0.01)},
-    "output.cubic_stiffness": {"stiffness": Move(1e8, _ladder(1e8, 5), 0.0, 1e12)},
+    "output.cubic_stiffness": {"stiffness": Move(1e8, _ladder(1e8, 8, factor=2.0), 0.0, 1e12)},
     "base.looseness": {
         "compliance": Move(5e-8, tuple(5e-8 * 2.0**k for k in range(8)), 1e-8, 1e-5),
         "damping_ratio": Move(0.05, (0.05,), 0.0, 1.0),
@@ -71,8 +72,8 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
     "sensor.gain": {"error": Move(0.02, (0.03, -0.03, 0.1, -0.1))},
     "sensor.lowpass": {"time_constant": Move(5e-4, _ladder(1e-3, 3), 4e-4, 0.05)},
     "sensor.bracket_resonance": {
-        "inverse_square": Move(2e-7, tuple(1.0 / (_TURN * f) ** 2 for f in (30, 45, 65, 90, 130, 180)), 2.6e-7, 1e-3),
-        "damping": Move(0.02, (0.03,), 0.002, 0.3),
+        "inverse_square": Move(2e-7, _BRACKETS, 2.6e-7, 1e-3),
+        "damping": Move(0.02, (0.015, 0.05), 0.002, 0.3),
     },
     "sensor.mains_hum": {"amplitude": Move(0.1, _ladder(0.05, 4))},
     "sensor.offset_drift": {"rate": Move(0.01, (0.02, -0.02))},

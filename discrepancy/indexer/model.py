@@ -13,11 +13,11 @@ from discrepancy.indexer.parameters import base_parameters, changed
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.indexer.repeating import repeating
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.errors import refuse
-from indexer_env.filters import filtered
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -109,6 +109,7 @@ class IndexerModel(Model):
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             self._measured[i, :count] = self.experiments[record].signal.values[first : first + count]
         self._inside = np.arange(self._measured.shape[1]) < w.count[:, None]
+        self._periods = 2.0 * math.pi * self._sample_rates / self._rates
 
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
         names = [effect.name for effect in self.machine.effects] + [h.name for h in self.known]
@@ -198,7 +199,9 @@ class IndexerModel(Model):
             states = start_states(
                 rows, drive[mine], speed[mine], w.turn[jobs.window[mine]].astype(float), jobs.states[mine]
             )
-            counts, sample_rates = w.count[jobs.window[mine]], self._sample_rates[record[mine]]
+            sample_rates = self._sample_rates[record[mine]]
+            # the last window of a record may be cut short, but filters remember all of its turn
+            counts = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])[record[mine]]
             pack = Pack(model, features, states, rows, pieces)
             if features & layout.USES_SLIP:
                 self._let_slip(pack, keys[mine], counts, sample_rates)
@@ -257,12 +260,14 @@ class IndexerModel(Model):
         return out[:, 0]
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows that each begin in a dwell, where filters are at rest."""
+        """The sensor's reading (n, samples) of windows; each finds the filters as windows of its record leave them."""
         y = acceleration * sensor.scale
         record = self.windows.record[window]
         rate = float(self._sample_rates[record[0]])
-        for section in sensor.sections(rate):
-            y = filtered(section, np.where(np.isfinite(y), y, _BAD))
+        for sections in sensor.sections(rate):
+            y = np.where(np.isfinite(y), y, _BAD)
+            for r in np.unique(record):
+                y[record == r] = repeating(sections, y[record == r], self._periods[r])
         if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
             return y
         time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / rate
