@@ -152,7 +152,7 @@ def finalists(
 
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
-    """The best place of each effect after a few steps from every start and a few more from the best ones, best first."""
+    """The best place of each effect after a few steps from every start and more from the best ones, best first."""
     tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
     return _distinct([_pursued(model, place) for place in tried[: _FINALISTS + 1]])
 

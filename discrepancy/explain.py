@@ -13,7 +13,7 @@ from discrepancy.naming import SLIGHT, Naming, name_effect
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
 
-_SYSTEMATIC, _LEAST = 0.02, 0.06
+_SYSTEMATIC, _LEAST = 0.01, 0.06
 """Largest misfit of a typical window (mean square above the noise), as share of the gap and in units of the noise: an
 effect that only resembles what is missing fails in every window."""
 
@@ -92,10 +92,10 @@ def explain(model: Model, held_out: Model) -> Explanation:
         if following.verdict not in ("named", "ambiguous"):
             break
         rounds.append(following)
-    verdict, reason = _judged(rounds[-1], effects, before, after, box)
     place = rounds[-1].candidates[0].place if effects else _none(rounds[0]).place
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
+    verdict, reason = _judged(rounds[-1], found, before, after, box)
     ranking, calibration = rounds[-1].ranking, numbers.calibration(own)
     return Explanation(
         verdict, tuple(effects), tuple(rounds), before, after, model, reason, ranking, found, calibration
@@ -106,9 +106,12 @@ def _none(naming: Naming) -> Candidate:
     return next(c for c in naming.candidates if c.name == NONE.name)
 
 
-def _judged(last: Naming, effects: list[Hypothesis], before: float, after: float, box: float) -> tuple[str, str]:
-    if not effects:
+def _judged(last: Naming, found: tuple[FoundEffect, ...], before: float, after: float, box: float) -> tuple[str, str]:
+    if not found:
         return last.verdict, last.reason
+    for effect in found:
+        if not effect.possible:
+            return "unexplained", f"the effects found would close the gap, but {effect.why}, so one imitates another"
     if after > box:
         return (
             "unexplained",

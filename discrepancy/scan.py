@@ -111,7 +111,8 @@ def apart(starts: Sequence[Start], count: int) -> list[Start]:
     ladders = [sorted(set(column)) for column in zip(*starts[0].hypothesis.starts, strict=True)]
     found: list[tuple[Start, np.ndarray]] = []
     for start in starts:
-        at = np.array([np.searchsorted(ladder, v - 1e-9 * abs(v)) for ladder, v in zip(ladders, start.values)])
+        values = zip(ladders, start.values, strict=True)
+        at = np.array([np.searchsorted(ladder, value - 1e-9 * abs(value)) for ladder, value in values])
         fixed = start.hypothesis.fixed
         if all(other.hypothesis.fixed != fixed or (np.abs(place - at) > 1).any() for other, place in found):
             found.append((start, at))

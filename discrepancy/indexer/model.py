@@ -10,10 +10,10 @@ import numpy as np
 
 from discrepancy.indexer.library import library
 from discrepancy.indexer.parameters import base_parameters, changed
+from discrepancy.indexer.repeating import repeating
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
-from discrepancy.indexer.repeating import repeating
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
