@@ -3,6 +3,7 @@
 windows     records, and the windows they are cut into: one cam turn each, begun in the dwell
 states      start states of windows from a few numbers
 parameters  the machine's own parameters and how well they are known
+repeating   filters over windows that repeat each other
 library     the effect library as hypotheses
 model       IndexerModel, which simulates windows in batches
 extend      the machine extended by what was found, as YAML that every command loads

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Parameter
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -60,3 +61,12 @@ def changed(machine: Machine, values: dict[str, float]) -> Machine:
     for joint, changes in joints.items():
         fields[joint] = dataclasses.replace(getattr(machine, joint), **changes)
     return dataclasses.replace(machine, **fields)
+
+
+def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
+    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
+    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
+    return (
+        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
+        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
+    )

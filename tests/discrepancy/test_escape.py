@@ -7,7 +7,7 @@ import pytest
 
 from discrepancy.escape import escaped
 from discrepancy.fit import fit
-from discrepancy.model import Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.problem import Problem
 from discrepancy.scan import neighbours
 
@@ -71,3 +71,50 @@ def test_a_fit_that_is_good_enough_is_left_alone() -> None:
 )
 def test_neighbours_go_on_beyond_the_ends(value: float, ladder: list, share: float, expected: list) -> None:
     assert neighbours(value, ladder, share) == pytest.approx(expected)
+
+
+class Valley(Model):
+    """Residuals 10 (b - a²) and 1 - a of each of 2 windows: a narrow valley, bent, to a = b = 1 (Rosenbrock 1960). Single
+    steps need more than 20 for it."""
+
+    def __init__(self) -> None:
+        self.parameters = (Parameter("a", "-", -1.2, 0.3), Parameter("b", "-", 1.0, 0.3))
+        self.counts, self.groups = np.full(2, 2), np.zeros(2, dtype=np.int64)
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {}
+
+    def extended(self, hypothesis: Hypothesis) -> Model:
+        return self
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        a, b = (p.nominal + p.scale * z for p, z in zip(self.parameters, jobs.points[jobs.point].T, strict=True))
+        return 300.0 * np.stack([10.0 * (b - a**2), 1.0 - a], axis=1)
+
+    def features(self) -> np.ndarray:
+        return np.zeros((2, 2, 1))
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 0
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        return np.zeros((0, 0))
+
+
+def test_a_bent_valley_is_followed_to_its_end() -> None:
+    model = Valley()
+    problem = Problem(model, NONE)
+    found = fit(problem, problem.point(np.zeros(2), np.zeros((2, 0))), steps=16)
+    values = [p.value(z) for p, z in zip(model.parameters, found.place.z, strict=True)]
+    assert values == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
+def test_the_wider_the_gap_the_heavier_what_is_known() -> None:
+    known = Parameter("a", "-", 1.0, 0.3, known=True)
+    model = Valley()
+    model.parameters = (known, known)
+    cautious, exact = Problem(model, NONE, caution=10.0), Problem(model, NONE)
+    place = cautious.point(np.ones(2), np.zeros((2, 0)))
+    gap = float(np.median(place.squares / model.counts))
+    assert cautious.eased(place).precision == pytest.approx(cautious.precision * gap)
+    assert exact.eased(place).precision == pytest.approx(exact.precision)

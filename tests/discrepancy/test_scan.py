@@ -1,0 +1,30 @@
+"""Starts far from each other in the library's lists."""
+
+import numpy as np
+import pytest
+
+from discrepancy.model import Hypothesis, Parameter
+from discrepancy.problem import Point
+from discrepancy.scan import Start, apart
+
+PARAMETERS = (Parameter("wave.size", "m", 0.0, 0.1), Parameter("wave.place", "rad", 0.0, 0.5))
+STARTS = tuple((size, place) for size in (1.0, 3.0, 9.0) for place in (0.0, 0.1, 0.2, 0.3))
+
+
+def start(size: float, place: float, promised: float, station: int = 0) -> Start:
+    hypothesis = Hypothesis("wave", PARAMETERS, {"station": station}, STARTS)
+    # the base model's own parameters stand first
+    z = np.concatenate([[0.7, -0.3], hypothesis.coordinates((size, place))])
+    return Start(hypothesis, Point(hypothesis, z, np.zeros((1, 0)), np.zeros(1), promised), promised)
+
+
+def test_a_start_knows_its_values() -> None:
+    assert start(3.0, 0.2, 0.0).values == pytest.approx((3.0, 0.2))
+
+
+def test_no_two_stand_side_by_side() -> None:
+    best, beside, diagonal, far, elsewhere = (
+        start(3.0, 0.1, 1.0), start(9.0, 0.1, 2.0), start(1.0, 0.2, 3.0), start(3.0, 0.3, 4.0), start(3.0, 0.1, 5.0, 2)
+    )  # fmt: skip
+    assert apart([best, beside, diagonal, far, elsewhere], 6) == [best, far, elsewhere]
+    assert apart([best, beside, diagonal, far, elsewhere], 2) == [best, far]
