@@ -74,8 +74,10 @@ def test_neighbours_go_on_beyond_the_ends(value: float, ladder: list, share: flo
 
 
 class Valley(Model):
-    """Residuals 10 (b - a²) and 1 - a of each of 2 windows: a narrow valley, bent, to a = b = 1 (Rosenbrock 1960). Single
-    steps need more than 20 for it."""
+    """Residuals 10 (b - a²) and 1 - a of each of 2 windows: a narrow valley, bent, to a = b = 1 (Rosenbrock 1960).
+
+    Single steps need more than 20 for it.
+    """
 
     def __init__(self) -> None:
         self.parameters = (Parameter("a", "-", -1.2, 0.3), Parameter("b", "-", 1.0, 0.3))
