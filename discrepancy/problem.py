@@ -121,7 +121,11 @@ class Problem:
         return 1.0 / (1.0 + squares / (self.model.counts * self.ease))
 
     def eased(self, place: Point) -> Problem:
-        """The same problem with c = a few times the median misfit of a place, at least 1."""
+        """The same problem with c = a few times the median misfit of a place, at least 1.
+
+        While it is cautious, the priors weigh so much more as the median misfit is above 1: the larger what is wrong
+        everywhere is, the less it says about what is known.
+        """
         level = float(np.median(place.squares / self.model.counts))
         problem = copy.copy(self)
         problem.ease = max(1.0, _EASE * level)

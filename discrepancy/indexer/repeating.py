@@ -1,9 +1,10 @@
 """Filters over windows that repeat each other: what a window leaves in a filter is what the next one begins with.
 
-A soft bracket rings from one index into the next one. With x the state of a section, A its transition per sample, T the
-cam turn in samples, not a whole number, and e what the window leaves after n ≤ T samples in a section that was at rest,
+A soft bracket rings from one index into the next one. With x the state of a section, A its transition per sample and B
+its entrance, T the cam turn in samples, not a whole number, e what the window leaves after n = ⌊T⌋ samples in a section
+that was at rest, and u_n the sample that follows,
 
-    x_start = A^T x_start + A^(T-n) e
+    x_start = A^T x_start + A^(T-n) e + (T - n) B u_n
 """
 
 from __future__ import annotations

@@ -1,0 +1,48 @@
+"""An effect that explains everything, but only from beyond what is possible. Seeds 5 and 6."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from discrepancy import explain
+from discrepancy.model import Hypothesis, Jobs, Model, Parameter
+
+
+class Hum(Model):
+    """y = size sin(x) in 4 windows of 200 samples, noise 1; the library knows sizes up to `largest`."""
+
+    def __init__(self, size: float, largest: float, seed: int) -> None:
+        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
+        self.counts, self.groups = np.full(4, 200), np.zeros(4, dtype=np.int64)
+        self.x = np.linspace(0.0, 40.0, 800).reshape(4, 200)
+        self.y = size * np.sin(self.x) + np.random.default_rng(seed).standard_normal((4, 200))
+        self.hum = Hypothesis("hum", (Parameter("hum.size", "-", 0.0, 1.0, 0.0, largest),), {}, ((3.0,), (9.0,)))
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {"hum": (self.hum,)}
+
+    def extended(self, hypothesis: Hypothesis) -> Model:
+        return self
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        points = jobs.points[jobs.point]
+        size = points[:, 1] if points.shape[1] > 1 else np.zeros(len(points))
+        return 0.1 * points[:, :1] + size[:, None] * np.sin(self.x[jobs.window]) - self.y[jobs.window]
+
+    def features(self) -> np.ndarray:
+        return np.zeros((4, 200, 1))
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 0
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        return np.zeros((0, 0))
+
+
+@pytest.mark.parametrize(("largest", "verdict"), [(30.0, "named"), (9.9, "unexplained")])
+def test_an_effect_at_its_bound_is_not_named(largest: float, verdict: str) -> None:
+    answer = explain(Hum(10.0, largest, 5), Hum(10.0, largest, 6))
+    assert answer.verdict == verdict, answer.reason
+    assert answer.after < 1.1, "the gap is closed in either case"
+    assert ("hum.size is held at its bound of 9.9" in answer.reason) == (verdict == "unexplained")
