@@ -46,6 +46,7 @@ class Scanner:
     def __init__(self, model: Model, base: Point, caution: float) -> None:
         self.model, self.base = model, base
         self.problem = Problem(model, NONE, caution=caution).eased(base)
+        self.grid = model.state_grid(NONE, base.z)
         self.residual, self.by_global, self.by_local = self.problem.linearised(base)
 
     def gain(self, start: Start) -> float:
@@ -80,6 +81,9 @@ class Scanner:
             if states.shape[2] > self.base.states.shape[1]:
                 # the base model's linearisation does not know these states, so they are refined beforehand
                 states = np.stack([problem.settled(place).states for place in problem.points(z, states)])
+            if not np.array_equal(self.model.state_grid(hypothesis, z[0]), self.grid):
+                # windows start elsewhere, in another play, than any small change of the base model's states
+                states = np.stack([problem.searched(place).states for place in problem.points(z, states)])
             residuals = problem.residuals(z, states)
             found += [self._start(problem, z[k], states[k], residuals[k]) for k in range(len(z))]
         return sorted(found, key=lambda start: start.promised)
