@@ -205,7 +205,7 @@ def _welch(records: np.ndarray, sample_rate: float, segment: int) -> np.ndarray:
 @cache
 def _hann(samples: int) -> np.ndarray:
     """The periodic Hann window (samples,)."""
-    window = get_window("hann", samples)
+    window = np.asarray(get_window("hann", samples))
     window.flags.writeable = False
     return window
 
