@@ -159,13 +159,14 @@ class Trainer(ABC):
             torch.set_num_threads(threads)
         return record.training()
 
+    @torch.inference_mode()
     def _train_stack(self, objective: NetworkError, alive: np.ndarray, record: _Record) -> None:
         """Train the networks `alive`, rows of the record, as one stack until each is done."""
         working, offset = objective.enter(record.start[alive])
         at: Any = self._seen(objective, offset).evaluate(working)
         memory = self.begin(at)
         control_error = _control_error(objective, at, offset)
-        lowest, kept, since = control_error, working, np.zeros(len(alive), int)
+        lowest, kept, since = control_error, working.clone(), np.zeros(len(alive), int)
         record.look(0, alive, at.error, control_error)
 
         for epoch in range(1, self.epochs + 1):
@@ -174,7 +175,7 @@ class Trainer(ABC):
             record.look(epoch, alive, at.error, control_error)
             better = control_error < lowest
             lowest = torch.where(better, control_error, lowest)
-            kept = at.parameters if better.all() else torch.where(better[:, None], at.parameters, kept)
+            torch.where(better[:, None], at.parameters, kept, out=kept)
             since = np.where(better.cpu().numpy(), 0, since + 1)
 
             reasons = {
