@@ -76,12 +76,13 @@ def measure(*, quick: bool) -> list[Row]:
         rules = {kind: _timed(_training(task, rule(**numbers), each)) for kind, rule in TRAINERS.items()}
         torch.set_num_threads(1)
         beside = _beside(task, TrainGdx(**numbers), alone, many, stack)
+        single_beside = _beside(task.single(), TrainGdx(**numbers), alone, many, single)
     finally:
         torch.set_num_threads(threads)
     return [
         stack_row,
         beside,
-        _single(single, stack, beside),
+        _single(single, single_beside),
         _rules(rules, each),
         _figures(stack, many, rules, each),
         _features(quick=quick),
@@ -147,14 +148,14 @@ def _beside(task: Task, rule: TrainGdx, alone: int, networks: int, stack: dict[s
     )
 
 
-def _single(single: dict[str, Any], stack: dict[str, Any], beside: Row) -> Row:
+def _single(single: dict[str, Any], beside: Row) -> Row:
     return Row(
-        "the same in float32, ÷ one after the other in float64",
+        "both in float32",
         "",
-        f"{number(single['wall_s'])} s, {single['epochs']:.0f} epochs each; "
-        f"{number(beside.numbers['ratio'] * stack['wall_s'] / single['wall_s'])} ×",
+        f"{number(single['wall_s'])} s ({number(single['processor_s'])} s of processor time), "
+        f"{single['epochs']:.0f} epochs each; {beside.measured}",
         None,
-        single,
+        {**single, "beside": beside.numbers},
     )
 
 

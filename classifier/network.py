@@ -38,8 +38,8 @@ class Activity(NamedTuple):
 
 
 class Scratch(threading.local):
-    """Tensors for values that are soon forgotten, kept and written anew: a system that hands out fresh memory first
-    clears it, which costs more than most of the arithmetic here. Each thread has its own.
+    """Tensors for values that are soon forgotten, kept and written anew, as the system first clears fresh memory. Each
+    thread has its own.
     """
 
     def __init__(self) -> None:

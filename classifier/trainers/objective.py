@@ -69,7 +69,7 @@ class Objective(Protocol):
 class RoomyObjective(Protocol):
     """An objective that is told where to leave its gradients."""
 
-    def evaluate(self, parameters: Tensor, room: Tensor | None = None) -> Point | Judged:
+    def evaluate(self, parameters: Tensor, room: Tensor | None = None) -> Point:
         """The point at parameters (n, count); its gradient is written into `room` of that shape where given."""
         ...
 

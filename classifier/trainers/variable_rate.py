@@ -67,8 +67,8 @@ class VariableRate(Trainer):
     def step(self, at: Point, memory: Memory, objective: RoomyObjective) -> Step:
         """One epoch of the rule; a network whose step is undone stays where it was.
 
-        Numbers of a whole stack are written over those of the point before the last: to ask for new memory in each
-        epoch would cost as much as the arithmetic.
+        Numbers of a whole stack are written over those of the point before the last, as fresh memory is first cleared
+        by the system.
         """
         change = self.change(at.gradient, memory)
         parameters = torch.add(at.parameters, change, out=memory.parameters)
