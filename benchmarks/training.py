@@ -59,7 +59,7 @@ class Task:
         return self.network.initial(networks, torch.Generator().manual_seed(0)).to(self.calibration.inputs)
 
     def single(self) -> Task:
-        """The same in float32."""
+        """The same in float32, for what trains in the precision of its examples."""
         subsets = (self.calibration, self.control)
         return Task(self.network, *(Examples(*(part.float() for part in subset)) for subset in subsets))
 
@@ -67,12 +67,12 @@ class Task:
 def measure(*, quick: bool) -> list[Row]:
     """All rows of this section; `quick` trains few networks for a few epochs."""
     many, alone, each = (8, 2, 2) if quick else (NETWORKS, ALONE, PER_RULE)
-    numbers = {"epochs": 20} if quick else {}
+    numbers: dict[str, Any] = {"epochs": 20} if quick else {}
     task, threads = paper_task(), torch.get_num_threads()
     try:
         torch.set_num_threads(CORES)
         stack, stack_row = _stack(task, TrainGdx(**numbers), many)
-        single, _ = _stack(task.single(), TrainGdx(**numbers), many)
+        single, _ = _stack(task, TrainGdx(**numbers, precision="float32"), many)
         rules = {kind: _timed(_training(task, rule(**numbers), each)) for kind, rule in TRAINERS.items()}
         torch.set_num_threads(1)
         beside = _beside(task, TrainGdx(**numbers), alone, many, stack)

@@ -40,6 +40,7 @@ class VariableRate(Trainer):
     """
 
     one_point: ClassVar[bool] = True
+    first_order: ClassVar[bool] = True
 
     rate: float = 0.01
     rate_increase: float = 1.05
