@@ -23,6 +23,16 @@ _LAST = 10
 _IDLE = 2
 """Steps without gain that end a fit."""
 
+_SLIGHT = 0.2
+"""A fall of the cost that ends a thorough fit: a fifth of what makes one standard deviation of one parameter."""
+
+_UNDAMPED = 1e-6
+"""Damping with which directions are crossed that the records tell little of, such as all torques' common scale: damping
+is measured by each parameter's own curvature, next to which the curvature along such a direction is nothing."""
+
+_CROSSINGS = 12
+"""Steps that cross such directions, at most."""
+
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
 
@@ -52,8 +62,9 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
 
     Every few steps the windows that stand out are searched anew over their whole grid, ever more rarely where that
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
-    does not stand out, and bends play and damping.
+    does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
+    ending = _rested if thorough else lambda problem, place: place
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
     while number < limit:
@@ -75,8 +86,27 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             idle = 0 if place.cost - found.cost > _GAIN else idle
             place, damping = found, min(damping, 1e-2)
         if idle >= _IDLE:
-            return Fit(exact.adopted(place), damping, True, "the cost has settled")
+            return Fit(exact.adopted(ending(exact.eased(place), place)), damping, True, "the cost has settled")
     return Fit(exact.adopted(place), damping, False, f"the cost still falls after {number} steps")
+
+
+def _rested(problem: Problem, place: Point) -> Point:
+    """The place at rest in all directions, its windows searched once more on the way."""
+    place = _crossed(problem, problem.adopted(place))
+    found = problem.searched(place)
+    return _crossed(problem, found) if place.cost - found.cost > _SLIGHT else found
+
+
+def _crossed(problem: Problem, place: Point) -> Point:
+    """The place after steps that are hardly damped, until they win nothing."""
+    damping, idle = _UNDAMPED, 0
+    for _ in range(_CROSSINGS):
+        best, damping = _step(problem, place, problem.equations(place), damping)
+        idle = idle + 1 if best is None or place.cost - best.cost < _SLIGHT else 0
+        place = best or place
+        if idle >= _IDLE:
+            break
+    return place
 
 
 def _worst(problem: Problem, place: Point) -> np.ndarray:
