@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.arrow import Arrow
 from discrepancy.problem import Point, Problem
+
+_log = logging.getLogger(__name__)
 
 _LARGEST_STEP = 1.0
 """Largest change of a global parameter in one step, in its scale or in `_REACH` times its distance from nominal."""
@@ -64,7 +67,7 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
     does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
-    ending = _rested if thorough else lambda problem, place: place
+    unsearched = thorough
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
     while number < limit:
@@ -81,13 +84,20 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             else:
                 wait *= 2
             place, due = found, number + wait
-        if thorough and (idle >= _IDLE or number == limit):
-            found, thorough, limit = problem.searched(place), False, number + _LAST
+        if unsearched and (idle >= _IDLE or number == limit):
+            found, unsearched, limit = problem.searched(place), False, number + _LAST
             idle = 0 if place.cost - found.cost > _GAIN else idle
             place, damping = found, min(damping, 1e-2)
         if idle >= _IDLE:
-            return Fit(exact.adopted(ending(exact.eased(place), place)), damping, True, "the cost has settled")
+            place = exact.adopted(_rested(exact.eased(place), place) if thorough else place)
+            _told(place, exact)
+            return Fit(place, damping, True, "the cost has settled")
+    _told(place, exact)
     return Fit(exact.adopted(place), damping, False, f"the cost still falls after {number} steps")
+
+
+def _told(place: Point, problem: Problem) -> None:
+    _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(problem.model))
 
 
 def _rested(problem: Problem, place: Point) -> Point:

@@ -1,5 +1,6 @@
 """A fit comes to rest where the records tell little as well, on a model whose answer is known in closed form."""
 
+import logging
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.problem import Problem
+from discrepancy.stages import FITS
 
 RATIO, SUM = 1e4, 3.0
 """Derivatives of the residuals by a - b and by a + b."""
@@ -46,8 +48,9 @@ class Valley(Model):
 
 
 @pytest.mark.parametrize(("thorough", "left"), [(True, 0.05), (False, 1.0)])
-def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, left: float) -> None:
-    """Least squares says where the floor is; damped steps alone stop on the way there."""
+def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, left: float, caplog) -> None:
+    """Least squares says where the floor is; damped steps alone stop on the way there. The fit is told of."""
+    caplog.set_level(logging.DEBUG, FITS)
     model = Valley()
     flat = model.slopes.reshape(2, -1)
     floor = np.linalg.solve(flat @ flat.T, flat @ model.measured.ravel())
@@ -55,3 +58,4 @@ def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, 
     place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=30, thorough=thorough).place
     missing = float(abs(place.z - floor).max())
     assert missing < left if thorough else missing > left
+    assert caplog.messages == [f"none at {place.level(model):.2f} times the noise"]
