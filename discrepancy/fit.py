@@ -36,6 +36,12 @@ is measured by each parameter's own curvature, next to which the curvature along
 _CROSSINGS = 12
 """Steps that cross such directions, at most."""
 
+_STRANGE = 2.0
+"""Standard deviations of what was known beforehand beyond which a parameter is doubted."""
+
+_NEAR = 1.2
+"""Level beyond which a place does not explain the records, and strange parameters are no wonder."""
+
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
 
@@ -89,7 +95,7 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             idle = 0 if place.cost - found.cost > _GAIN else idle
             place, damping = found, min(damping, 1e-2)
         if idle >= _IDLE:
-            place = exact.adopted(_rested(exact.eased(place), place) if thorough else place)
+            place = _doubted(exact, _rested(exact, place)) if thorough else exact.adopted(place)
             _told(place, exact)
             return Fit(place, damping, True, "the cost has settled")
     _told(place, exact)
@@ -100,11 +106,23 @@ def _told(place: Point, problem: Problem) -> None:
     _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(problem.model))
 
 
-def _rested(problem: Problem, place: Point) -> Point:
+def _rested(exact: Problem, place: Point) -> Point:
     """The place at rest in all directions, its windows searched once more on the way."""
+    problem = exact.eased(place)
     place = _crossed(problem, problem.adopted(place))
     found = problem.searched(place)
-    return _crossed(problem, found) if place.cost - found.cost > _SLIGHT else found
+    return exact.adopted(_crossed(problem, found) if place.cost - found.cost > _SLIGHT else found)
+
+
+def _doubted(exact: Problem, place: Point) -> Point:
+    """The place, or a better one found with its strange parameters at nominal: what is far from what was believed, and
+    explains the records nevertheless, may be a local minimum."""
+    strange = (exact.precision > 0.0) & (np.abs(place.z) > _STRANGE) & exact.of_machine
+    if not strange.any() or place.level(exact.model) > _NEAR:
+        return place
+    again = exact.searched(exact.point(np.where(strange, 0.0, place.z), place.states))
+    other = _rested(exact, fit(exact, again, steps=_CROSSINGS).place)
+    return other if other.cost < place.cost else place
 
 
 def _crossed(problem: Problem, place: Point) -> Point:
