@@ -12,7 +12,7 @@ from discrepancy.indexer.library import library
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
