@@ -39,8 +39,8 @@ _CROSSINGS = 12
 _STRANGE = 2.0
 """Standard deviations of what was known beforehand beyond which a parameter is doubted."""
 
-_NEAR = 1.2
-"""Level beyond which a place does not explain the records, and strange parameters are no wonder."""
+_NEAR = 2.0
+"""Level from which on a place is too far from explaining the records to be brought to rest: no number of it counts."""
 
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
@@ -76,7 +76,7 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
     unsearched = thorough
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
-    while number < limit:
+    while number < limit and idle < _IDLE:
         number += 1
         problem = exact.eased(place)
         place = problem.adopted(place)
@@ -94,16 +94,12 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             found, unsearched, limit = problem.searched(place), False, number + _LAST
             idle = 0 if place.cost - found.cost > _GAIN else idle
             place, damping = found, min(damping, 1e-2)
-        if idle >= _IDLE:
-            place = _doubted(exact, _rested(exact, place)) if thorough else exact.adopted(place)
-            _told(place, exact)
-            return Fit(place, damping, True, "the cost has settled")
-    _told(place, exact)
-    return Fit(exact.adopted(place), damping, False, f"the cost still falls after {number} steps")
-
-
-def _told(place: Point, problem: Problem) -> None:
-    _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(problem.model))
+    place, settled = exact.adopted(place), idle >= _IDLE
+    if thorough and place.level(exact.model) < _NEAR:
+        place = _doubted(exact, _rested(exact, place))
+    _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
+    reason = "the cost has settled" if settled else f"the cost still falls after {number} steps"
+    return Fit(place, damping, settled, reason)
 
 
 def _rested(exact: Problem, place: Point) -> Point:
@@ -118,7 +114,7 @@ def _doubted(exact: Problem, place: Point) -> Point:
     """The place, or a better one found with its strange parameters at nominal: what is far from what was believed, and
     explains the records nevertheless, may be a local minimum."""
     strange = (exact.precision > 0.0) & (np.abs(place.z) > _STRANGE) & exact.of_machine
-    if not strange.any() or place.level(exact.model) > _NEAR:
+    if not strange.any():
         return place
     again = exact.searched(exact.point(np.where(strange, 0.0, place.z), place.states))
     other = _rested(exact, fit(exact, again, steps=_CROSSINGS).place)

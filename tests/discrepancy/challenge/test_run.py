@@ -113,7 +113,7 @@ def test_cases_on_a_cluster_get_the_same_answers(tmp_path) -> None:
     """Seed 3, two cases with nothing hidden, on a cluster of one core: all but the times is as in this process."""
     ray = pytest.importorskip("ray", reason="needs the extra [ray]")
     order = Order(2, 3, "none", turns=0.7)
-    ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False)
+    ray.init("local", num_cpus=1, include_dashboard=False, log_to_driver=False)
     try:
         run.run_challenge([order], tmp_path / "ray", "ray")
     finally:
