@@ -36,6 +36,9 @@ is measured by each parameter's own curvature, next to which the curvature along
 _CROSSINGS = 12
 """Steps that cross such directions, at most."""
 
+_ROUNDS = 4
+"""Most times that a place is crossed and searched to come to rest."""
+
 _STRANGE = 2.0
 """Standard deviations of what was known beforehand beyond which a parameter is doubted."""
 
@@ -103,11 +106,14 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
 
 
 def _rested(exact: Problem, place: Point) -> Point:
-    """The place at rest in all directions, its windows searched once more on the way."""
+    """The place at rest in all directions: crossed and its windows searched, until both win next to nothing."""
     problem = exact.eased(place)
-    place = _crossed(problem, problem.adopted(place))
-    found = problem.searched(place)
-    return exact.adopted(_crossed(problem, found) if place.cost - found.cost > _SLIGHT else found)
+    place = problem.adopted(place)
+    for _ in range(_ROUNDS):
+        before, place = place.cost, problem.searched(_crossed(problem, place))
+        if before - place.cost < _GAIN:
+            break
+    return exact.adopted(place)
 
 
 def _doubted(exact: Problem, place: Point) -> Point:
