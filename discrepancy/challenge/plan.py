@@ -44,7 +44,7 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
     """
     size = config["size"]
     check_choice("challenge", "size", size, SIZES)
-    given = {key: config[key] for key in (*_OF_GROUP, *_OF_ALL) if config[key] is not None}
+    given: dict[str, Any] = {key: config[key] for key in (*_OF_GROUP, *_OF_ALL) if config[key] is not None}
     idle = {"own": (), "full": _OF_GROUP, "table": (*_OF_GROUP, *_OF_ALL)}[size]
     for key in idle:
         if key in given:
@@ -62,7 +62,9 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
         if not isinstance(gap, list):
             raise refuse("challenge", "gap", "two numbers, the lowest and the highest", gap, "write gap=[1,10]")
         given["gap"] = tuple(gap)
-    return (Order(**given | {"play": str(given.get("play", "healthy"))}),)
+    if "play" in given:
+        given["play"] = str(given["play"])
+    return (Order(**given),)
 
 
 def interleaved(asked: Sequence[Order]) -> list[Task]:

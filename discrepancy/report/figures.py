@@ -84,10 +84,10 @@ def _maps(outcome: Outcome) -> Figure:
     pictures = [("base model", outcome.where)]
     if outcome.effects:
         pictures.append(("extended model", outcome.where_after))
-    highest = max(float(np.nanmax(where.map.levels)) for _, where in pictures)
+    highest = max(3.0, *(float(np.nanmax(where.map.levels)) for _, where in pictures))
     figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(outcome.where.map.upwards.labels))), layout="constrained")
     axes = figure.subplots(1, len(pictures), squeeze=False, sharey=True)[0]
-    norm = LogNorm(0.9, max(highest, 3.0))
+    norm = LogNorm(0.9, highest)
     mesh = None
     for ax, (title, where) in zip(axes, pictures, strict=True):
         mesh = _map(ax, where.map, norm)
