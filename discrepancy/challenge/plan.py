@@ -10,8 +10,8 @@ from discrepancy.challenge.draw import HIDDEN, Order
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
-SIZES = ("own", "full", "table")
-"""own: `n` cases of one kind, play and gap; full: all groups of the result table; table: no case, only their table."""
+CASES = ("own", "full", "none")
+"""own: `n` cases of one kind, play and gap; full: all groups of the result table; none: only the table of those there."""
 
 _OF_GROUP, _OF_ALL = ("n", "kind", "play", "gap"), ("seed", "turns")
 
@@ -40,23 +40,25 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
     Raises
     ------
     ParameterError
-        A key that has no effect with this size, or a value that breaks its rule.
+        A key that has no effect with these cases, or a value that breaks its rule.
     """
-    size = config["size"]
-    check_choice("challenge", "size", size, SIZES)
+    which = config["cases"]
+    check_choice("challenge", "cases", which, CASES)
     given: dict[str, Any] = {key: config[key] for key in (*_OF_GROUP, *_OF_ALL) if config[key] is not None}
-    idle = {"own": (), "full": _OF_GROUP, "table": (*_OF_GROUP, *_OF_ALL)}[size]
+    idle = {"own": (), "full": _OF_GROUP, "none": (*_OF_GROUP, *_OF_ALL)}[which]
     for key in idle:
         if key in given:
-            raise refuse("challenge", key, f"left out with size={size}", given[key], "take size=own, or leave it out")
-    if size == "table":
+            raise refuse(
+                "challenge", key, f"left out with cases={which}", given[key], "take cases=own, or leave it out"
+            )
+    if which == "none":
         return ()
     if "seed" not in given:
         raise refuse("challenge", "seed", "a whole number >= 0", None, "add seed=1")
-    if size == "full":
+    if which == "full":
         return tuple(Order(n, kind=kind, play=play, gap=gap, **given) for kind, play, n, gap in FULL)
     if "n" not in given:
-        raise refuse("challenge", "n", "a whole number >= 1", None, "add n=22, or size=full")
+        raise refuse("challenge", "n", "a whole number >= 1", None, "add n=22, or cases=full")
     if "gap" in given:
         gap = given["gap"]
         if not isinstance(gap, list):

@@ -73,7 +73,7 @@ def conclude(folder: Path) -> str:
     """Write table.md and cases.parquet from the cases that a folder holds; the table."""
     cases = [json.loads(path.read_text(encoding="utf-8")) for path in sorted((folder / _CASES).glob("*.json"))]
     if not cases:
-        raise refuse("challenge", "out", "a folder with solved cases", str(folder), "take size=own or size=full")
+        raise refuse("challenge", "out", "a folder with solved cases", str(folder), "take cases=own or cases=full")
     table = summary(cases)
     with whole_file(folder / _TABLE) as temporary:
         temporary.write_text(table, encoding="utf-8")
