@@ -11,7 +11,7 @@ from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
 CASES = ("own", "full", "none")
-"""own: `n` cases of one kind, play and gap; full: all groups of the result table; none: only the table of those there."""
+"""own: `n` cases of one kind, play and gap; full: all groups of the result table; none: the table alone."""
 
 _OF_GROUP, _OF_ALL = ("n", "kind", "play", "gap"), ("seed", "turns")
 
