@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from discrepancy.indexer.library import library
-from discrepancy.indexer.parameters import base_parameters, changed
+from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
@@ -82,7 +82,7 @@ class IndexerModel(Model):
                 raise refuse("IndexerModel", "experiments", f"in {self.sensor.unit}", experiment.signal.unit, remedy)
         base = base_parameters(machine, self.uncertainty)
         self._n_machine = len(base)
-        of_records = tuple(p for k, e in enumerate(self.experiments) for p in _of_record(k, e))
+        of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for h in known for p in h.parameters)
         self._cut()
 
@@ -257,12 +257,19 @@ class IndexerModel(Model):
         return out[:, 0]
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows that each begin in a dwell, where filters are at rest."""
+        """The sensor's reading (n, samples) of windows that each begin in a dwell. What still rings there of the turn
+        before is as if that had been the same turn."""
         y = acceleration * sensor.scale
         record = self.windows.record[window]
         rate = float(self._sample_rates[record[0]])
-        for section in sensor.sections(rate):
-            y = filtered(section, np.where(np.isfinite(y), y, _BAD))
+        sections = sensor.sections(rate)
+        if sections:
+            y = np.where(np.isfinite(y), y, _BAD)
+            turn_before = np.arange(-y.shape[1], 0) % self.windows.count[window][:, None]
+            y = np.concatenate([np.take_along_axis(y, turn_before, axis=1), y], axis=1)
+            for section in sections:
+                y = filtered(section, y)
+            y = y[:, y.shape[1] // 2 :]
         if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
             return y
         time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / rate
@@ -280,15 +287,6 @@ class IndexerModel(Model):
         size = np.maximum(np.hypot(a, b), 1e-300)
         amplitude = sensor.hum_amplitude - self.sensor.hum_amplitude
         return difference - amplitude * (a * cosine + b * sine) / size
-
-
-def _of_record(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
-    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
-    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
-    return (
-        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
-        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
-    )
 
 
 def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:

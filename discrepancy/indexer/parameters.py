@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Parameter
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -37,6 +38,15 @@ def base_parameters(machine: Machine, uncertainty: dict[str, float]) -> tuple[Pa
         low, high, rough = nominal / reach, nominal * reach, name.endswith("backlash")
         parameters.append(Parameter(name, unit, nominal, spread, low, high, known=True, logarithmic=True, rough=rough))
     return tuple(parameters)
+
+
+def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
+    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
+    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
+    return (
+        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
+        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
+    )
 
 
 def read(machine: Machine, name: str) -> float:
