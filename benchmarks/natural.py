@@ -52,7 +52,7 @@ def _model(network: Mlp, start: Tensor) -> torch.nn.Module:
         torch.nn.Sigmoid(),
         torch.nn.Linear(network.hidden, network.outputs),
         torch.nn.Sigmoid(),
-    ).double()
+    ).to(start.dtype)
     with torch.no_grad():
         for part, value in zip(model.parameters(), network.layers(start[None]), strict=True):
             part.copy_(value[0])

@@ -28,7 +28,7 @@ import numpy as np
 from discrepancy import NONE, explain
 from discrepancy.candidates import held_place
 from discrepancy.challenge.draw import KNOWN_TO, Order, draw
-from discrepancy.challenge.records import read_records, write_records
+from discrepancy.challenge.records import read_case, write_records
 from discrepancy.indexer import IndexerModel
 from discrepancy.problem import Point, Problem
 
@@ -150,7 +150,8 @@ def case(order: Order, number: int) -> tuple[str, dict[str, float]]:
     drawn = draw(order, number)
     with tempfile.TemporaryDirectory() as folder:
         write_records(drawn, order.turns, Path(folder))
-        parts = read_records(Path(folder))
+        records = read_case(Path(folder), drawn.nominal)
+    parts = records.fitted, records.held_out
     model, held_out = (IndexerModel(drawn.nominal, part, uncertainty=KNOWN_TO) for part in parts)
     answer = explain(model, held_out)
     base = next(c for c in answer.rounds[0].candidates if c.name == NONE.name).place

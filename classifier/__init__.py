@@ -23,7 +23,7 @@ Read in this order:
     leaveout       each sensor, machine or day left out in turn                  (python -m classifier.leaveout)
     transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
     style          the one style of all pictures
-    pictures       accelerations, PSDs, training curve, confusion, diagnosis
+    pictures       accelerations, PSDs, training curve, confusion, reliability, diagnosis
     job            a training as its configuration asks for it
     runs           trainings as a table, one row each; all runs of a sweep together
     curves         errors and scores for TensorBoard

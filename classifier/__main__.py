@@ -26,7 +26,7 @@ from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 
 RESULTS_JSON = "results.json"
-PICTURES = ("accelerations.png", "psds.png", "training.png", "confusion.png")
+PICTURES = ("accelerations.png", "psds.png", "training.png", "confusion.png", "reliability.png")
 FILES = (MODEL_YAML, MODEL_TENSORS, RESULTS_JSON, RUNS, TENSORBOARD, *PICTURES)
 """All that the command may leave in its folder."""
 

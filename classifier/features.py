@@ -10,16 +10,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
-import scipy.signal
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import get_window
 
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
 
-_CHUNK = 1024  # records at a time: bounds the memory of the windowed segments, 0.25 GiB for one-turn records
+_CHUNK = 16
+"""Records at a time: what their windowed segments take, 2 MiB for one-turn records, stays in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -109,10 +112,7 @@ class Psd(Features):
         densities = np.empty((len(records), count))
         for first in range(0, len(records), _CHUNK):
             chunk = np.asarray(records[first : first + _CHUNK], dtype=np.float64)
-            _, density = scipy.signal.welch(
-                chunk, sample_rate, window="hann", nperseg=segment, noverlap=segment // 2, detrend="constant"
-            )
-            densities[first : first + _CHUNK] = density[:, :count]
+            densities[first : first + _CHUNK] = _welch(chunk, sample_rate, segment)[:, :count]
         return densities
 
     def compute(self, records: np.ndarray, sample_rate: float) -> np.ndarray:
@@ -185,6 +185,29 @@ class Fft(Features):
             spectrum = np.fft.rfft(chunk - chunk.mean(axis=1, keepdims=True))
             amplitudes[first : first + _CHUNK] = 2 / segment * np.abs(spectrum[:, 1 : count + 1])
         return amplitudes
+
+
+def _welch(records: np.ndarray, sample_rate: float, segment: int) -> np.ndarray:
+    """Densities (n, segment // 2 + 1) as `Psd` defines them, of float64 records (n, samples).
+
+    That of `scipy.signal.welch`, at a fifth of its cost for a single record.
+    """
+    window = _hann(segment)
+    segments = sliding_window_view(records, segment, axis=1)[:, :: segment - segment // 2]
+    spectrum = np.fft.rfft((segments - segments.mean(axis=2, keepdims=True)) * window)
+    density = (spectrum.real**2 + spectrum.imag**2).mean(axis=1) * (2.0 / (sample_rate * (window @ window)))
+    density[:, 0] /= 2.0
+    if segment % 2 == 0:
+        density[:, -1] /= 2.0
+    return density
+
+
+@cache
+def _hann(samples: int) -> np.ndarray:
+    """The periodic Hann window (samples,)."""
+    window = np.asarray(get_window("hann", samples))
+    window.flags.writeable = False
+    return window
 
 
 def _lines(owner: str, samples: int, maximum_hz: float, sample_rate: float) -> np.ndarray:

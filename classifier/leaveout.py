@@ -5,13 +5,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import torch
 from matplotlib.figure import Figure
 from rich.console import Console
@@ -20,7 +18,7 @@ from classifier.dataset import Dataset, load_dataset
 from classifier.evaluate import score
 from classifier.features import make_features
 from classifier.groups import groups_of, part
-from classifier.results import Row, markdown, mean, means, to_table
+from classifier.results import RESULT_FILES, Row, markdown, mean, means, write_results
 from classifier.style import COLOURS, GREY, style
 from classifier.tasks.novelty import Novelty
 from classifier.train import Result, train
@@ -31,7 +29,8 @@ from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import IndexerError, SignalError, refuse
 
-FILES = ("results.parquet", "table.md", "config.json", "leaveout.png")
+PICTURE = "leaveout.png"
+FILES = (*RESULT_FILES, PICTURE)
 """All that the command leaves in its folder."""
 
 KNOWN, NEW = "known groups", "left-out group"
@@ -157,10 +156,8 @@ def run(config: dict[str, Any]) -> None:
     table = markdown(rows, METRICS)
     console.print(table)
     with output_folder(out, FILES, config["overwrite"]) as folder:
-        pq.write_table(to_table(rows), folder / FILES[0])
-        (folder / FILES[1]).write_text(table, encoding="utf-8")
-        (folder / FILES[2]).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
-        draw(rows).savefig(folder / FILES[3])
+        write_results(folder, rows, table, config)
+        draw(rows).savefig(folder / PICTURE)
     console.print(f"written {out}")
 
 

@@ -9,6 +9,7 @@ so that a training rule moves rows and never needs to know about layers.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -36,26 +37,54 @@ class Activity(NamedTuple):
     output: Tensor  # (n, outputs, m)
 
 
+class Scratch(threading.local):
+    """Tensors for values that are soon forgotten, kept and written anew, as the system first clears fresh memory. Each
+    thread has its own.
+    """
+
+    def __init__(self) -> None:
+        self._tensors: dict[object, Tensor] = {}
+
+    def __call__(self, name: str, like: Tensor, *shape: int) -> Tensor:
+        """A tensor of this shape, of the kind of another one, with any content: the same for the same name."""
+        key = (name, like.dtype, like.device, shape)
+        if key not in self._tensors:
+            self._tensors[key] = like.new_empty(shape)
+        return self._tensors[key]
+
+
 class Activation(NamedTuple):
     """Function of a layer's nodes.
 
     in_place  replaces the sums s of a tensor by f(s) and returns it
-    slope     f′(s), given f(s)
+    slope     f′(s), given f(s); written into the tensor `out` where one is given
     steepness f(s) is a shifted and scaled tanh(s / steepness): 1 for the hyperbolic tangent itself
     low, high least and greatest value
     """
 
     in_place: Callable[[Tensor], Tensor]
-    slope: Callable[[Tensor], Tensor]
+    slope: Callable[..., Tensor]
     steepness: float
     low: float
     high: float
 
 
+def _logistic_slope(y: Tensor, out: Tensor | None = None) -> Tensor:
+    return torch.addcmul(y, y, y, value=-1, out=out)
+
+
+def _tanh_slope(y: Tensor, out: Tensor | None = None) -> Tensor:
+    return torch.mul(y, y, out=out).neg_().add_(1)
+
+
+def _linear_slope(y: Tensor, out: Tensor | None = None) -> Tensor:
+    return torch.ones_like(y) if out is None else out.fill_(1)
+
+
 ACTIVATIONS = {
-    "logistic": Activation(torch.Tensor.sigmoid_, lambda y: torch.addcmul(y, y, y, value=-1), 2.0, 0.0, 1.0),
-    "tanh": Activation(torch.Tensor.tanh_, lambda y: 1 - y * y, 1.0, -1.0, 1.0),
-    "linear": Activation(lambda s: s, torch.ones_like, 1.0, -torch.inf, torch.inf),
+    "logistic": Activation(torch.Tensor.sigmoid_, _logistic_slope, 2.0, 0.0, 1.0),
+    "tanh": Activation(torch.Tensor.tanh_, _tanh_slope, 1.0, -1.0, 1.0),
+    "linear": Activation(lambda s: s, _linear_slope, 1.0, -torch.inf, torch.inf),
 }
 """σ(s) = 1 / (1 + e^(−s)), tanh(s) and s; the last one is for outputs only."""
 
@@ -154,32 +183,51 @@ class Mlp:
             rows.append(torch.cat(blocks))
         return torch.stack(rows)
 
-    def forward(self, layers: Layers, inputs: Tensor, offset: Tensor | None = None) -> Activity:
+    def forward(
+        self, layers: Layers, inputs: Tensor, offset: Tensor | None = None, scratch: Scratch | None = None
+    ) -> Activity:
         """Values of all nodes for inputs (m, inputs); the first layers of all networks are one product.
 
-        offset  (n, hidden, k), added to W1 x of the last k rows where given
+        offset   (n, hidden, k), added to W1 x of the last k rows where given
+        scratch  where the values are kept until it is used for other ones; None: in tensors of their own
         """
-        n = len(layers.b1)
+        n, m, room = len(layers.b1), len(inputs), Scratch() if scratch is None else scratch
         first, second = self.functions
-        hidden = layers.w1.reshape(n * self.hidden, self.inputs) @ inputs.T
-        hidden = hidden.view(n, self.hidden, -1).add_(layers.b1[:, :, None])
+        w1 = room("w1", inputs, n, self.hidden, self.inputs).copy_(layers.w1)
+        hidden = room("hidden", inputs, n, self.hidden, m)
+        torch.mm(w1.view(n * self.hidden, -1), inputs.T, out=hidden.view(n * self.hidden, m))
+        hidden.add_(layers.b1[:, :, None])
         if offset is not None:
             hidden[:, :, -offset.shape[2] :].add_(offset)
         hidden = first.in_place(hidden)
-        return Activity(hidden, second.in_place(torch.baddbmm(layers.b2[:, :, None], layers.w2, hidden)))
+        output = room("output", inputs, n, self.outputs, m)
+        torch.baddbmm(layers.b2[:, :, None], layers.w2, hidden, out=output)
+        return Activity(hidden, second.in_place(output))
 
-    def backward(self, layers: Layers, inputs: Tensor, hidden: Tensor, delta2: Tensor, into: Tensor) -> Tensor:
+    def backward(
+        self,
+        layers: Layers,
+        inputs: Tensor,
+        hidden: Tensor,
+        delta2: Tensor,
+        into: Tensor,
+        scratch: Scratch | None = None,
+    ) -> Tensor:
         """Derivatives by the parameters of a quantity whose derivatives by the sums of the output nodes are delta2
         (n, outputs, m), by back-propagation.
 
-        into  (n or fewer, count or more): where those of the first networks are written; given back
+        into     (n or fewer, count or more): where those of the first networks are written; given back
+        scratch  for what is needed on the way; None: new tensors
 
         ∂/∂W2 = Δ2 hᵀ    ∂/∂b2 = Σ Δ2    Δ1 = W2ᵀ Δ2 · f1′    ∂/∂W1 = Δ1 xᵀ    ∂/∂b1 = Σ Δ1
         """
-        n, m = len(delta2), len(inputs)
-        delta1 = (layers.w2.transpose(1, 2) @ delta2).mul_(self.functions[0].slope(hidden))
+        n, m, room = len(delta2), len(inputs), Scratch() if scratch is None else scratch
+        delta1 = torch.bmm(layers.w2.transpose(1, 2), delta2, out=room("delta1", inputs, n, self.hidden, m))
+        delta1.mul_(self.functions[0].slope(hidden, out=room("slope1", inputs, n, self.hidden, m)))
+        by_w1 = room("by w1", inputs, n, self.hidden, self.inputs)
+        torch.mm(delta1.view(n * self.hidden, m), inputs, out=by_w1.view(n * self.hidden, -1))
         blocks = (
-            (delta1.view(n * self.hidden, m) @ inputs).view(n, self.hidden, -1),
+            by_w1,
             delta1.sum(dim=2),
             delta2 @ hidden.transpose(1, 2),
             delta2.sum(dim=2),

@@ -14,11 +14,13 @@ from matplotlib.figure import Figure
 from classifier.dataset import SUBSETS, Dataset
 from classifier.diagnose import Diagnosis
 from classifier.diagnose.report import CaseReport
+from classifier.evaluate import BINS, reliability
 from classifier.model import Model
 from classifier.style import COLOURS as _COLOURS
 from classifier.style import DARK as _DARK
 from classifier.style import GREY as _GREY
 from classifier.style import style as _style
+from classifier.tasks.confidence import Confidence, class_logits, softmax
 from classifier.train import Result
 
 
@@ -44,12 +46,13 @@ def _grid(count: int, columns: int, width: float, height: float, **shared: Any) 
 
 
 def draw_training(dataset: Dataset, result: Result) -> dict[str, Figure]:
-    """All pictures of a training by file name: accelerations, psds, training, confusion."""
+    """All pictures of a training by file name: accelerations, psds, training, confusion, reliability."""
     makers: dict[str, Callable[[Dataset, Result], Figure]] = {
         "accelerations": _accelerations,
         "psds": _psds,
         "training": _training,
         "confusion": _confusion,
+        "reliability": _reliability,
     }
     with _style():
         return {name: make(dataset, result) for name, make in makers.items()}
@@ -140,6 +143,35 @@ def _confusion(dataset: Dataset, result: Result) -> Figure:
             f"{subset}: {score.records} records\n"
             f"mean square error {score.mse_percent:.2f} %, misclassified {score.misclassified_percent:.1f} %"
         )
+    return figure
+
+
+def _reliability(dataset: Dataset, result: Result) -> Figure:
+    """Share of names that are right over the confidence in them, on the validation records, and below how often each
+    confidence comes: of the outputs as they stand, and at the temperature of the model where it has one.
+    """
+    model, rows = result.model, dataset.rows("validation")
+    outputs = model.outputs(dataset.records[rows])
+    right = model.codes.decode(outputs) == model.codes.positions(dataset.classes[rows])
+    temperatures = {"outputs as they stand": 1.0}
+    for part in model.parts:
+        if isinstance(part, Confidence):
+            temperatures[f"at the temperature {part.temperature:.3g}"] = part.temperature
+    figure = Figure(figsize=(5.5, 6), layout="constrained")
+    above, below = figure.subplots(2, sharex=True, height_ratios=(3, 1))
+    above.plot([0, 1], [0, 1], color=_DARK, linewidth=0.8, linestyle=":", label="as sure as it should be")
+    middles, width = (np.arange(BINS) + 0.5) / BINS, 0.4 / BINS
+    for place, (words, temperature) in enumerate(temperatures.items()):
+        confidence = softmax(class_logits(model.codes.matrix, outputs), temperature).max(axis=1)
+        found, colour = reliability(confidence, right), _COLOURS[(4, 0)[place]]
+        filled = found.share > 0
+        label = f"{words}: calibration error {100 * found.error:.1f} %"
+        above.plot(found.confidence[filled], found.right[filled], "o-", color=colour, markersize=5, label=label)
+        below.bar(middles + (place - 0.5) * width, found.share, width, color=colour)
+    above.set(ylabel="share that is right", ylim=(-0.03, 1.03))
+    above.set_title(f"{len(outputs)} validation records, bins of {1 / BINS:g}")
+    figure.legend(loc="outside lower center")
+    below.set(xlabel="confidence in the named class", ylabel="share of records", xlim=(0, 1))
     return figure
 
 

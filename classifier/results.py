@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 from scipy import stats
 
 CONFIDENCE = 0.95
 """Share of repetitions of the whole comparison whose interval would hold the true mean."""
+
+RESULT_FILES = ("results.parquet", "table.md", "config.json")
+"""What `write_results` leaves in a folder."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,14 @@ class Row:
 def to_table(rows: Iterable[Row]) -> pa.Table:
     """Rows as an Arrow table, a column for each of their fields."""
     return pa.Table.from_pylist([asdict(row) for row in rows])
+
+
+def write_results(folder: Path, rows: Iterable[Row], text: str, config: Mapping[str, Any]) -> None:
+    """Write the rows, what is said of them and the configuration that gave them into an existing folder."""
+    table, words, settings = (folder / name for name in RESULT_FILES)
+    pq.write_table(to_table(rows), table)
+    words.write_text(text, encoding="utf-8")
+    settings.write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
 
 
 class Mean(NamedTuple):

@@ -99,34 +99,16 @@ def train(
 
     Raises ParameterError.
     """
-    check_integer("train", "seed", seed, low=0, high=2**63 - 1)
-    check_integer("train", "restarts", restarts, low=1)
-    check_choice("train", "device", device, ("cpu", "cuda"))
-    if device == "cuda" and not torch.cuda.is_available():
-        raise refuse("train", "device", "one that this machine and its PyTorch offer", device, "use 'cpu'")
-
-    values = features.compute(dataset.records, dataset.sample_rate)
+    _check(seed, restarts, device)
     calibration = dataset.rows("calibration")
+    values = features.compute(dataset.records, dataset.sample_rate)
     scaling = Scaling.fit(values[calibration])
     values = scaling.apply(values)
-    scaled = torch.from_numpy(values).to(device)
-    network = Mlp(scaled.shape[1], hidden, dataset.codes.bits, hidden_function, output_function, targets)
-    wanted = network.targets_of(torch.from_numpy(dataset.codes.targets(dataset.classes))).to(device)
-    examples = {subset: Examples(scaled[dataset.rows(subset)], wanted[dataset.rows(subset)]) for subset in SUBSETS}
-
+    network = Mlp(values.shape[1], hidden, dataset.codes.bits, hidden_function, output_function, targets)
+    examples = _examples(dataset, network, values, device)
     start = network.initial(restarts, torch.Generator().manual_seed(seed)).to(device)
     training = trainer.train(network, start, examples["calibration"], examples["control"], progress)
-
-    def bits(subset: str) -> np.ndarray:
-        return network.bits_of(network.outputs_of(training.parameters, examples[subset].inputs)).cpu().numpy()
-
-    scores = {
-        subset: tuple(score(dataset.codes, one, dataset.classes[dataset.rows(subset)]) for one in bits(subset))
-        for subset in SUBSETS
-    }
-    kept = training.best
-    densities = features.density(dataset.records[calibration], dataset.sample_rate)
-    labels = dataset.classes[calibration]
+    scores, kept = _scores(dataset, network, training, examples), training.best
     model = Model(
         features=features,
         scaling=scaling,
@@ -138,7 +120,7 @@ def train(
         quantity=dataset.quantity,
         unit=dataset.unit,
         conditions=dataset.conditions,
-        mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
+        mean_densities=mean_densities(dataset, features),
         mean_features=values[calibration].mean(axis=0),
         provenance={
             "data": dataset.provenance,
@@ -156,3 +138,37 @@ def train(
     )
     fitted = fit_parts(dataset, values, model.outputs_of(values), parts, seed)
     return Result(replace(model, parts=fitted), kept, training, scores)
+
+
+def mean_densities(dataset: Dataset, features: Features) -> np.ndarray:
+    """Mean densities (classes, frequencies) [unit²/Hz] of the calibration records of each class."""
+    calibration = dataset.rows("calibration")
+    densities = features.density(dataset.records[calibration], dataset.sample_rate)
+    labels = dataset.classes[calibration]
+    return np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes])
+
+
+def _check(seed: int, restarts: int, device: str) -> None:
+    check_integer("train", "seed", seed, low=0, high=2**63 - 1)
+    check_integer("train", "restarts", restarts, low=1)
+    check_choice("train", "device", device, ("cpu", "cuda"))
+    if device == "cuda" and not torch.cuda.is_available():
+        raise refuse("train", "device", "one that this machine and its PyTorch offer", device, "use 'cpu'")
+
+
+def _examples(dataset: Dataset, network: Mlp, scaled: np.ndarray, device: str) -> dict[str, Examples]:
+    """Scaled features (n, count) of all records with their targets, by subset, where the networks are trained."""
+    inputs = torch.from_numpy(scaled).to(device)
+    wanted = network.targets_of(torch.from_numpy(dataset.codes.targets(dataset.classes))).to(device)
+    return {subset: Examples(inputs[dataset.rows(subset)], wanted[dataset.rows(subset)]) for subset in SUBSETS}
+
+
+def _scores(
+    dataset: Dataset, network: Mlp, training: Training, examples: dict[str, Examples]
+) -> dict[str, tuple[Score, ...]]:
+    """Scores of all networks of a training on each subset."""
+    found = {}
+    for subset, (inputs, _) in examples.items():
+        bits = network.bits_of(network.outputs_of(training.parameters, inputs)).cpu().numpy()
+        found[subset] = tuple(score(dataset.codes, one, dataset.classes[dataset.rows(subset)]) for one in bits)
+    return found

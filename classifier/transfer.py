@@ -5,13 +5,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import torch
 from matplotlib.figure import Figure
 from rich.console import Console
@@ -22,8 +20,9 @@ from classifier.evaluate import score
 from classifier.features import Scaling
 from classifier.model import MODEL_TENSORS, MODEL_YAML, Model, load_model, save_model
 from classifier.parts import fit_parts
-from classifier.results import Row, markdown, means, to_table
+from classifier.results import RESULT_FILES, Row, markdown, means, write_results
 from classifier.style import COLOURS, style
+from classifier.train import mean_densities
 from classifier.trainers import Examples, Trainer, make_trainer
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
@@ -31,7 +30,8 @@ from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError, refuse
 
-FILES = (MODEL_YAML, MODEL_TENSORS, "results.parquet", "table.md", "config.json", "transfer.png")
+PICTURE = "transfer.png"
+FILES = (MODEL_YAML, MODEL_TENSORS, *RESULT_FILES, PICTURE)
 """All that the command leaves in its folder."""
 
 AS_IT_IS, FINE_TUNED, ANEW = "as it is", "fine-tuned", "begun anew"
@@ -126,8 +126,7 @@ class Learner:
         scaling = Scaling.fit(self.values[calibration])
         scaled = scaling.apply(self.values)
         parameters = self.learn(self.model.parameters[None], scaled, calibration, control)
-        dataset, labels = self.dataset, self.dataset.classes[calibration]
-        densities = self.model.features.density(dataset.records[calibration], dataset.sample_rate)
+        dataset = self.dataset
         model = replace(
             self.model,
             scaling=scaling,
@@ -135,7 +134,7 @@ class Learner:
             codes=dataset.codes,
             samples=dataset.records.shape[1],
             conditions=dataset.conditions,
-            mean_densities=np.stack([densities[labels == label].mean(axis=0) for label in dataset.codes.classes]),
+            mean_densities=mean_densities(dataset, self.model.features),
             mean_features=scaled[calibration].mean(axis=0),
             provenance={**self.model.provenance, "fine_tuned_on": dataset.provenance},
             parts=(),
@@ -207,10 +206,8 @@ def run(config: dict[str, Any]) -> None:
     console.print(table)
     with output_folder(out, FILES, config["overwrite"]) as folder:
         save_model(learner.tuned(0), folder)
-        pq.write_table(to_table(rows), folder / FILES[2])
-        (folder / FILES[3]).write_text(table, encoding="utf-8")
-        (folder / FILES[4]).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
-        draw(rows).savefig(folder / FILES[5])
+        write_results(folder, rows, table, config)
+        draw(rows).savefig(folder / PICTURE)
     console.print(f"written {out}")
 
 

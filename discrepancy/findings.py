@@ -2,9 +2,13 @@
 
 Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
 
-    95 % interval = value at z ± 1.96 s √(S⁻¹)_kk,     s² = max(1, median mean square of the windows)
+    95 % interval = value at z ± 1.96 √max(s² S⁻¹, S⁻¹ M S⁻¹)_kk,     s² = max(1, median mean square of the windows)
+    M = P + W/(W - 1) Σ_w u_w u_wᵀ
 
-s widens them where the model, though it is the best one, does not reach the noise floor.
+s widens them where the model, though it is the best one, does not reach the noise floor. The second one is the sandwich
+(White, Econometrica 48 (1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
+windows that disagree among each other by more than their noise widen what they disagree about. A prior of precision P
+pulls with a variance of P, as the truth is one draw from it.
 """
 
 from __future__ import annotations
@@ -164,18 +168,28 @@ def findings(model: Model, place: Point) -> Findings:
     level = place.squares / model.counts
     r, by_global, by_local = problem.linearised(place)
     # at the noise floor a window's weight in the cost is a half, but what it tells is all there
-    system = arrow(r, by_global, by_local, np.minimum(1.0, 2.0 * problem.weights(place.squares)))
+    weights = np.minimum(1.0, 2.0 * problem.weights(place.squares))
+    system = arrow(r, by_global, by_local, weights)
     system = problem.informed(system, place.z)
     free = problem.free(place, system)
-    reduced = system.reduced()[0]
+    reduced, _, inverse = system.reduced()
     prior = np.diag(problem.precision)
+    pulls = np.einsum("gwn,wn,w->wg", by_global, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
     spread = np.zeros(len(place.z))
-    scale = math.sqrt(max(1.0, float(np.median(level))))
-    spread[free] = scale * np.sqrt(np.maximum(np.diag(np.linalg.pinv(reduced[np.ix_(free, free)])), 0.0))
+    within = np.ix_(free, free)
+    scale = max(1.0, float(np.median(level)))
+    spread[free] = np.sqrt(_variances(reduced[within], prior[within], pulls[:, free], scale))
     estimates = tuple(_estimate(p, z, s) for p, z, s in zip(problem.parameters, place.z, spread, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)
     at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
     return Findings(problem.parameters, estimates, at_bound, reduced - prior)
+
+
+def _variances(reduced: np.ndarray, prior: np.ndarray, pulls: np.ndarray, scale: float) -> np.ndarray:
+    """Variances (g,) of scaled parameters, by the curvature or by how far the windows' pulls (w, g) differ."""
+    inverse, windows = np.linalg.pinv(reduced), len(pulls)
+    between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
+    return np.maximum(np.maximum(scale * np.diag(inverse), np.diag(inverse @ between @ inverse)), 0.0)
 
 
 def _estimate(parameter: Parameter, z: float, spread: float) -> Estimate:

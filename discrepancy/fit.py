@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.arrow import Arrow
 from discrepancy.problem import Point, Problem
+
+_log = logging.getLogger(__name__)
 
 _LARGEST_STEP = 1.0
 """Largest change of a global parameter in one step, in its scale or in `_REACH` times its distance from nominal."""
@@ -25,6 +28,25 @@ _IDLE = 2
 
 _STRETCHES = (1.0, 3.0)
 """How much further than one step is tried, in units of the step."""
+
+_SLIGHT = 0.2
+"""A fall of the cost that ends a thorough fit: a fifth of what makes one standard deviation of one parameter."""
+
+_UNDAMPED = 1e-6
+"""Damping with which directions are crossed that the records tell little of, such as all torques' common scale: damping
+is measured by each parameter's own curvature, next to which the curvature along such a direction is nothing."""
+
+_CROSSINGS = 12
+"""Steps that cross such directions, at most."""
+
+_ROUNDS = 4
+"""Most times that a place is crossed and searched to come to rest."""
+
+_STRANGE = 2.0
+"""Standard deviations of what was known beforehand beyond which a parameter is doubted."""
+
+_NEAR = 2.0
+"""Level from which on a place is too far from explaining the records to be brought to rest: no number of it counts."""
 
 _SEARCH_EVERY = 3
 """Steps until the windows that stand out are first searched anew."""
@@ -55,11 +77,12 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
 
     Every few steps the windows that stand out are searched anew over their whole grid, ever more rarely where that
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
-    does not stand out, and bends play and damping.
+    does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
+    unsearched = thorough
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
-    while number < limit:
+    while number < limit and idle < _IDLE:
         number += 1
         problem = exact.eased(place)
         place = problem.adopted(place)
@@ -73,13 +96,50 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             else:
                 wait *= 2
             place, due = found, number + wait
-        if thorough and (idle >= _IDLE or number == limit):
-            found, thorough, limit = problem.searched(place), False, number + _LAST
+        if unsearched and (idle >= _IDLE or number == limit):
+            found, unsearched, limit = problem.searched(place), False, number + _LAST
             idle = 0 if place.cost - found.cost > _GAIN else idle
             place, damping = found, min(damping, 1e-2)
+    place, settled = exact.adopted(place), idle >= _IDLE
+    if thorough and place.level(exact.model) < _NEAR:
+        place = _doubted(exact, _rested(exact, place))
+    _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
+    reason = "the cost has settled" if settled else f"the cost still falls after {number} steps"
+    return Fit(place, damping, settled, reason)
+
+
+def _rested(exact: Problem, place: Point) -> Point:
+    """The place at rest in all directions: crossed and its windows searched, until both win next to nothing."""
+    problem = exact.eased(place)
+    place = problem.adopted(place)
+    for _ in range(_ROUNDS):
+        before, place = place.cost, problem.searched(_crossed(problem, place))
+        if before - place.cost < _GAIN:
+            break
+    return exact.adopted(place)
+
+
+def _doubted(exact: Problem, place: Point) -> Point:
+    """The place, or a better one found with its strange parameters at nominal: what is far from what was believed, and
+    explains the records nevertheless, may be a local minimum."""
+    strange = (exact.precision > 0.0) & (np.abs(place.z) > _STRANGE) & exact.of_machine
+    if not strange.any():
+        return place
+    again = exact.searched(exact.point(np.where(strange, 0.0, place.z), place.states))
+    other = _rested(exact, fit(exact, again, steps=_CROSSINGS).place)
+    return other if other.cost < place.cost else place
+
+
+def _crossed(problem: Problem, place: Point) -> Point:
+    """The place after steps that are hardly damped, until they win nothing."""
+    damping, idle = _UNDAMPED, 0
+    for _ in range(_CROSSINGS):
+        best, damping = _step(problem, place, problem.equations(place), damping)
+        idle = idle + 1 if best is None or place.cost - best.cost < _SLIGHT else 0
+        place = best or place
         if idle >= _IDLE:
-            return Fit(exact.adopted(place), damping, True, "the cost has settled")
-    return Fit(exact.adopted(place), damping, False, f"the cost still falls after {number} steps")
+            break
+    return place
 
 
 def _worst(problem: Problem, place: Point) -> np.ndarray:

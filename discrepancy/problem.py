@@ -75,8 +75,8 @@ class Problem:
         held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
         self.movable = ~np.array(held)
         self.known = np.array([p.known for p in self.parameters])
-        of_record = np.array([p.of_record for p in self.parameters])
-        self.precision = self.known * np.where(of_record, 1.0, caution)
+        self.of_machine = ~np.array([p.of_record for p in self.parameters])
+        self.precision = self.known * np.where(self.of_machine, caution, 1.0)
         bounds = np.array([p.bounds for p in self.parameters])
         self.low, self.high = bounds[:, 0], bounds[:, 1]
         self.all = np.arange(len(model.counts))

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Any
 
-import pyarrow.parquet as pq
 import torch
 from rich.console import Console
 
 from classifier.compare.studies import STUDIES
 from classifier.compare.study import Setting
-from classifier.results import Row, differences, markdown, to_table
+from classifier.results import RESULT_FILES, Row, differences, markdown, write_results
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
 from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import refuse
 
-RESULTS, TABLE, CONFIG = "results.parquet", "table.md", "config.json"
 LEAST_RECORDS = 200
 """Machines with which every class is likely to be in every subset."""
 
@@ -30,7 +27,7 @@ def run(config: dict[str, Any]) -> None:
     check_choice("compare", "study", config["study"], STUDIES)
     study = STUDIES[config["study"]]
     pictures = tuple(f"{name}.png" for name in study.pictures)
-    files = (RESULTS, TABLE, CONFIG, *pictures)
+    files = (*RESULT_FILES, *pictures)
     out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
     check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
     check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
@@ -50,9 +47,7 @@ def run(config: dict[str, Any]) -> None:
         table += "\n" + markdown(apart, [(row.metric, 2) for row in apart[:1]])
     console.print(f"{study.question}\n\n{table}")
     with output_folder(out, files, config["overwrite"]) as folder:
-        pq.write_table(to_table(rows), folder / RESULTS)
-        (folder / TABLE).write_text(f"{study.question}\n\n{table}", encoding="utf-8")
-        (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+        write_results(folder, rows, f"{study.question}\n\n{table}", config)
         for name, draw in study.pictures.items():
             draw(rows).savefig(folder / f"{name}.png")
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s")

@@ -12,6 +12,7 @@ proposition 1).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import torch
@@ -63,7 +64,7 @@ def contributions(model: Model, features: np.ndarray, position: int) -> np.ndarr
     whole = float(code @ (ends[:, 1] - ends[:, 0]))
     panels = 8
     while True:
-        nodes, weights = (torch.from_numpy(values) for values in _quadrature(panels))
+        nodes, weights = _quadrature(panels)
         hidden, output = run(nodes)
         delta = first.slope(hidden) * (layers.w2[0].T @ (second.slope(output) * code[:, None]))
         found = (features - mean) * (layers.w1[0].T @ (delta @ weights)).numpy()
@@ -83,7 +84,9 @@ def bands_of(model: Model, contribution: np.ndarray) -> tuple[Band, ...]:
     )
 
 
-def _quadrature(panels: int) -> tuple[np.ndarray, np.ndarray]:
+@cache
+def _quadrature(panels: int) -> tuple[torch.Tensor, torch.Tensor]:
     """Nodes and weights on [0, 1], each (panels · 16,)."""
     begins = np.arange(panels)[:, None] / panels
-    return (begins + (_NODES + 1) / (2 * panels)).ravel(), np.tile(_WEIGHTS / (2 * panels), panels)
+    nodes = (begins + (_NODES + 1) / (2 * panels)).ravel()
+    return torch.from_numpy(nodes), torch.from_numpy(np.tile(_WEIGHTS / (2 * panels), panels))

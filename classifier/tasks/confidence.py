@@ -34,7 +34,8 @@ def class_logits(codes: np.ndarray, outputs: np.ndarray) -> np.ndarray:
 def softmax(logits: np.ndarray, temperature: float = 1.0) -> np.ndarray:
     """Probabilities (n, classes) of logits (n, classes) at a temperature: e^(ℓ/T) / Σ e^(ℓ/T)."""
     scaled = logits / temperature
-    return np.exp(scaled - logsumexp(scaled, axis=1, keepdims=True))
+    shares = np.exp(scaled - scaled.max(axis=1, keepdims=True))
+    return shares / shares.sum(axis=1, keepdims=True)
 
 
 def fit_temperature(logits: np.ndarray, positions: np.ndarray) -> float:

@@ -13,7 +13,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from torch import Tensor
 
 from classifier.network import Mlp
 from classifier.trainers.objective import Examples, Judged, JudgedError, NetworkError, Point
-from indexer_env.checks import check_integer, check_number
+from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.errors import refuse
 
 STACK = 128
@@ -77,11 +77,15 @@ class Trainer(ABC):
                       paper §4.1)
     goal              calibration error (mean square) at which a network stops
     minimum_gradient  length of the gradient below which a network stops
+    precision         "float64", or "float32" for rules of first order: nearly half the time
 
     Raises ParameterError.
     """
 
     kind: ClassVar[str]
+    first_order: ClassVar[bool] = False
+    """Whether the rule goes by the gradient alone and so bears single precision; line searches and second derivatives
+    by differences do not."""
     one_point: ClassVar[bool] = False
     """Whether each step evaluates one point, at which it ends or which it gives up: then the control error is had by
     the same product."""
@@ -93,6 +97,7 @@ class Trainer(ABC):
     patience: int = 20
     goal: float = 0.0
     minimum_gradient: float = 1e-7
+    precision: str = "float64"
 
     def __post_init__(self) -> None:
         owner = type(self).__name__
@@ -100,6 +105,7 @@ class Trainer(ABC):
         check_integer(owner, "patience", self.patience, low=1)
         check_number(owner, "goal", self.goal, low=0.0)
         check_number(owner, "minimum_gradient", self.minimum_gradient, low=0.0)
+        check_choice(owner, "precision", self.precision, ("float64", "float32") if self.first_order else ("float64",))
 
     @abstractmethod
     def begin(self, point: Point) -> Any:
@@ -129,18 +135,19 @@ class Trainer(ABC):
         progress  called with the number of epochs and the lowest control error so far, when either has
                   changed
 
-        The networks are trained on the device of `parameters` and in its precision, which `calibration` and `control`
-        share: float64, or float32 at half the cost, which the rules of descent by gradient alone (traingdx, traingda,
-        trainrp) bear; in stacks of at most STACK networks and MEMORY
-        bytes; on the CPU by as many threads as the tensor library has (`torch.set_num_threads`).
+        The networks are trained on the device of `parameters`, in stacks of at most STACK networks and MEMORY bytes, on
+        the CPU by as many threads as the tensor library has (`torch.set_num_threads`). What comes back has the
+        precision of `parameters`.
 
         Raises ParameterError for an empty subset.
         """
         for name, examples in (("calibration", calibration), ("control", control)):
             if len(examples.inputs) == 0:
                 raise refuse(type(self).__name__, name, "a subset with at least one record", "none")
-        objective = NetworkError(network, calibration, control, in_span=self.in_span)
-        record = _Record(parameters, self.epochs, progress)
+        precision = getattr(torch, self.precision)
+        subsets = (Examples(*(part.to(precision) for part in subset)) for subset in (calibration, control))
+        objective = NetworkError(network, *subsets, in_span=self.in_span)
+        record = _Record(parameters.to(precision), self.epochs, progress)
         threads = torch.get_num_threads() if parameters.device.type == "cpu" else 1
         one = self.memory_of_one(objective.network, len(calibration.inputs) + len(control.inputs))
         most = max(1, MEMORY // (threads * one))
@@ -157,15 +164,17 @@ class Trainer(ABC):
             record.abandoned = True
             pool.shutdown(cancel_futures=True)
             torch.set_num_threads(threads)
-        return record.training()
+        training = record.training()
+        return replace(training, parameters=training.parameters.to(parameters.dtype))
 
+    @torch.inference_mode()
     def _train_stack(self, objective: NetworkError, alive: np.ndarray, record: _Record) -> None:
         """Train the networks `alive`, rows of the record, as one stack until each is done."""
         working, offset = objective.enter(record.start[alive])
         at: Any = self._seen(objective, offset).evaluate(working)
         memory = self.begin(at)
         control_error = _control_error(objective, at, offset)
-        lowest, kept, since = control_error, working, np.zeros(len(alive), int)
+        lowest, kept, since = control_error, working.clone(), np.zeros(len(alive), int)
         record.look(0, alive, at.error, control_error)
 
         for epoch in range(1, self.epochs + 1):
@@ -174,7 +183,7 @@ class Trainer(ABC):
             record.look(epoch, alive, at.error, control_error)
             better = control_error < lowest
             lowest = torch.where(better, control_error, lowest)
-            kept = at.parameters if better.all() else torch.where(better[:, None], at.parameters, kept)
+            torch.where(better[:, None], at.parameters, kept, out=kept)
             since = np.where(better.cpu().numpy(), 0, since + 1)
 
             reasons = {

@@ -23,7 +23,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-from classifier.network import Activity, Layers, Mlp
+from classifier.network import Activity, Layers, Mlp, Scratch
 
 TILE = 64
 """Networks evaluated in one go on a CPU: enough to outweigh the cost of a call, few enough for its cache."""
@@ -66,6 +66,14 @@ class Objective(Protocol):
         ...
 
 
+class RoomyObjective(Protocol):
+    """An objective that is told where to leave its gradients."""
+
+    def evaluate(self, parameters: Tensor, room: Tensor | None = None) -> Point:
+        """The point at parameters (n, count); its gradient is written into `room` of that shape where given."""
+        ...
+
+
 def keep(old: AnyPoint, new: AnyPoint, rows: Tensor) -> AnyPoint:
     """The new point, but the old one in the rows of a mask (n,)."""
     return type(new)(*(torch.where(rows.view(-1, *[1] * (a.ndim - 1)), a, b) for a, b in zip(old, new, strict=True)))
@@ -105,6 +113,7 @@ class NetworkError:
         self.width = self.network.count + self.network.count % 2
         self.calibration, self._control = self._padded(calibration), self._padded(control)
         self._both = torch.cat([self.calibration.inputs, self._control.inputs])
+        self._scratch = Scratch()
 
     def _padded(self, examples: Examples) -> Padded:
         inputs = examples.inputs if self._basis is None else examples.inputs @ self._basis
@@ -143,22 +152,22 @@ class NetworkError:
         w1 = began + (w1 - began @ self._basis) @ self._basis.T
         return torch.cat([part.flatten(1) for part in (w1, *others)], dim=1)
 
-    def evaluate(self, parameters: Tensor) -> Point:
-        """The point at parameters (n, width)."""
-        error, gradient = self._empty(parameters)
+    def evaluate(self, parameters: Tensor, room: Tensor | None = None) -> Point:
+        """The point at parameters (n, width); its gradient is written into `room` (n, width) where given."""
+        error, gradient = self._empty(parameters, room)
         for rows, tile in _tiles(parameters):
             layers = self.network.layers(tile)
-            activity = self.network.forward(layers, self.calibration.inputs)
+            activity = self.network.forward(layers, self.calibration.inputs, scratch=self._scratch)
             self._descend(layers, activity, error[rows], gradient[rows])
         return Point(parameters, error, gradient)
 
-    def judge(self, parameters: Tensor, offset: Tensor | None) -> Judged:
+    def judge(self, parameters: Tensor, offset: Tensor | None, room: Tensor | None = None) -> Judged:
         """The point at parameters (n, width) and its errors on the control records, by one product for both subsets."""
-        error, gradient = self._empty(parameters)
+        error, gradient = self._empty(parameters, room)
         control, taught = torch.empty_like(error), len(self.calibration.inputs)
         for rows, tile in _tiles(parameters):
             layers = self.network.layers(tile)
-            hidden, output = self.network.forward(layers, self._both, _filled(offset, rows, len(tile)))
+            hidden, output = self.network.forward(layers, self._both, _filled(offset, rows, len(tile)), self._scratch)
             control[rows] = self._mean_square(output[:, :, taught:], self._control)[1][: rows.stop - rows.start]
             self._descend(layers, Activity(hidden[:, :, :taught], output[:, :, :taught]), error[rows], gradient[rows])
         return Judged(parameters, error, gradient, control)
@@ -168,13 +177,15 @@ class NetworkError:
         error = parameters.new_empty(len(parameters))
         for rows, tile in _tiles(parameters):
             layers = self.network.layers(tile)
-            output = self.network.forward(layers, self._control.inputs, _filled(offset, rows, len(tile))).output
+            output = self.network.forward(
+                layers, self._control.inputs, _filled(offset, rows, len(tile)), self._scratch
+            ).output
             error[rows] = self._mean_square(output, self._control)[1][: rows.stop - rows.start]
         return error
 
-    def _empty(self, parameters: Tensor) -> tuple[Tensor, Tensor]:
+    def _empty(self, parameters: Tensor, room: Tensor | None) -> tuple[Tensor, Tensor]:
         """Room for errors and gradients; the idle numbers of a gradient are zero."""
-        gradient = torch.empty_like(parameters)
+        gradient = torch.empty_like(parameters) if room is None else room
         gradient[:, self.network.count :] = 0.0
         return parameters.new_empty(len(parameters)), gradient
 
@@ -191,7 +202,7 @@ class NetworkError:
         miss, mean_square = self._mean_square(activity.output, self.calibration)
         error.copy_(mean_square[: len(error)])
         delta2 = miss.mul_(network.functions[1].slope(activity.output)).mul_(2 / (records * network.outputs))
-        network.backward(layers, inputs, activity.hidden, delta2, gradient)
+        network.backward(layers, inputs, activity.hidden, delta2, gradient, self._scratch)
 
 
 @dataclass(frozen=True)
@@ -201,9 +212,9 @@ class JudgedError:
     error: NetworkError
     offset: Tensor | None
 
-    def evaluate(self, parameters: Tensor) -> Judged:
+    def evaluate(self, parameters: Tensor, room: Tensor | None = None) -> Judged:
         """The point at parameters (n, width), one row for each offset."""
-        return self.error.judge(parameters, self.offset)
+        return self.error.judge(parameters, self.offset, room)
 
 
 def _filled(offset: Tensor | None, rows: slice, size: int) -> Tensor | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import torch
 from torch import Tensor
 
 from classifier.trainers.variable_rate import Memory, VariableRate
@@ -25,4 +26,4 @@ class TrainGda(VariableRate):
 
     def change(self, gradient: Tensor, memory: Memory) -> Tensor:
         """Downhill, as far as the rate says."""
-        return -memory.rate * gradient
+        return torch.mul(gradient, -memory.rate, out=memory.change)

@@ -40,4 +40,4 @@ class TrainGdx(VariableRate):
 
     def change(self, gradient: Tensor, memory: Memory) -> Tensor:
         """A share of the previous change, and downhill as far as the rate says."""
-        return (memory.change * self.momentum).addcmul_(memory.rate, gradient, value=-self.momentum)
+        return memory.change.mul_(self.momentum).addcmul_(memory.rate, gradient, value=-self.momentum)

@@ -43,6 +43,7 @@ class TrainRp(Trainer):
 
     kind: ClassVar[str] = "trainrp"
     one_point: ClassVar[bool] = True
+    first_order: ClassVar[bool] = True
     in_span: ClassVar[bool] = False
 
     size: float = 0.07

@@ -10,15 +10,19 @@ import torch
 from torch import Tensor
 
 from classifier.trainers.base import Step, Trainer
-from classifier.trainers.objective import Objective, Point, keep
+from classifier.trainers.objective import Point, RoomyObjective
 from indexer_env.checks import check_number
 
 
 class Memory(NamedTuple):
-    """Previous change of the parameters (n, count) and learning rate (n, 1)."""
+    """Previous change of the parameters (n, count), learning rate (n, 1), and room for the parameters and the gradient
+    (n, count) of the next point.
+    """
 
     change: Tensor
     rate: Tensor
+    parameters: Tensor
+    gradient: Tensor
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,7 @@ class VariableRate(Trainer):
     """
 
     one_point: ClassVar[bool] = True
+    first_order: ClassVar[bool] = True
 
     rate: float = 0.01
     rate_increase: float = 1.05
@@ -52,23 +57,30 @@ class VariableRate(Trainer):
 
     @abstractmethod
     def change(self, gradient: Tensor, memory: Memory) -> Tensor:
-        """Change of the parameters (n, count) to be tried."""
+        """Change of the parameters (n, count) to be tried, written over the previous one."""
 
     def begin(self, point: Point) -> Memory:
         """No previous change, the initial rate for every network."""
         rate = torch.full_like(point.error, self.rate)[:, None]
-        return Memory(torch.zeros_like(point.parameters), rate)
+        change, parameters, gradient = (torch.zeros_like(point.parameters) for _ in range(3))
+        return Memory(change, rate, parameters, gradient)
 
-    def step(self, at: Point, memory: Memory, objective: Objective) -> Step:
-        """One epoch of the rule; a network whose step is undone stays where it was."""
+    def step(self, at: Point, memory: Memory, objective: RoomyObjective) -> Step:
+        """One epoch of the rule; a network whose step is undone stays where it was.
+
+        Numbers of a whole stack are written over those of the point before the last, as fresh memory is first cleared
+        by the system.
+        """
         change = self.change(at.gradient, memory)
-        tried = objective.evaluate(at.parameters + change)
+        parameters = torch.add(at.parameters, change, out=memory.parameters)
+        tried = objective.evaluate(parameters, memory.gradient)
         undone = ~(tried.error <= self.maximum_increase * at.error)
         # Multiplied tensor by tensor: a factor chosen between two Python numbers would be a float32.
         lower = (tried.error < at.error)[:, None]
         rate = torch.where(lower, memory.rate * self.rate_increase, memory.rate)
         if undone.any():
-            tried = keep(at, tried, undone)
+            for new, old in zip(tried, at, strict=True):
+                new[undone] = old[undone]
             change[undone] = 0.0
             rate = torch.where(undone[:, None], memory.rate * self.rate_decrease, rate)
-        return Step(tried, Memory(change, rate), torch.zeros_like(undone))
+        return Step(tried, Memory(change, rate, at.parameters, at.gradient), torch.zeros_like(undone))

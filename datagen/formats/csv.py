@@ -23,8 +23,12 @@ from datagen.formats.kind import Format
 from datagen.formats.table import LARGEST_CONTENT, Column, MeasuredTable, finite, split_title
 from indexer_env.errors import SignalError
 
-_NUMBER = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*$"
+_PLAIN = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = rf"^\s*{_PLAIN}\s*$"
 _NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
+_PLAIN_ROWS = {delimiter: re.compile(f"{_PLAIN}(?:{delimiter}{_PLAIN})*") for delimiter in (";", "\t", ",")}
+"""By delimiter, the rows whose cells are numbers without spaces, quotes and decimal commas: those of most files."""
+
 _MISSING = {"", "nan", "-nan", "na", "n/a", "null", "inf", "-inf", "+inf"}
 _SNIFFED_LINES = 400
 _LARGEST_TEXT = LARGEST_CONTENT // 4
@@ -58,7 +62,8 @@ def _decode(path: Path, content: bytes) -> str:
 
 
 def _csv(path: Path, text: str) -> MeasuredTable:
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n")
+    # Nothing looks at single lines further down: the rest stays one piece of text.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n", 2 * _SNIFFED_LINES)
     delimiter, width, start = _layout(lines)
     if width == 0:
         raise SignalError(
@@ -83,36 +88,41 @@ def _csv(path: Path, text: str) -> MeasuredTable:
 def _layout(lines: list[str]) -> tuple[str, int, int]:
     """Delimiter, cells a row and index of the first row of numbers; the delimiter that makes most rows
     numeric wins."""
-    best = (0, ",", 0, 0)
-    for delimiter in (";", "\t", ","):
-        if not any(delimiter in line for line in lines[:_SNIFFED_LINES]):
-            continue
-        rows = [_split(line, delimiter) for line in lines[:_SNIFFED_LINES]]
-        numbers = {index: _numbers(cells) for index, cells in enumerate(rows) if len(cells) > 1}
+    best, sniffed = (0, ",", 0, 0), lines[:_SNIFFED_LINES]
+    for delimiter in _PLAIN_ROWS:
+        widths = [line.count(delimiter) + 1 for line in sniffed]
+        numbers = {
+            index: _numbers(line, delimiter, width)
+            for index, (line, width) in enumerate(zip(sniffed, widths, strict=True))
+            if width > 1
+        }
         # At least half the cells: a broken one must not turn the first row of data into a header.
-        numeric = {index: count for index, count in numbers.items() if len(rows[index]) <= 2 * count}
+        numeric = {index: count for index, count in numbers.items() if widths[index] <= 2 * count}
         if len(numeric) > best[0]:
-            start = _start(rows, numeric)
-            best = (len(numeric), delimiter, len(rows[start]), start)
+            start = _start(widths, numeric)
+            best = (len(numeric), delimiter, widths[start], start)
     if best[0]:
         return best[1:]
-    single = [index for index, line in enumerate(lines[:_SNIFFED_LINES]) if _NUMBER_OR_COMMA.match(line)]
+    single = [index for index, line in enumerate(sniffed) if _NUMBER_OR_COMMA.match(line)]
     return (";", 1, single[0]) if single else (",", 0, 0)
 
 
-def _start(rows: list[list[str]], numeric: dict[int, int]) -> int:
+def _start(widths: list[int], numeric: dict[int, int]) -> int:
     """First row of the data: the first with as many numbers as most have, or those broken ones that lead up to it; a
     preamble such as "rate;1000" stands apart, above the header. `numeric` counts the numbers of each row that has
     enough."""
     usual = statistics.mode(numeric.values())
     start = next(index for index, count in numeric.items() if count == usual)
-    while start - 1 in numeric and len(rows[start - 1]) == len(rows[start]):
+    while start - 1 in numeric and widths[start - 1] == widths[start]:
         start -= 1
     return start
 
 
-def _numbers(cells: list[str]) -> int:
-    return sum(bool(_NUMBER_OR_COMMA.match(cell)) for cell in cells)
+def _numbers(line: str, delimiter: str, width: int) -> int:
+    """How many of the `width` cells of a line are numbers."""
+    if _PLAIN_ROWS[delimiter].fullmatch(line):
+        return width
+    return sum(bool(_NUMBER_OR_COMMA.match(cell)) for cell in _split(line, delimiter))
 
 
 def _split(line: str, delimiter: str) -> list[str]:
@@ -192,8 +202,8 @@ def _parser(path: Path, name: str, texts: pa.StringArray, first_line: int) -> Ca
 
 
 def _decimals(texts: pa.StringArray) -> int | None:
-    head = texts[:_SNIFFED_LINES].to_pylist()
-    if any("e" in text.lower() for text in head):
+    head = texts[:_SNIFFED_LINES].to_numpy(zero_copy_only=False)
+    if any("e" in text or "E" in text for text in head):
         return None
     return max((len(text.strip().partition(".")[2]) for text in head), default=0)
 

@@ -149,6 +149,7 @@ def _columns(source: Source, label: Label, settings: Settings, recording: Record
         "unit": signal.unit,
         **label_columns(label),
         **asdict(known),
+        **source.faults,
         "source": source.name,
         "source_channel": recording.channel,
         "source_rate": signal.sample_rate,

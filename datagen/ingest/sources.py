@@ -9,13 +9,17 @@ from pathlib import Path
 from datagen.campaign import SUBSETS
 from datagen.file_table import FILE, files_found, table_rows
 from datagen.ingest.settings import Known
-from indexer_env.build import from_mapping
+from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import ParameterError, SignalError, refuse
+from indexer_env.faults import Faults
 
 CLASS, SUBSET = "class", "subset"
 _CONDITIONS = {known.name for known in fields(Known)} | {"motor_speed_rpm"}
-"""Columns of a labels table that are conditions; any further one is a group."""
+"""Columns of a labels table that are conditions."""
+
+_FAULT = "faults."
+"""How columns of a labels table begin that say how bad a fault is; any further one is a group."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Source:
         Text by name, e.g. {"machine": "B"}.
     known : mapping
         Conditions that the labels table says, as `settings.Known` takes them.
+    faults : mapping
+        Severities that the labels table says, by their column of `datagen.schema`.
     """
 
     path: Path
@@ -43,6 +49,7 @@ class Source:
     subset: str | None = None
     groups: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
+    faults: Mapping[str, float] = field(default_factory=dict)
 
 
 def sources_of(files: str, labels: Path | None) -> list[Source]:
@@ -109,10 +116,26 @@ def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> So
     known = {key: _number(cell, key, name, labels) for key, cell in row.items() if key in _CONDITIONS and cell}
     try:
         from_mapping(Known, known, "known")
+        faults = _faults(row, name, labels)
     except ParameterError as error:
         raise SignalError(f"{labels}, {name}: {error}") from None
-    groups = {key: cell for key, cell in row.items() if key not in (FILE, CLASS, SUBSET, *_CONDITIONS)}
-    return Source(path, name, row[CLASS], subset, groups, known)
+    own = (FILE, CLASS, SUBSET, *_CONDITIONS)
+    groups = {key: cell for key, cell in row.items() if key not in own and not key.startswith(_FAULT)}
+    return Source(path, name, row[CLASS], subset, groups, known, faults)
+
+
+def _faults(row: Mapping[str, str], name: str, labels: Path) -> dict[str, float]:
+    """The severities of a row, in SI units, where its cells state them; raises ParameterError."""
+    severities = [severity.name for severity in fields(Faults)]
+    stated, values = set(), {}
+    for key in (key for key in row if key.startswith(_FAULT)):
+        own = key.removeprefix(_FAULT)
+        field_name, _ = field_of("faults", own, severities)
+        if cell := row[key]:
+            stated.add(field_name)
+            values[own] = int(cell) if cell.isdecimal() else _number(cell, key, name, labels)
+    faults = from_mapping(Faults, values, "faults")
+    return {f"fault_{field_name}": getattr(faults, field_name) for field_name in sorted(stated)}
 
 
 def _number(cell: str, key: str, name: str, labels: Path) -> float:

@@ -8,20 +8,15 @@ from rich.console import Console
 
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder
-from discrepancy.challenge.draw import Order
+from discrepancy.challenge.plan import orders
 from discrepancy.challenge.run import run_challenge
-from indexer_env.errors import refuse
 
 
 @hydra_command("challenge")
 def main(config: dict[str, Any]) -> None:
     """Run the challenge of a composed configuration and print its tables."""
-    gap = config["gap"]
-    if not isinstance(gap, list):
-        raise refuse("challenge", "gap", "two numbers, the lowest and the highest", gap, "write gap=[1,10]")
-    order = Order(config["n"], config["seed"], config["kind"], str(config["play"]), tuple(gap), config["turns"])
     folder = job_folder("challenge", config["out"])
-    table = run_challenge(order, folder, config["executor"], config["processes"])
+    table = run_challenge(orders(config), folder, config["executor"], config["processes"])
     console = Console(highlight=False, soft_wrap=True)
     console.print(table, markup=False)
     console.print(f"Cases, table.md and cases.parquet are in {folder}", markup=False)

@@ -11,47 +11,62 @@ from typing import Any
 
 from discrepancy.candidates import Candidate
 from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, draw
-from discrepancy.challenge.records import read_records, write_records
+from discrepancy.challenge.records import read_case, write_records
 from discrepancy.explain import Explanation, explain
 from discrepancy.findings import Estimate
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import read
 from discrepancy.model import NONE
 from indexer_env.effects import Effect
+from indexer_env.errors import ParameterError, SignalError
 
 OUTCOMES = ("right", "ambiguous", "refused", "missed", "partly", "wrong")
 """right: what is hidden, and nothing else, is named, `none` where nothing is, `unexplained` where the library lacks it;
-ambiguous: it is among those that could not be told apart; refused: no name though the library has one; missed: "none"
-though something is hidden; partly: one of two, and no other; wrong: a name of something that is not there."""
+ambiguous: it is among those that could not be told apart; refused: no name though the library has one, or no fit;
+missed: "none" though something is hidden; partly: one of two, and no other; wrong: a name of what is not there."""
 
 
 def solve_case(order: Order, number: int) -> dict[str, Any]:
     """The scored answer of one case, as it stands in its file."""
     drawn = draw(order, number)
+    row = {
+        "case": number, "kind": order.kind, "play": order.play, "seed": order.seed, "turns": order.turns,
+        "hidden": [_told(effect) for effect in drawn.hidden],
+    }  # fmt: skip
     with tempfile.TemporaryDirectory(prefix="challenge-") as folder:
         begin = time.process_time()
         write_records(drawn, order.turns, Path(folder))
-        made = time.process_time()
-        fitted, held = read_records(Path(folder))
-        told = {"uncertainty": KNOWN_TO, "without": drawn.removed}
-        model = IndexerModel(drawn.nominal, fitted, **told)
-        wall = time.perf_counter()
-        answer = explain(model, IndexerModel(drawn.nominal, held, **told))
-        wall = time.perf_counter() - wall
-        spent = time.process_time() - made
+        made, wall = time.process_time(), time.perf_counter()
+        try:
+            given = read_case(Path(folder), drawn.nominal)
+        except (SignalError, ParameterError) as error:
+            answered = _turned_away(order, str(error))
+        else:
+            told = {"uncertainty": KNOWN_TO, "without": drawn.removed}
+            model, held_out = (IndexerModel(drawn.nominal, part, **told) for part in (given.fitted, given.held_out))
+            answered = _answered(drawn, explain(model, held_out), given.notes)
+        spent = {"cpu_s": time.process_time() - made, "wall_s": time.perf_counter() - wall}
+    return {**row, **answered, "truth_s": made - begin, **spent}
+
+
+def _answered(drawn: Draw, answer: Explanation, notes: tuple[str, ...]) -> dict[str, Any]:
     return {
-        "case": number, "kind": order.kind, "play": order.play, "seed": order.seed, "turns": order.turns,
-        "hidden": [_told(effect) for effect in drawn.hidden],
         "verdict": answer.verdict, "names": list(answer.names), "alike": list(answer.rounds[-1].names),
-        "reason": answer.reason, "outcome": outcome(drawn, answer),
+        "reason": answer.reason, "notes": list(notes), "outcome": outcome(drawn, answer),
         "gap": _none(answer).level, "left": answer.best.level,
         "before": answer.before, "after": answer.after, "black_box": answer.rounds[0].black_box,
         "closed_share": None if math.isnan(answer.closed_share) else answer.closed_share,
         "ranking": [[r.name, r.probability, r.heldout_gap, r.score] for r in answer.ranking],
         "intervals": intervals(drawn, answer), "found": [dataclasses.asdict(f) for f in answer.found],
         "rounds": [[_row_of(c) for c in naming.candidates] for naming in answer.rounds],
-        "truth_s": made - begin, "cpu_s": spent, "wall_s": wall,
     }  # fmt: skip
+
+
+def _turned_away(order: Order, why: str) -> dict[str, Any]:
+    """The answer where the records were refused before any fit; the gap is the least one asked for."""
+    unseen = dict.fromkeys(("left", "before", "after", "black_box", "closed_share"))
+    empty = {name: [] for name in ("names", "alike", "notes", "ranking", "intervals", "found", "rounds")}
+    return {"verdict": "turned away", "reason": why, "outcome": "refused", "gap": order.gap[0], **unseen, **empty}
 
 
 def _row_of(c: Candidate) -> list[Any]:

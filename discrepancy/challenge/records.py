@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
-from datagen.measured import read_signal
+from datagen.ingest.settings import Pulse
 from discrepancy.challenge.draw import Draw
 from discrepancy.challenge.truth import true_motion
-from discrepancy.indexer import Experiment
+from discrepancy.records.experiments import Experiments, experiments
+from discrepancy.records.quality import check_records
+from discrepancy.records.reading import read_records
 from indexer_env.effects import MachineEffect, SensorEffect
+from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
@@ -58,22 +60,21 @@ def write_records(drawn: Draw, turns: float, folder: Path) -> None:
         at_start, at_end = (_PULSE * drawn.rng.standard_normal(2)).tolist()
         turned = seen.motor_speed * truth.reduction * samples / _RATE
         rows.append({
-            "file": name, "motor_rpm": seen.motor_speed / _RPM * (1.0 + (at_end - at_start) / turned),
+            "file": name, "motor_speed_rpm": seen.motor_speed / _RPM * (1.0 + (at_end - at_start) / turned),
             "load_torque": load, "start_angle": seen.start_angle + at_start, "start_uncertainty": _PULSE,
             "speed_uncertainty": _PULSE * math.sqrt(2.0) / turned, "held_out": held_out,
         })  # fmt: skip
     (folder / _TABLE).write_text(yaml.safe_dump(rows, sort_keys=False), encoding="utf-8")
 
 
-def read_records(folder: Path) -> tuple[list[Experiment], list[Experiment]]:
-    """Experiments to fit and held out, from the files of a case."""
-    import yaml
+def read_case(folder: Path, nominal: Machine) -> Experiments:
+    """Experiments from the files of a case, through the same checks as a user's.
 
-    rows: list[dict[str, Any]] = yaml.safe_load((folder / _TABLE).read_text(encoding="utf-8"))
-    fitted: list[Experiment] = []
-    held: list[Experiment] = []
-    for row in rows:
-        point = OperatingPoint(row["motor_rpm"] * _RPM, row["load_torque"], row["start_angle"])
-        known = {"start_uncertainty": row["start_uncertainty"], "speed_uncertainty": row["speed_uncertainty"]}
-        (held if row["held_out"] else fitted).append(Experiment(read_signal(folder / row["file"]), point, **known))
-    return fitted, held
+    Raises
+    ------
+    SignalError, ParameterError
+        Records that the checks refuse.
+    """
+    records = read_records(str(folder), None, {}, Pulse(), [])
+    check_records(records, nominal)
+    return experiments(records, nominal, Sensor())

@@ -10,27 +10,19 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from discrepancy.challenge.case import OUTCOMES
+from discrepancy.challenge.criteria import LARGE, criteria
+from discrepancy.challenge.draw import PLAYS
+from discrepancy.challenge.tables import table, wilson
 
 Case = dict[str, Any]
 
-_NORMAL_95 = 1.96
-_SIZES = (1.0, 1.5, 3.0, 6.0, math.inf)
+_SIZES = (1.0, 1.5, LARGE, 6.0, math.inf)
 """Edges of the gap (base model's level over the noise) by which cases are counted."""
-
-
-def wilson(hits: int, of: int) -> tuple[float, float]:
-    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
-    if of == 0:
-        return 0.0, 1.0
-    share, z2 = hits / of, _NORMAL_95**2
-    middle = (share + z2 / (2 * of)) / (1.0 + z2 / of)
-    half = _NORMAL_95 * math.sqrt(share * (1.0 - share) / of + z2 / (4 * of**2)) / (1.0 + z2 / of)
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def summary(cases: Sequence[Case]) -> str:
     """The tables of a challenge in Markdown."""
-    parts = [_outcomes(cases), _numbers(cases)]
+    parts = [criteria(cases), _outcomes(cases), _numbers(cases)]
     if any(case["kind"] == "single" for case in cases):
         parts.append(_by_effect([case for case in cases if case["kind"] == "single"]))
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -46,11 +38,6 @@ def confusion(cases: Iterable[Case]) -> Counter[tuple[str, str]]:
     return counted
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def _outcomes(cases: Sequence[Case]) -> str:
     rows = []
     for kind, play in sorted({(case["kind"], case["play"]) for case in cases}):
@@ -60,7 +47,7 @@ def _outcomes(cases: Sequence[Case]) -> str:
             sized = [case for case in mine if low <= max(case["gap"], 1.0) < high]
             if sized:
                 rows.append(_row(kind, play, low, high, sized))
-    return _table(["kind", "play", "gap", "cases", "right", "95 %", *OUTCOMES[1:]], rows)
+    return table(["kind", "play", "gap", "cases", "right", "95 %", *OUTCOMES[1:]], rows)
 
 
 def _row(kind: str, play: str, low: float, high: float, cases: Sequence[Case]) -> list[str]:
@@ -74,7 +61,7 @@ def _row(kind: str, play: str, low: float, high: float, cases: Sequence[Case]) -
 
 def _numbers(cases: Sequence[Case]) -> str:
     right = [case for case in cases if case["outcome"] == "right" and case["names"] and case["kind"] != "outside"]
-    large = [case for case in right if case["gap"] >= 3.0]
+    large = [case for case in right if case["gap"] >= LARGE]
     rows = [
         ["processor time of a search", _median([case["cpu_s"] for case in cases], "s")],
         ["wall time of a search", _median([case["wall_s"] for case in cases], "s")],
@@ -82,9 +69,7 @@ def _numbers(cases: Sequence[Case]) -> str:
         ["closed share on the speed never fitted, rightly named", _median(_closed(right), "")],
         ["the same, gap ≥ 3", _median(_closed(large), "")],
     ]
-    for label, effects in (("effects'", True), ("the machine's", False)):
-        rows.append([f"{label} 95 % intervals that hold the truth", _coverage(right, effects)])
-    return _table(["quantity", "value"], rows)
+    return table(["quantity", "value"], rows)
 
 
 def _closed(cases: Iterable[Case]) -> list[float]:
@@ -98,28 +83,17 @@ def _median(values: Sequence[float], unit: str) -> str:
     return f"median {statistics.median(values):.3g} {unit}".strip() + f" ({low:.3g} to {high:.3g}, n = {len(values)})"
 
 
-def _coverage(cases: Iterable[Case], effects: bool) -> str:
-    rows = [
-        row
-        for case in cases
-        for row in case["intervals"]
-        if effects == any(row[0].startswith(f"{effect['name']}.") for effect in case["hidden"])
-    ]
-    hits = sum(low <= truth <= high for _, truth, _, low, high in rows)
-    low, high = wilson(hits, len(rows))
-    share = f"{100 * hits / len(rows):.0f} %" if rows else "–"
-    return f"{hits} of {len(rows)}: {share} ({100 * low:.0f}–{100 * high:.0f} %)"
-
-
 def _by_effect(cases: Sequence[Case]) -> str:
-    """One row for each hidden effect: how often right at a gap of 3 or more, and below, and what else was answered."""
+    """One row for each hidden effect: how often right at a large gap, for each play, and below; and what else came."""
     counted = confusion(cases)
+    plays = [play for play in PLAYS if any(case["play"] == play for case in cases)]
     rows = []
     for name in sorted({case["hidden"][0]["name"] for case in cases}):
         mine = [case for case in cases if case["hidden"][0]["name"] == name]
-        shares = []
-        for group in ([c for c in mine if c["gap"] >= 3.0], [c for c in mine if c["gap"] < 3.0]):
-            shares.append(f"{sum(c['outcome'] == 'right' for c in group)} of {len(group)}")
+        groups = [[c for c in mine if c["play"] == play and c["gap"] >= LARGE] for play in plays]
+        groups.append([c for c in mine if c["gap"] < LARGE])
+        shares = [f"{sum(c['outcome'] == 'right' for c in group)} of {len(group)}" for group in groups]
         others = [f"{found} {n}" for (hidden, found), n in sorted(counted.items()) if hidden == name and found != name]
         rows.append([name, *shares, ", ".join(others) or "–"])
-    return _table(["hidden", "right, gap ≥ 3", "right, gap < 3", "other answers"], rows)
+    head = [f"play {play}, gap ≥ {LARGE:g}" for play in plays]
+    return table(["hidden: right", *head, f"gap < {LARGE:g}", "other answers"], rows)

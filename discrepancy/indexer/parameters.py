@@ -40,6 +40,15 @@ def base_parameters(machine: Machine, uncertainty: dict[str, float]) -> tuple[Pa
     return tuple(parameters)
 
 
+def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
+    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
+    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
+    return (
+        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
+        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
+    )
+
+
 def read(machine: Machine, name: str) -> float:
     """Value of a parameter, ``joint.field`` or ``field``."""
     owner: object = machine
@@ -61,12 +70,3 @@ def changed(machine: Machine, values: dict[str, float]) -> Machine:
     for joint, changes in joints.items():
         fields[joint] = dataclasses.replace(getattr(machine, joint), **changes)
     return dataclasses.replace(machine, **fields)
-
-
-def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
-    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
-    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
-    return (
-        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
-        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
-    )

@@ -70,8 +70,7 @@ def _records(outcome: Outcome) -> Figure:
     below.set_xlabel("time since the first sample [s]")
     for ax in (above, below):
         ax.set_ylabel(f"[{view.unit.replace('^2', '²')}]")
-    above.legend(loc="upper right", ncols=3)
-    below.legend(handles=[below.patches[0]], loc="upper right")
+    figure.legend(handles=[*above.lines, below.patches[0]], loc="outside upper right", ncols=4, fontsize=8)
     return figure
 
 
@@ -85,10 +84,10 @@ def _maps(outcome: Outcome) -> Figure:
     pictures = [("base model", outcome.where)]
     if outcome.effects:
         pictures.append(("extended model", outcome.where_after))
-    highest = max(float(np.nanmax(where.map.levels)) for _, where in pictures)
+    highest = max(3.0, *(float(np.nanmax(where.map.levels)) for _, where in pictures))
     figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(outcome.where.map.upwards.labels))), layout="constrained")
     axes = figure.subplots(1, len(pictures), squeeze=False, sharey=True)[0]
-    norm = LogNorm(0.9, max(highest, 3.0))
+    norm = LogNorm(0.9, highest)
     mesh = None
     for ax, (title, where) in zip(axes, pictures, strict=True):
         mesh = _map(ax, where.map, norm)
@@ -96,7 +95,7 @@ def _maps(outcome: Outcome) -> Figure:
     axes[0].set_ylabel(outcome.where.map.upwards.name)
     assert mesh is not None
     bar = figure.colorbar(mesh, ax=list(axes), label="rms over the noise", pad=0.01, aspect=14)
-    ticks = [t for t in (1, 2, 3, 5, 10, 20, 50, 100) if t <= norm.vmax]  # type: ignore[operator]
+    ticks = [t for t in ((1, 2, 3, 5, 10) if highest < 20.0 else (1, 3, 10, 30, 100, 300, 1000)) if t <= highest]
     bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
     bar.minorticks_off()
     return figure
@@ -145,16 +144,20 @@ def _cells(where: Where, axis: str):
 def _bars(ax: Axes, name: str, before: Sequence[Any], after: Sequence[Any] | None) -> None:
     at = np.arange(len(before))
     width = 0.42 if after else 0.8
-    ax.bar(at - (width / 2 if after else 0), [c.level for c in before], width, color=BEFORE, label="base model")
+    left = at - width / 2 if after else at
+    ax.bar(left, [c.level for c in before], width, color=BEFORE, label="base model")
     if after:
         ax.bar(at + width / 2, [c.level for c in after], width, color=AFTER, label="extended model")
-    ax.plot(at, [c.expected for c in before], "_", color="black", markersize=8, label="expected of noise")
+    expected = [c.expected for c in before]
+    ax.hlines(expected, at - 0.42, at + 0.42, color="black", linewidth=0.8, label="expected of noise")
+    logarithmic = max(c.level for c in before) > 8.0
     marks = [k for k, c in enumerate(before) if c.significant]
-    ax.plot(at[marks], [before[k].level * 1.05 for k in marks], "*", color="black", markersize=4, label="beyond chance")
+    above = [before[k].level * (1.3 if logarithmic else 1.05) for k in marks]
+    ax.plot(left[marks], above, "*", color="black", markersize=4, label="beyond chance")
     every = max(1, len(before) // 8)
     ax.set_xticks(at[::every], [_tick(c.label) for c in before[::every]])
     ax.set_title(_titled(name, [c.label for c in before]))
-    ax.set_yscale("log" if max(c.level for c in before) > 8.0 else "linear")
+    ax.set_yscale("log" if logarithmic else "linear")
 
 
 def _tick(label: str) -> str:

@@ -59,7 +59,7 @@ def csv(place, dataset):
 
 def test_training_leaves_a_model_its_results_and_pictures(place):
     names = {path.name for path in (place / "model").iterdir()}
-    pictures = {f"{name}.png" for name in ("accelerations", "psds", "training", "confusion")}
+    pictures = {f"{name}.png" for name in ("accelerations", "psds", "training", "confusion", "reliability")}
     assert names == {"model.safetensors", "model.yaml", "results.json", "results.parquet"} | pictures
     assert names | {"tensorboard"} == set(training.FILES)
     assert {path.name for path in place.iterdir()} >= {"set", "model"}

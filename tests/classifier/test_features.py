@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +20,16 @@ def test_parseval_whole_band():
         power.append(np.sum((window * (part - part.mean())) ** 2) / np.sum(window**2))
     assert len(power) == 15
     assert psd.density(record, rate).sum() * 1.0 == pytest.approx(np.mean(power), rel=1e-12)
+
+
+@pytest.mark.parametrize("resolution", [0.5, 1.0, 1000 / 501, 64.0])
+def test_densities_are_those_of_scipy(resolution):
+    """Segments of even and odd length, up to half the rate."""
+    records = np.random.default_rng(4).standard_normal((3, 8200)) + 1.0
+    psd = Psd(resolution_hz=resolution, maximum_hz=500.0)
+    frequencies, densities = scipy.signal.welch(records, 1000.0, nperseg=psd.segment(1000.0))
+    assert psd.frequencies(1000.0) == pytest.approx(frequencies)
+    assert psd.density(records, 1000.0) == pytest.approx(densities, rel=1e-12)
 
 
 def test_a_sine_lands_in_its_bin_with_half_its_amplitude_squared():

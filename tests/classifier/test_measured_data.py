@@ -11,17 +11,19 @@ import pytest
 from classifier import __main__ as training
 from classifier.dataset import load_dataset
 from classifier.diagnose import __main__ as diagnosing
+from datagen.check import check
 from datagen.ingest import __main__ as ingesting
 
 RATE, PERIOD = 500.0, 1.0
 TONES = {"intact": 20.0, "worn": 45.0}
 
 
-def write(path, tone, seed, turns=3, rate=RATE):
+def write(path, tone, seed, turns=3, rate=RATE, amplitude=1.0):
     """A tone in noise, m/s², with a pulse at each turn of about one second."""
     rng = np.random.default_rng(seed)
     time = np.arange(round((turns + 0.6) * PERIOD * rate)) / rate
-    values = np.sin(2 * np.pi * tone * time + rng.uniform(0, 6)) + 0.2 * rng.standard_normal(time.size)
+    tones = amplitude * np.sin(2 * np.pi * tone * time + rng.uniform(0, 6))
+    values = tones + 0.2 * rng.standard_normal(time.size)
     pulse = 5.0 * ((time - 0.25) % PERIOD < 0.1) * (time > 0.2)
     rows = [f"{t:.4f},{v:.5f},{p:.1f}" for t, v, p in zip(time, values, pulse, strict=True)]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,6 +76,32 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
         assert (told["verdicts"], told["turns_not_diagnosed"]) == ({"worn": 3}, 0)
     code, out, _ = command(diagnosing, "model=model", "signal=set")
     assert code == 0 and "right        100 % of the turns" in out
+
+
+def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
+    """The tone grows with the play that the table states; seeds 0 to 29 and 99."""
+    rows = ["file,class,faults.backlash_deg"]
+    for number in range(30):
+        backlash = 0.0 if number % 3 == 0 else 2.0 + 0.5 * number
+        name = "intact" if backlash == 0.0 else "worn"
+        write(tmp_path / "bench" / f"{number}.csv", TONES[name], number, amplitude=1.0 + 0.2 * backlash)
+        rows.append(f"{number}.csv,{name},{backlash}")
+    (tmp_path / "labels.csv").write_text("\n".join(rows))
+    of_turns = (f"sample_rate={RATE}", f"period={PERIOD}")
+    assert command(ingesting, "files=bench", "labels=labels.csv", "out=set", *of_turns)[0] == 0
+    data = load_dataset(tmp_path / "set")
+    assert np.ptp(np.degrees(data.table.column("fault_backlash").to_numpy())) == pytest.approx(16.5)
+    assert data.table.column("fault_roller_crack").null_count == len(data.records)
+    assert check(tmp_path / "set").faults == []
+
+    code, _, err = command(training, "data=set", "out=model", "restarts=2", "features.resolution_hz=2")
+    assert (code, err) == (0, "")
+    write(tmp_path / "new.csv", TONES["worn"], 99, amplitude=1.0 + 0.2 * 10.0)
+    assert command(diagnosing, "model=model", "signal=new.csv", "out=new")[0] == 0
+    told = json.loads((tmp_path / "new" / "new.diagnosis.json").read_text())
+    assert len(told["turns"]) == 3
+    for turn in told["turns"]:
+        assert turn["assessment"]["backlash_deg"] == pytest.approx(10.0, abs=2.0)
 
 
 def test_a_class_that_no_validation_file_has_is_refused(command, tmp_path):

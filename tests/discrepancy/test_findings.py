@@ -47,7 +47,7 @@ class Line(Model):
 
 def fitted(model: Model):
     problem = Problem(model, NONE)
-    place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=20).place
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((len(model.counts), 0))), steps=20).place
     return findings(model, place)
 
 
@@ -71,6 +71,19 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         low, high = (e := fitted(Line(a + b, rng)).estimates[1]).low, e.high
         held += low <= b <= high
     assert 0.89 <= held / 200 <= 1.0
+
+
+def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
+    """Seed 10: the slope of each of 40 windows is drawn anew, 0.5 about 1; the interval is that of their mean."""
+    rng = np.random.default_rng(10)
+    model = Line(0.0, rng)
+    model.counts, model.groups = np.full(40, 25), np.zeros(40, dtype=np.int64)
+    model.x = np.tile(np.linspace(0.5, 1.0, 25), (40, 1))
+    slopes = 1.0 + 0.5 * rng.standard_normal((40, 1))
+    model.y = slopes * model.x + 0.1 * rng.standard_normal((40, 25))
+    estimate = fitted(model).estimates[1]
+    told = (estimate.high - estimate.low) / 3.92
+    assert told == pytest.approx(np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1), rel=0.15)
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:

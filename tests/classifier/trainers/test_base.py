@@ -43,18 +43,37 @@ def test_each_network_of_a_stack_is_as_trained_alone(problem, wide_problem, kind
         assert same(together, i, rule.train(network, start[i : i + 1], calibration, control))
 
 
-@pytest.mark.parametrize("kind", ["traingdx", "traingda", "trainrp"])
+FIRST_ORDER = ["traingdx", "traingda", "trainrp"]
+
+
+@pytest.mark.parametrize("kind", FIRST_ORDER)
 def test_single_precision_reaches_the_same(wide_problem, kind):
     """Not the same networks, as rounding tells them apart in the end, but networks as good; start of seed 3."""
     network, _, *subsets = wide_problem
     start = network.initial(40, torch.Generator().manual_seed(3))
     reached = []
-    for dtype in (torch.float64, torch.float32):
-        examples = [Examples(*(part.to(dtype) for part in subset)) for subset in subsets]
-        training = TRAINERS[kind](epochs=300).train(network, start.to(dtype), *examples)
-        assert training.parameters.dtype is dtype
+    for precision in ("float64", "float32"):
+        training = TRAINERS[kind](epochs=300, precision=precision).train(network, start, *subsets)
+        assert training.parameters.dtype is torch.float64
+        single = torch.equal(training.parameters, training.parameters.float().double())
+        assert single == (precision == "float32")
         reached.append(np.nanmin(training.control_error, axis=0))
     assert np.mean(reached[1]) == pytest.approx(np.mean(reached[0]), rel=0.02)
+
+
+@pytest.mark.parametrize("kind", FIRST_ORDER)
+def test_each_network_of_a_stack_in_single_precision_is_as_trained_alone(problem, kind):
+    network, start, calibration, control = problem
+    rule = TRAINERS[kind](epochs=400, patience=6, precision="float32")
+    together = rule.train(network, start, calibration, control)
+    for i in range(len(start)):
+        assert same(together, i, rule.train(network, start[i : i + 1], calibration, control))
+
+
+@pytest.mark.parametrize("kind", sorted(set(TRAINERS) - set(FIRST_ORDER)))
+def test_rules_of_second_order_take_double_precision_alone(kind):
+    with pytest.raises(ParameterError, match=r"precision must be one of float64, got 'float32'"):
+        TRAINERS[kind](precision="float32")
 
 
 @pytest.mark.parametrize("kind", ["traingdx", "trainbfg"])

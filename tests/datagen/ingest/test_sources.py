@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -70,6 +71,34 @@ def test_a_labels_table_gives_classes_groups_and_conditions(bench):
         bench / "worn/a.csv", "worn/a.csv", "cracked roller", "control", {"machine": "M1"}, {"motor_speed_rpm": 1500.0}
     )
     assert found["worn/b.tdms"].known == {}
+
+
+def test_a_labels_table_gives_severities_in_the_units_of_the_data_set(bench):
+    labels = table(
+        bench,
+        "file,class,faults.backlash_deg,faults.roller_crack,faults.cracked_station\n"
+        "worn/a.csv,worn,90,0.4,3\nworn/b.tdms,worn,45,,\nhealthy/a.csv,intact,0,0,\n",
+    )
+    found = {source.name: source for source in sources_of(str(bench), labels)}
+    assert all(source.groups == {} for source in found.values())
+    assert found["worn/a.csv"].faults == {
+        "fault_backlash": pytest.approx(np.pi / 2), "fault_roller_crack": 0.4, "fault_cracked_station": 3
+    }  # fmt: skip
+    assert found["worn/b.tdms"].faults == {"fault_backlash": pytest.approx(np.pi / 4)}
+    assert found["healthy/a.csv"].faults == {"fault_backlash": 0.0, "fault_roller_crack": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "words"),
+    [
+        ("faults.backlsh_deg", "3", "faults has no parameter 'backlsh_deg'; did you mean"),
+        ("faults.backlash_deg", "-3", "faults.backlash must be"),
+        ("faults.screw_looseness", "loose", "faults.screw_looseness must be a number, got 'loose'"),
+    ],
+)
+def test_a_severity_that_is_none_is_refused(bench, column, cell, words):
+    said = refusal(bench, f"file,class,{column}\nworn/a.csv,x,{cell}\nworn/b.tdms,x,\nhealthy/a.csv,y,\n")
+    assert words in said and "labels.csv, " in said
 
 
 def test_a_table_that_leaves_a_doubt_is_refused(bench):

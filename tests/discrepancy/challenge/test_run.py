@@ -4,11 +4,15 @@ import json
 
 import pyarrow.parquet
 import pytest
+import yaml
 
+import discrepancy.challenge.case as case_module
 from discrepancy.challenge import run
 from discrepancy.challenge.case import solve_case
 from discrepancy.challenge.draw import HIDDEN, Order
-from indexer_env.errors import ParameterError
+from discrepancy.challenge.records import write_records
+from discrepancy.challenge.score import summary
+from indexer_env.errors import ParameterError, SimulationError
 
 
 def answered(order: Order, number: int) -> dict:
@@ -29,8 +33,8 @@ def test_only_cases_without_a_file_are_solved(tmp_path, monkeypatch) -> None:
         return answered(order, number)
 
     monkeypatch.setattr(run, "solve_case", solve)
-    run.run_challenge(Order(2, 5, "none"), tmp_path)
-    table = run.run_challenge(Order(4, 5, "none"), tmp_path)
+    run.run_challenge([Order(2, 5, "none")], tmp_path)
+    table = run.run_challenge([Order(4, 5, "none")], tmp_path)
     assert solved == [0, 1, 2, 3]
     assert "| none | healthy | all | 4 | 4 (100 %) |" in table
     assert (tmp_path / "table.md").read_text() == table
@@ -41,14 +45,48 @@ def test_only_cases_without_a_file_are_solved(tmp_path, monkeypatch) -> None:
 
 def test_other_sizes_are_other_cases(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(run, "solve_case", answered)
-    run.run_challenge(Order(1, 5, gap=(1.0, 3.0)), tmp_path)
-    run.run_challenge(Order(1, 5, gap=(3.0, 10.0)), tmp_path)
+    run.run_challenge([Order(1, 5, gap=(1.0, 3.0))], tmp_path)
+    run.run_challenge([Order(1, 5, gap=(3.0, 10.0))], tmp_path)
     assert len(list((tmp_path / "cases").glob("*.json"))) == 2
+
+
+def test_a_case_that_cannot_be_made_keeps_no_other_from_its_answer(tmp_path, monkeypatch) -> None:
+    def solve(order: Order, number: int) -> dict:
+        if number == 1:
+            raise SimulationError("reference left the physical range.")
+        return answered(order, number)
+
+    monkeypatch.setattr(run, "solve_case", solve)
+    with pytest.raises(SimulationError, match=r"^1 of 3 cases have no answer, the first by this: Case 1 .* range\.$"):
+        run.run_challenge([Order(3, 5, "none")], tmp_path)
+    assert "| none | healthy | all | 2 | 2 (100 %) |" in (tmp_path / "table.md").read_text()
+
+
+def test_the_table_of_a_folder_without_cases_is_refused(tmp_path) -> None:
+    with pytest.raises(ParameterError, match=r"challenge\.out must be a folder with solved cases, got"):
+        run.run_challenge([], tmp_path / "nothing")
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_records_that_the_checks_refuse_are_an_answer(monkeypatch) -> None:
+    """Seed 3: records whose stated speed is 5 % off are refused by the command's own checks, and counted so."""
+
+    def written(drawn, turns, folder) -> None:
+        write_records(drawn, turns, folder)
+        table = folder / "records.yaml"
+        rows = yaml.safe_load(table.read_text())
+        table.write_text(yaml.safe_dump([{**r, "motor_speed_rpm": 1.05 * r["motor_speed_rpm"]} for r in rows]))
+
+    monkeypatch.setattr(case_module, "write_records", written)
+    case = solve_case(Order(1, 3, turns=0.7), 0)
+    assert (case["outcome"], case["verdict"], case["names"]) == ("refused", "turned away", [])
+    assert "record_0.csv: the motor speed must be that of the record" in case["reason"]
+    assert "1 | 0 (0 %)" in summary([case])
 
 
 def test_a_number_of_processes_for_a_cluster_is_refused(tmp_path) -> None:
     with pytest.raises(ParameterError, match=r"challenge\.processes must be 1 with executor=ray, got 4"):
-        run.run_challenge(Order(1, 5), tmp_path, "ray", 4)
+        run.run_challenge([Order(1, 5)], tmp_path, "ray", 4)
 
 
 @pytest.mark.parametrize(
@@ -67,3 +105,26 @@ def test_short_challenge(kind: str, number: int) -> None:
 
 def test_processes_give_every_answer() -> None:
     assert sorted(run.side_by_side(2, abs, [-3, -2, -1])) == [1, 2, 3]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_cases_on_a_cluster_get_the_same_answers(tmp_path) -> None:
+    """Seed 3, two cases with nothing hidden, on a cluster of one core: all but the times is as in this process."""
+    ray = pytest.importorskip("ray", reason="needs the extra [ray]")
+    order = Order(2, 3, "none", turns=0.7)
+    ray.init("local", num_cpus=1, include_dashboard=False, log_to_driver=False)
+    try:
+        run.run_challenge([order], tmp_path / "ray", "ray")
+    finally:
+        ray.shutdown()
+    run.run_challenge([order], tmp_path / "local")
+    there, here = (
+        [json.loads(path.read_text()) for path in sorted((tmp_path / where / "cases").glob("*.json"))]
+        for where in ("ray", "local")
+    )
+    assert len(there) == 2
+    for case in (*there, *here):
+        for name in ("truth_s", "cpu_s", "wall_s"):
+            assert case.pop(name) > 0.0
+    assert there == here

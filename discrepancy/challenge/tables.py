@@ -1,0 +1,43 @@
+"""Shares with their intervals, and tables in Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+_NORMAL_95 = 1.96
+
+
+def wilson(hits: int, of: int) -> tuple[float, float]:
+    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
+    if of == 0:
+        return 0.0, 1.0
+    share, z2 = hits / of, _NORMAL_95**2
+    middle = (share + z2 / (2 * of)) / (1.0 + z2 / of)
+    half = _NORMAL_95 * math.sqrt(share * (1.0 - share) / of + z2 / (4 * of**2)) / (1.0 + z2 / of)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def share(hits: int, of: int) -> tuple[str, str]:
+    """ "19 of 20 (95 %)" and its interval "76–99 %"; dashes where there is no case."""
+    if not of:
+        return "no case", "–"
+    low, high = wilson(hits, of)
+    return f"{hits} of {of} ({100 * hits / of:.1f} %)", f"{100 * low:.1f}–{100 * high:.1f} %"
+
+
+def covered(cases: Iterable[dict[str, Any]], effects: bool) -> tuple[int, int]:
+    """Intervals that hold the truth, and how many there are: of hidden effects, or of the machine's own parameters."""
+    rows = [
+        row
+        for case in cases
+        for row in case["intervals"]
+        if effects == any(row[0].startswith(f"{effect['name']}.") for effect in case["hidden"])
+    ]
+    return sum(low <= truth <= high for _, truth, _, low, high in rows), len(rows)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Rows of texts under a head, in Markdown."""
+    return "\n".join("| " + " | ".join(line) + " |" for line in (head, ["---"] * len(head), *rows))

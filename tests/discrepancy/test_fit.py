@@ -1,0 +1,61 @@
+"""A fit comes to rest where the records tell little as well, on a model whose answer is known in closed form."""
+
+import logging
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from discrepancy.fit import fit
+from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.problem import Problem
+from discrepancy.stages import FITS
+
+RATIO, SUM = 1e4, 3.0
+"""Derivatives of the residuals by a - b and by a + b."""
+
+
+class Valley(Model):
+    """4 windows of 50 samples, noise 1 (seed 4): the cost is a long valley along a = b, from 0 to 1.5."""
+
+    def __init__(self) -> None:
+        self.parameters = (Parameter("a", "-", 0.0, 1.0), Parameter("b", "-", 0.0, 1.0))
+        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
+        rng = np.random.default_rng(4)
+        across, along = rng.standard_normal((2, 4, 50)) / np.sqrt(200.0)
+        self.slopes = np.array([RATIO * across + SUM * along, -RATIO * across + SUM * along])
+        self.measured = np.einsum("gwn,g->wn", self.slopes, [1.5, 1.5]) + rng.standard_normal((4, 50))
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {}
+
+    def extended(self, hypothesis: Hypothesis) -> Model:
+        return self
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return (
+            np.einsum("gjn,jg->jn", self.slopes[:, jobs.window], jobs.points[jobs.point]) - self.measured[jobs.window]
+        )
+
+    def features(self) -> np.ndarray:
+        return np.zeros((4, 50, 1))
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 0
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        return np.zeros((0, 0))
+
+
+@pytest.mark.parametrize(("thorough", "left"), [(True, 0.05), (False, 1.0)])
+def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, left: float, caplog) -> None:
+    """Least squares says where the floor is; damped steps alone stop on the way there. The fit is told of."""
+    caplog.set_level(logging.DEBUG, FITS)
+    model = Valley()
+    flat = model.slopes.reshape(2, -1)
+    floor = np.linalg.solve(flat @ flat.T, flat @ model.measured.ravel())
+    problem = Problem(model, NONE)
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=30, thorough=thorough).place
+    missing = float(abs(place.z - floor).max())
+    assert missing < left if thorough else missing > left
+    assert caplog.messages == [f"none at {place.level(model):.2f} times the noise"]
