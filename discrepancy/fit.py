@@ -122,7 +122,7 @@ def _rested(exact: Problem, place: Point) -> Point:
 def _doubted(exact: Problem, place: Point) -> Point:
     """The place, or a better one found with its strange parameters at nominal: what is far from what was believed, and
     explains the records nevertheless, may be a local minimum."""
-    strange = (exact.precision > 0.0) & (np.abs(place.z) > _STRANGE) & exact.of_machine
+    strange = (exact.precision > 0.0) & (np.abs(place.z) > _STRANGE) & exact.of_machine & exact.movable
     if not strange.any():
         return place
     again = exact.searched(exact.point(np.where(strange, 0.0, place.z), place.states))

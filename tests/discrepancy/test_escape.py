@@ -120,3 +120,20 @@ def test_the_wider_the_gap_the_heavier_what_is_known() -> None:
     gap = float(np.median(place.squares / model.counts))
     assert cautious.eased(place).precision == pytest.approx(cautious.precision * gap)
     assert exact.eased(place).precision == pytest.approx(exact.precision)
+
+
+class Flat(Valley):
+    """Records that say nothing about the two parameters."""
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return np.zeros((len(jobs.window), 2))
+
+
+@pytest.mark.parametrize("frozen", [True, False])
+def test_frozen_physics_is_not_doubted(frozen: bool) -> None:
+    model = Flat()
+    known = Parameter("a", "-", 1.0, 0.3, known=True)
+    model.parameters = (known, known)
+    problem = Problem(model, NONE, frozen=frozen)
+    place = fit(problem, problem.point(np.full(2, 2.5), np.zeros((2, 0))), steps=3, thorough=True).place
+    assert (place.z == 2.5).all() == frozen
