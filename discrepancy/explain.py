@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model
-from discrepancy.naming import SLIGHT, Naming, name_effect
+from discrepancy.naming import AT_NOISE, SLIGHT, Naming, name_effect
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
 
-_SYSTEMATIC, _LEAST = 0.01, 0.06
-"""Largest misfit of a typical window (mean square above the noise), as share of the gap and in units of the noise: an
-effect that only resembles what is missing fails in every window."""
+_SYSTEMATIC = 0.01
+"""Largest misfit of a typical window (mean square above the noise) as share of the gap, where it is not down at the noise
+anyway: an effect that only resembles what is missing fails in every window."""
 
 _ROUNDS = 3
 """Most effects looked for."""
@@ -118,7 +118,7 @@ def _judged(last: Naming, found: tuple[FoundEffect, ...], before: float, after: 
             f"a black box predicts the records held out better ({box:.2f}) than the effects ({after:.2f})",
         )
     gap, typical = before**2 - 1.0, last.candidates[0].typical
-    if typical**2 - 1.0 > max(_SYSTEMATIC * gap, _LEAST):
+    if typical**2 - 1.0 > max(_SYSTEMATIC * gap, AT_NOISE):
         return "unexplained", f"even with the effects found a typical cam turn is left at {typical:.2f} times the noise"
     if after**2 - 1.0 > max(_OPEN * gap, SLIGHT):
         return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"

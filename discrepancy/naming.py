@@ -42,6 +42,9 @@ _SHARE = 0.05
 _TEMPER = 5.0
 """Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
 
+AT_NOISE = 0.06
+"""Mean square above the noise of a typical window (the median), in units of it, below which nothing is left in it."""
+
 SLIGHT = 0.2
 """Mean square above the noise, in units of it, below which there is hardly a gap: 1.095 in rms."""
 
@@ -102,6 +105,16 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     return _verdict(judged, black_box_level(model, none.place, held_out, of_none))
 
 
+def _alike(best: Candidate, other: Candidate, gain: float) -> bool:
+    """Whether another effect explains the records as well as the best one, which gains so much over none: a share of a
+    large gain may be what a fit has missed, but not where the best one is down at the noise and the other is not."""
+    behind = other.score - best.score
+    if behind < _MARGIN:
+        return True
+    told_apart = best.typical**2 - 1.0 < AT_NOISE <= other.typical**2 - 1.0
+    return behind < _SHARE * gain and not told_apart
+
+
 def _verdict(candidates: list[Candidate], box: float) -> Naming:
     none = next(c for c in candidates if c.name == NONE.name)
     best = candidates[0]
@@ -115,9 +128,7 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
             return answer("none", (), "the base model alone reaches the noise floor")
         verdict = "unexplained" if none.converged else "not_converged"
         return answer(verdict, (), "the base model leaves a gap, and no effect of the library lessens it")
-    near = [
-        c.name for c in candidates[1:] if c.name != NONE.name and c.score - best.score < max(_MARGIN, _SHARE * gain)
-    ]
+    near = [c.name for c in candidates[1:] if c.name != NONE.name and _alike(best, c, gain)]
     if near:
         return answer("ambiguous", (best.name, *near), "these effects explain the records alike")
     closed = (none.held_out**2 - best.held_out**2) / max(none.held_out**2 - 1.0, SLIGHT)
