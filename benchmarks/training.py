@@ -150,11 +150,11 @@ def _beside(task: Task, rule: TrainGdx, alone: int, networks: int, stack: dict[s
 
 def _single(single: dict[str, Any], beside: Row) -> Row:
     return Row(
-        "both in float32",
-        "",
+        "both in float32 (trainer.precision), which a rule of first order bears",
+        "≥ 30 ×",
         f"{number(single['wall_s'])} s ({number(single['processor_s'])} s of processor time), "
         f"{single['epochs']:.0f} epochs each; {beside.measured}",
-        None,
+        beside.met,
         {**single, "beside": beside.numbers},
     )
 

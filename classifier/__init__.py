@@ -12,7 +12,7 @@ Read in this order:
     evaluate       mean square error [%], misclassified share [%], confusion, macro F1, AUROC, reliability
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it
-    tasks/         these parts: probabilities, severities with intervals, novelty
+    tasks/         these parts: probabilities, severities with intervals, novelty, a network on the record
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (python -m classifier.diagnose)

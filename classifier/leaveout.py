@@ -98,7 +98,7 @@ def judge(split: Split, learn: Callable[[Dataset, int], Result], seed: int) -> l
         scored = score(model.codes, outputs, classes)
         found = {WRONG: scored.misclassified_percent, F1: scored.macro_f1}
         if novelty is not None:
-            found[REFUSED] = float(100 * novelty.assess(scaled, outputs)["is_novel"].mean())
+            found[REFUSED] = float(100 * novelty.assess(scaled, outputs, records)["is_novel"].mean())
         rows += [Row("leaveout", split.group, method, metric, seed, value) for metric, value in found.items()]
     return rows
 

@@ -25,7 +25,7 @@ from classifier.codes import CodeBook
 from classifier.conditions import Conditions
 from classifier.features import Features, Scaling, describe_features, make_features
 from classifier.network import Mlp
-from classifier.parts import PARTS, Part
+from classifier.parts import Part, known_parts
 from indexer_env.checks import check_choice
 from indexer_env.errors import IndexerError, ParameterError
 
@@ -86,9 +86,10 @@ class Model:
         """Outputs (n, bits), on the scale of the bits, for records (n, samples) at the model's rate, in its unit."""
         return self.outputs_of(self.scaled(records))
 
-    def assess(self, scaled: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
-        """What all parts say of scaled features (n, count) and outputs (n, bits): named columns, see `Part.assess`."""
-        return {name: column for part in self.parts for name, column in part.assess(scaled, outputs).items()}
+    def assess(self, scaled: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
+        """What all parts say of records (n, samples) with scaled features (n, count) and outputs (n, bits): named
+        columns, see `Part.assess`."""
+        return {name: column for part in self.parts for name, column in part.assess(scaled, outputs, records).items()}
 
 
 def save_model(model: Model, folder: Path) -> None:
@@ -194,10 +195,10 @@ def _model(body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Model:
 
 def _part(place: int, body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Part:
     kind = body.pop("kind")
-    check_choice("parts", "kind", kind, PARTS)
+    check_choice("parts", "kind", kind, known_parts())
     prefix = _prefix(place, kind)
     arrays = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
-    return PARTS[kind].restore(body, arrays)
+    return known_parts()[kind].restore(body, arrays)
 
 
 def _prefix(place: int, kind: str) -> str:

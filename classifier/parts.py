@@ -13,6 +13,7 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.confidence import Confidence
+from classifier.tasks.convolution import Convolution
 from classifier.tasks.novelty import Novelty
 from classifier.tasks.severity import Severity
 from indexer_env.checks import check_choice
@@ -51,15 +52,23 @@ class Part(Protocol):
         """Its arrays by name."""
         ...
 
-    def assess(self, features: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
-        """What it says of records with features (n, count) and outputs (n, bits): named columns, each with first
-        axis n. Names that end in ``_low`` and ``_high`` are the ends of an interval for the column without the ending.
+    def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
+        """What it says of records (n, samples) with features (n, count) and outputs (n, bits): named columns, each with
+        first axis n. Names that end in ``_low`` and ``_high`` are the ends of an interval for the column without the ending.
         """
         ...
 
 
 PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Novelty, Severity)}
-"""Classes of parts by their kind, in the order in which they are fitted."""
+"""Classes of parts by their kind, in the order in which they are fitted where none is asked for by name."""
+
+ON_REQUEST: dict[str, type[Part]] = {Convolution.kind: Convolution}
+"""Those that are fitted only where they are asked for: they take longer than the network itself."""
+
+
+def known_parts() -> dict[str, type[Part]]:
+    """All classes of parts by their kind."""
+    return {**PARTS, **ON_REQUEST}
 
 
 def check_kinds(kinds: object) -> Sequence[str] | None:
@@ -68,9 +77,9 @@ def check_kinds(kinds: object) -> Sequence[str] | None:
         return None
     if isinstance(kinds, str) or not isinstance(kinds, Sequence):
         remedy = "write parts=[] for none, parts=null for all that the data set allows"
-        raise refuse("classifier", "parts", f"a list of {', '.join(PARTS)}, or null", kinds, remedy)
+        raise refuse("classifier", "parts", f"a list of {', '.join(known_parts())}, or null", kinds, remedy)
     for kind in kinds:
-        check_choice("classifier", "parts", kind, PARTS)
+        check_choice("classifier", "parts", kind, known_parts())
         if kinds.count(kind) > 1:
             raise refuse("classifier", "parts", "a list that names each part once", list(kinds))
     return kinds
@@ -81,14 +90,14 @@ def fit_parts(
 ) -> tuple[Part, ...]:
     """Parts fitted to a data set, given the scaled features (n, count) and the outputs (n, bits) of all its records.
 
-    kinds  which; None: all that the columns of the data set allow
+    kinds  which; None: all of PARTS that the columns of the data set allow
 
     Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
     """
     check_kinds(kinds)
     fitted = []
     for kind in PARTS if kinds is None else kinds:
-        part = PARTS[kind].fit(dataset, features, outputs, seed)
+        part = known_parts()[kind].fit(dataset, features, outputs, seed)
         if part is not None:
             fitted.append(part)
         elif kinds is not None:

@@ -14,8 +14,8 @@ _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
 
 _SYSTEMATIC = 0.01
-"""Largest misfit of a typical window (mean square above the noise) as share of the gap, where it is not down at the noise
-anyway: an effect that only resembles what is missing fails in every window."""
+"""Largest misfit of a typical window (mean square above the noise) as share of the gap, where it is not down at the
+noise anyway: an effect that only resembles what is missing fails in every window."""
 
 _ROUNDS = 3
 """Most effects looked for."""

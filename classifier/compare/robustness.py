@@ -69,7 +69,8 @@ def _judged(setting: Setting, dataset: Dataset, names: dict[str, str], tests: di
     part = Novelty.fit(dataset, seen.scaled, np.empty((len(seen.scaled), 0)), setting.seed)
     if part is not None:
         for test, name in names.items():
-            refused = part.assess(seen.features.apply(tests[test].records), np.empty(0))["is_novel"]
+            records = tests[test].records
+            refused = part.assess(seen.features.apply(records), np.empty(0), records)["is_novel"]
             rows.append(Row("robustness", name, "novelty", REFUSED, setting.seed, float(100 * refused.mean())))
     return rows
 

@@ -36,7 +36,8 @@ def run(setting: Setting) -> list[Row]:
         assert part is not None
         parts[data] = (seen, part)
         validation = seen.dataset.rows("validation")
-        told, truth = part.assess(seen.scaled[validation], np.empty(0)), severities_of(seen.dataset)
+        told = part.assess(seen.scaled[validation], np.empty(0), seen.dataset.records[validation])
+        truth = severities_of(seen.dataset)
         for name in part.names:
             found = _judged(told, name, truth[name][validation])
             rows += [Row("severity", data, name, metric, setting.seed, value) for metric, value in found.items()]
@@ -66,7 +67,7 @@ def _wear(setting: Setting, seen: Seen, part: Severity) -> list[Row]:
     name = "backlash_deg"
     data = setting.apart(wear(max(4, setting.records // 75)))
     truth = QUANTITIES[name].factor * data.table.column(QUANTITIES[name].column).to_numpy()
-    told = part.assess(seen.features.apply(data.records), np.empty(0))
+    told = part.assess(seen.features.apply(data.records), np.empty(0), data.records)
     found = _judged(told, name, truth)
     lives = data.table.column("machine_draw").to_numpy()
     ranks = [rank_correlation(told[name][lives == life], truth[lives == life]) for life in np.unique(lives)]

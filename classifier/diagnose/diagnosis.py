@@ -66,6 +66,6 @@ def diagnose_turn(model: Model, record: np.ndarray) -> Diagnosis:
         distance=float(distances[nearest]),
         margin=float(distances[second] - distances[nearest]),
         second_name=model.codes.names[second],
-        assessment={name: column[0].tolist() for name, column in model.assess(scaled, outputs).items()},
+        assessment={name: column[0].tolist() for name, column in model.assess(scaled, outputs, record[None]).items()},
         bands=bands_of(model, contributions(model, scaled[0], nearest)),
     )

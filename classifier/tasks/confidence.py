@@ -103,7 +103,7 @@ class Confidence:
         """Its arrays by name."""
         return {"codes": self.codes}
 
-    def assess(self, features: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
+    def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records, given their outputs (n, bits):
 
         probability        (n,) of the class whose code lies nearest, which is the one that is named

@@ -92,7 +92,7 @@ class Novelty:
             return np.linalg.norm(components, axis=1)
         return self.whitening.residual(compressed)
 
-    def assess(self, features: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
+    def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records: novelty (n,), the score over its threshold, and is_novel (n,), true above 1."""
         novelty = self.scores(features) / self.threshold
         return {"novelty": novelty, "is_novel": novelty > 1.0}

@@ -124,7 +124,7 @@ class Severity:
         unit = np.maximum(self.error.predict(inputs), self.floor)
         return self.value.predict(inputs) * self.span, unit * self.span
 
-    def assess(self, features: np.ndarray, outputs: np.ndarray) -> dict[str, np.ndarray]:
+    def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """Each severity (n,) under its name, and the ends of its interval under NAME_low and NAME_high."""
         value, unit = self.estimate(features)
         columns = {}

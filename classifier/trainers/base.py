@@ -26,8 +26,8 @@ from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.errors import refuse
 
 STACK = 256
-"""Most networks moved at once by one thread: few enough for the processor's cache, and enough that two threads seldom wait
-for the interpreter between two products."""
+"""Most networks moved at once by one thread: few enough for the processor's cache, and enough that two threads seldom
+wait for the interpreter between two products."""
 
 MEMORY = 2**30
 """Bytes that the stacks of all threads may take together; one network per thread is always trained."""

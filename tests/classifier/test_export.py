@@ -94,7 +94,7 @@ def test_parts_say_the_same(result, dataset, score):
     model = dataclasses.replace(result.model, parts=parts)
     # Some that are strange indeed, so that both flags come up.
     records = np.concatenate([dataset.records, 30.0 * dataset.records[:3]]).astype(np.float64)
-    wanted = model.assess(model.scaled(records), model.outputs(records))
+    wanted = model.assess(model.scaled(records), model.outputs(records), records)
     got = run(to_onnx(model), record=records)
     assert set(got) == {"outputs", "class_label", "distance", *wanted}
     assert left_out(model) == ()

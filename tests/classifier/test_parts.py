@@ -42,7 +42,7 @@ class Distance:
     def arrays(self) -> dict[str, np.ndarray]:
         return {"centre": self.centre, "weights": self.weights}
 
-    def assess(self, features, outputs):
+    def assess(self, features, outputs, records):
         distance = np.linalg.norm(features - self.centre, axis=1)
         return {"distance": distance, "is_far": distance > self.limit, "mixed": outputs @ self.weights.T}
 
@@ -57,7 +57,7 @@ def test_a_part_sees_what_the_network_sees_and_says(trained, dataset):
     (part,) = trained.parts
     assert isinstance(part, Part)
     scaled = trained.scaled(dataset.records)
-    said = trained.assess(scaled, trained.outputs(dataset.records))
+    said = trained.assess(scaled, trained.outputs(dataset.records), dataset.records)
     centre = scaled[dataset.rows("calibration")].mean(axis=0)
     assert np.array_equal(said["distance"], np.linalg.norm(scaled - centre, axis=1))
     assert said["is_far"].dtype == bool and said["mixed"].shape == (len(scaled), 2)
@@ -70,7 +70,7 @@ def test_a_stored_part_comes_back_bit_for_bit(trained, dataset, tmp_path):
     assert after.body() == before.body()
     for name, array in before.arrays().items():
         assert after.arrays()[name].dtype == array.dtype and np.array_equal(after.arrays()[name], array)
-    inputs = trained.scaled(dataset.records), trained.outputs(dataset.records)
+    inputs = trained.scaled(dataset.records), trained.outputs(dataset.records), dataset.records
     for name, column in trained.assess(*inputs).items():
         assert np.array_equal(loaded.assess(*inputs)[name], column)
 
@@ -86,7 +86,10 @@ def test_parts_are_chosen(dataset, features, trainer, monkeypatch):
 @pytest.mark.parametrize(
     ("kinds", "words"),
     [
-        (["distanse"], r"classifier\.parts must be one of distance, got 'distanse'; did you mean 'distance'\."),
+        (
+            ["distanse"],
+            r"classifier\.parts must be one of distance, convolution, got 'distanse'; did you mean 'distance'\.",
+        ),
         (["distance", "distance"], "names each part once"),
         (["distance"], "columns of the data set allow, got 'distance'; leave distance out"),
     ],

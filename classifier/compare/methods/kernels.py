@@ -15,9 +15,9 @@ import numpy as np
 from sklearn.pipeline import Pipeline
 
 from classifier.compare.methods.base import Fitted, Method
-from classifier.compare.methods.decimate import RATE, Decimated
 from classifier.compare.methods.logistic import best_logistic, linear_logits
 from classifier.dataset import Dataset
+from classifier.tasks.decimate import RATE, Decimated
 
 LENGTH = 9
 PLACES = np.array(list(itertools.combinations(range(LENGTH), 3)))

@@ -9,18 +9,19 @@ import torch
 from classifier.compare.measure import METRICS, measured, temperature_of
 from classifier.compare.methods import METHODS
 from classifier.compare.methods.cnn import Cnn
-from classifier.compare.methods.decimate import Decimated
 from classifier.compare.methods.kernels import PLACES, Convolutions, MiniRocket, convolution, dilations_of
 from classifier.compare.methods.mlp import Paper
 from classifier.dataset import Dataset
 from classifier.features import Psd
+from classifier.tasks.convolution import Learning
+from classifier.tasks.decimate import Decimated
 
 SMALL = {
     **METHODS,
     "mlp": Paper(Psd(), restarts=1),
     "mlp, log": Paper(Psd(scale="log"), restarts=1),
     "MiniRocket": MiniRocket(features=168),
-    "CNN": Cnn(epochs=10),
+    "CNN": Cnn(Learning(epochs=10)),
 }
 """Methods that take their time are asked for less of it."""
 

@@ -13,7 +13,7 @@ FAULTS = CodeBook((1, 2, 3, 4), ("intact", "loose", "cracked", "both"), ("00", "
 
 def test_outputs_of_independent_bits_are_their_own_probabilities_at_temperature_1():
     outputs = np.array([[0.2, 0.7], [0.99, 0.5]])
-    told = Confidence(1.0, FAULTS.matrix).assess(np.empty((2, 0)), outputs)
+    told = Confidence(1.0, FAULTS.matrix).assess(np.empty((2, 0)), outputs, np.empty((2, 0)))
     assert told["bit_probability"] == pytest.approx(outputs)
     assert told["class_probability"][0] == pytest.approx([0.8 * 0.3, 0.8 * 0.7, 0.2 * 0.3, 0.2 * 0.7])
     assert told["class_probability"].sum(axis=1) == pytest.approx(1)
@@ -25,7 +25,7 @@ def test_the_probability_is_that_of_the_class_that_is_named():
         (1, 2, 3), ("a", "b", "c"), ("0111", "1000", "1110")
     )  # not all codes: nearest may not be likeliest
     outputs = rng.uniform(size=(500, 4))
-    told = Confidence(2.0, codes.matrix).assess(np.empty((500, 0)), outputs)
+    told = Confidence(2.0, codes.matrix).assess(np.empty((500, 0)), outputs, np.empty((500, 0)))
     named = codes.decode(outputs)
     assert np.array_equal(told["probability"], told["class_probability"][np.arange(500), named])
 
@@ -44,7 +44,7 @@ def test_a_temperature_undoes_overconfidence():
 def test_a_faultless_subset_does_not_make_the_network_certain():
     outputs = np.repeat(FAULTS.matrix, 10, axis=0)
     part = Confidence.of_control(FAULTS, outputs, np.repeat(FAULTS.classes, 10))
-    told = part.assess(np.empty((40, 0)), outputs)
+    told = part.assess(np.empty((40, 0)), outputs, np.empty((40, 0)))
     assert told["probability"] == pytest.approx(41 / 42, abs=0.01)
 
 

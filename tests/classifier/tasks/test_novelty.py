@@ -17,10 +17,10 @@ def test_known_records_are_accepted_and_strange_ones_refused(known, strange, sco
     dataset, features = known
     part = Novelty.fit(dataset, features, NOTHING, seed=0, score=score)
     assert part is not None
-    like = part.assess(features[dataset.rows("validation")], NOTHING)
+    like = part.assess(features[dataset.rows("validation")], NOTHING, NOTHING)
     assert np.mean(~like["is_novel"]) > ACCEPTED - 0.07
     assert np.array_equal(like["is_novel"], like["novelty"] > 1.0)
-    assert np.mean(part.assess(strange, NOTHING)["is_novel"]) > 0.9
+    assert np.mean(part.assess(strange, NOTHING, NOTHING)["is_novel"]) > 0.9
 
 
 def test_distances_to_neighbours_are_those_of_a_plain_search(known):

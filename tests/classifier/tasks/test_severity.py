@@ -26,7 +26,7 @@ def test_only_what_varies_is_told(part):
 def test_severities_follow_the_truth_in_degrees_on_machines_never_seen(known, part):
     dataset, features = known
     rows = dataset.rows("validation")
-    told, truth = part.assess(features[rows], NOTHING), severities_of(dataset)
+    told, truth = part.assess(features[rows], NOTHING, NOTHING), severities_of(dataset)
     assert truth["backlash_deg"].max() == pytest.approx(math.degrees(0.35), rel=0.01)
     for name in part.names:
         error = np.abs(told[name] - truth[name][rows]).mean()
@@ -38,7 +38,7 @@ def test_intervals_hold_nine_in_ten(known, part):
     """200 validation records: standard error 2 % of the records and as much of the 200 control ones."""
     dataset, features = known
     rows = dataset.rows("validation")
-    told, truth = part.assess(features[rows], NOTHING), severities_of(dataset)
+    told, truth = part.assess(features[rows], NOTHING, NOTHING), severities_of(dataset)
     for name in part.names:
         low, high = told[f"{name}_low"], told[f"{name}_high"]
         assert (low <= told[name]).all() and (told[name] <= high).all()
@@ -58,7 +58,7 @@ def test_the_validation_records_have_no_say(known, part):
 
 def test_it_comes_back_bit_for_bit(known, part):
     again = Severity.restore(part.body(), part.arrays())
-    told, retold = (one.assess(known[1], NOTHING) for one in (part, again))
+    told, retold = (one.assess(known[1], NOTHING, NOTHING) for one in (part, again))
     assert all(np.array_equal(column, retold[name]) for name, column in told.items())
 
 

@@ -1,0 +1,160 @@
+"""A convolutional network on the record itself, as a second opinion beside the network on features."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from classifier.dataset import Dataset
+from classifier.tasks.confidence import fit_temperature, softmax
+from classifier.tasks.decimate import RATE, Decimated
+
+
+def layers(classes: int) -> nn.Sequential:
+    """Four strided convolutions, the mean over time, one linear layer; 44 000 weights."""
+    sizes = ((1, 16, 16, 4), (16, 32, 8, 4), (32, 64, 8, 2), (64, 64, 4, 2))
+    blocks = [
+        part
+        for into, out, width, stride in sizes
+        for part in (nn.Conv1d(into, out, width, stride), nn.BatchNorm1d(out), nn.ReLU())
+    ]
+    return nn.Sequential(*blocks, nn.AdaptiveAvgPool1d(1), nn.Flatten(), nn.Dropout(0.2), nn.Linear(64, classes))
+
+
+@dataclass(frozen=True)
+class RecordNetwork:
+    """A trained network with what its records go through first."""
+
+    decimated: Decimated
+    network: nn.Sequential
+
+    def logits(self, records: np.ndarray) -> np.ndarray:
+        """Logits (n, classes) of records (n, samples)."""
+        with torch.no_grad():
+            inputs = torch.from_numpy(self.decimated.apply(records)).float()[:, None]
+            return torch.cat([self.network(part) for part in inputs.split(256)]).double().numpy()
+
+
+@dataclass(frozen=True)
+class Learning:
+    """Adam with early stopping on the control subset; each batch is begun at a random place and read in a circle, as a
+    turn has no beginning.
+
+    epochs    most epochs
+    patience  epochs without a lower cross entropy on the control subset after which it stops
+    batch     records in a step
+    rate      learning rate of Adam
+    """
+
+    epochs: int = 80
+    patience: int = 12
+    batch: int = 32
+    rate: float = 2e-3
+
+    def fit(self, dataset: Dataset, seed: int) -> RecordNetwork:
+        """Learn from the calibration subset; all chance comes from `seed`."""
+        decimated = Decimated.fit(dataset, RATE)
+        inputs = torch.from_numpy(decimated.apply(dataset.records)).float()[:, None]
+        positions = torch.from_numpy(dataset.codes.positions(dataset.classes))
+        teach, watch = (torch.from_numpy(np.flatnonzero(dataset.rows(name))) for name in ("calibration", "control"))
+        with torch.random.fork_rng():
+            torch.manual_seed(seed)
+            network = layers(len(dataset.codes.classes))
+            best, lowest, since = network.state_dict(), np.inf, 0
+            optimiser = torch.optim.Adam(network.parameters(), lr=self.rate)
+            for _ in range(self.epochs):
+                network.train()
+                for rows in teach[torch.randperm(len(teach))].split(self.batch):
+                    # Batch normalisation cannot learn from a single record.
+                    if len(rows) > 1:
+                        _step(network, optimiser, inputs[rows], positions[rows])
+                network.eval()
+                error = _error(network, inputs[watch], positions[watch])
+                since += 1
+                if error < lowest:
+                    best, lowest, since = copy.deepcopy(network.state_dict()), error, 0
+                elif since >= self.patience:
+                    break
+        network.load_state_dict(best)
+        return RecordNetwork(decimated, network.eval())
+
+
+def _step(network: nn.Sequential, optimiser: torch.optim.Optimizer, inputs: Tensor, wanted: Tensor) -> None:
+    rolled = torch.roll(inputs, int(torch.randint(inputs.shape[2], ())), dims=2)
+    optimiser.zero_grad()
+    nn.functional.cross_entropy(network(rolled), wanted).backward()
+    optimiser.step()
+
+
+def _error(network: nn.Sequential, inputs: Tensor, wanted: Tensor) -> float:
+    with torch.no_grad():
+        outputs = torch.cat([network(part) for part in inputs.split(256)])
+        return float(nn.functional.cross_entropy(outputs, wanted))
+
+
+@dataclass(frozen=True, eq=False)
+class Convolution:
+    """The class that the record itself suggests.
+
+    seen         network with its decimation
+    temperature  at which its probabilities fit the control records best, see `fit_temperature` [-]
+    names        of the classes, in the order of `codes`
+    codes        (classes, bits)
+    """
+
+    kind: ClassVar[str] = "convolution"
+
+    seen: RecordNetwork
+    temperature: float
+    names: tuple[str, ...]
+    codes: np.ndarray
+
+    @classmethod
+    def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Convolution:
+        """Trained on the calibration records; never None, as every data set has classes."""
+        seen, control = Learning().fit(dataset, seed), dataset.rows("control")
+        positions = dataset.codes.positions(dataset.classes[control])
+        temperature = fit_temperature(seen.logits(dataset.records[control]), positions)
+        return cls(seen, temperature, tuple(dataset.codes.names), dataset.codes.matrix)
+
+    @classmethod
+    def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Convolution:
+        """The part that gave this body and these arrays."""
+        weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items() if name != "codes"}
+        network = layers(len(body["names"]))
+        network.load_state_dict(weights)
+        seen = RecordNetwork(Decimated(body["factor"], body["rms"]), network.eval())
+        return cls(seen, body["temperature"], tuple(body["names"]), arrays["codes"])
+
+    def body(self) -> dict[str, Any]:
+        """All of it that is no array."""
+        decimated = self.seen.decimated
+        return {
+            "factor": decimated.factor, "rms": decimated.rms, "temperature": self.temperature, "names": list(self.names)
+        }  # fmt: skip
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Its arrays by name."""
+        return {"codes": self.codes, **{name: part.numpy() for name, part in self.seen.network.state_dict().items()}}
+
+    def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
+        """What it says of records (n, samples), given the other network's outputs (n, bits):
+
+        convolution_name         (n,) the class it names
+        convolution_probability  (n,) of that class
+        convolution_agrees       (n,) whether the other network names the same
+        """
+        probabilities = softmax(self.seen.logits(records), self.temperature)
+        own = probabilities.argmax(axis=1)
+        other = np.linalg.norm(outputs[:, None, :] - self.codes[None], axis=-1).argmin(axis=1)
+        return {
+            "convolution_name": np.array(self.names)[own],
+            "convolution_probability": probabilities[np.arange(len(own)), own],
+            "convolution_agrees": own == other,
+        }
