@@ -54,7 +54,8 @@ class Part(Protocol):
 
     def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records (n, samples) with features (n, count) and outputs (n, bits): named columns, each with
-        first axis n. Names that end in ``_low`` and ``_high`` are the ends of an interval for the column without the ending.
+        first axis n. Names that end in ``_low`` and ``_high`` are the ends of an interval for the column without the
+        ending.
         """
         ...
 
