@@ -1,4 +1,4 @@
-"""Four ways to name an effect on a machine with play: ``python -m benchmarks.play_methods [--effects N] [--quick]``
+"""Four ways to name an effect on a machine with play: ``python -m benchmarks.play_methods [--quick]``
 
 Every method gets the same blind cases of `discrepancy.challenge`: one effect hidden, or none, at each amount of play.
 
@@ -136,7 +136,6 @@ METHODS: dict[str, Callable[[Case], list[Fitted]]] = {
     "cam average": by_averages,
     "by station": functools.partial(by_averages, by_station=True),
 }
-"""Windows come first: their base model is the gap that the others are measured by."""
 
 
 def made(seed: int, play: str, hidden: str) -> Case:
@@ -152,12 +151,12 @@ def made(seed: int, play: str, hidden: str) -> Case:
     return Case(drawn.nominal, records.fitted, records.held_out, number)
 
 
-def solved(play: str, hidden: str, case: Case) -> list[Outcome]:
-    """What the methods make of a case."""
+def solved(play: str, hidden: str, case: Case, methods: Sequence[str]) -> list[Outcome]:
+    """What the methods make of a case; windows among them, as their base model is the gap."""
     found: dict[str, tuple[list[Fitted], float]] = {}
-    for method, name in METHODS.items():
+    for method in methods:
         began = time.process_time()
-        candidates = name(case)
+        candidates = METHODS[method](case)
         found[method] = candidates, time.process_time() - began
     model, held_out = case.models(IndexerModel)
     none = next(c for c in found["windows"][0] if c.hypothesis.name == NONE.name)
@@ -184,24 +183,25 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     for play, method in dict.fromkeys((o.play, o.method) for o in outcomes):
         mine = [o for o in outcomes if (o.play, o.method) == (play, method)]
         hidden, empty = ([o for o in mine if (o.hidden == NONE.name) == lacks] for lacks in (False, True))
+        closed = f"{100.0 * np.median([o.closed for o in hidden]):.1f} %" if hidden else "–"
         rows.append((
             NAMES_OF_PLAY[play], method, f"{sum(o.right for o in hidden)} of {len(hidden)}",
-            f"{sum(o.named and not o.right for o in hidden)}", f"{100.0 * np.median([o.closed for o in hidden]):.1f} %",
+            f"{sum(o.named and not o.right for o in hidden)}", closed,
             f"{sum(o.named for o in empty)} of {len(empty)}", f"{np.median([o.cpu for o in mine]):.1f}",
         ))  # fmt: skip
     head = ("play", "method", "right first", "wrong names", "closed, median", "names where nothing is", "CPU s, median")
     return table(head, rows)
 
 
-def measure(seed: int, effects: int, plays: Sequence[str]) -> list[Outcome]:
-    """One empty case and one of each of the first effects at each amount of play, by all methods."""
+def measure(seed: int, hidden: Sequence[str], plays: Sequence[str], methods: Sequence[str]) -> list[Outcome]:
+    """A case of each hypothesis hidden at each amount of play; each is printed as it is solved."""
     outcomes = []
-    for hidden in (NONE.name, *TOLD[:effects]):
+    for name in hidden:
         for play in plays:
-            for o in solved(play, hidden, made(seed, play, hidden)):
+            for o in solved(play, name, made(seed, play, name), methods):
                 outcomes.append(o)
                 print(
-                    f"{NAMES_OF_PLAY[play]:5s} {hidden:20s} {o.method:13s} {o.first:25s} {o.margin:11.1f}"
+                    f"{NAMES_OF_PLAY[play]:5s} {name:20s} {o.method:13s} {o.first:25s} {o.margin:11.1f}"
                     f" {o.before:6.2f} -> {o.after:6.2f}  {o.cpu:.1f} s",
                     flush=True,
                 )
@@ -211,11 +211,14 @@ def measure(seed: int, effects: int, plays: Sequence[str]) -> list[Outcome]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=501)
-    parser.add_argument("--effects", type=int, default=len(TOLD), choices=range(1, len(TOLD) + 1))
-    parser.add_argument("--quick", action="store_true", help="one effect and one empty case, healthy play")
+    parser.add_argument("--hidden", nargs="+", default=[NONE.name, *TOLD], choices=(NONE.name, *LIBRARY))
+    parser.add_argument("--plays", nargs="+", default=list(NAMES_OF_PLAY), choices=NAMES_OF_PLAY)
+    parser.add_argument("--without", nargs="+", default=[], choices=list(METHODS)[1:], help="methods left out")
+    parser.add_argument("--quick", action="store_true", help="the first effect and an empty case, healthy play")
     options = parser.parse_args()
-    effects, plays = (1, ["healthy"]) if options.quick else (options.effects, list(NAMES_OF_PLAY))
-    print(summary(measure(options.seed, effects, plays)))
+    hidden, plays = ([NONE.name, TOLD[0]], ["healthy"]) if options.quick else (options.hidden, options.plays)
+    methods = [method for method in METHODS if method not in options.without]
+    print(summary(measure(options.seed, hidden, plays, methods)))
 
 
 if __name__ == "__main__":

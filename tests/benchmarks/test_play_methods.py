@@ -46,14 +46,13 @@ def test_averages_of_what_repeats_are_what_repeats(smooth, by_station, turns):
     for k, averaging in enumerate(averages.averaging):
         experiment = model.experiments[k]
         point, rate = experiment.operating_point, experiment.signal.sample_rate
-        sample = model.windows.first[k] + np.arange(averaging.shape[1])
+        sample = model.windows.first[k] + np.arange(model.counts.max())
         angle = point.start_angle + model.machine.reduction * point.motor_speed * sample / rate
-        found = averaging @ np.cos(angle / turns)
-        middle = 2.0 * math.pi / turns * (np.arange(BINS * turns) + 0.5) / BINS
-        assert len(found) <= BINS * turns
-        if len(found) == BINS * turns:
-            assert found == pytest.approx(np.cos(middle), abs=0.03)
-        assert averaging @ np.ones(len(sample)) == pytest.approx(np.ones(len(found)))
+        place = averaging @ np.mod(angle / turns, 2.0 * math.pi)
+        assert averaging @ np.cos(angle / turns) == pytest.approx(np.cos(place), abs=2e-3)
+        cells = place * turns * BINS / (2.0 * math.pi)
+        assert 0.6 * turns * BINS < len(np.unique(cells.astype(int))) == len(cells) <= turns * BINS
+        assert averaging @ np.ones(len(sample)) == pytest.approx(np.ones(len(place)))
 
 
 @pytest.mark.slow
@@ -87,11 +86,14 @@ def test_the_table_counts_right_and_wrong_names():
 
 
 @pytest.mark.slow
-def test_a_quick_run_prints_a_line_for_each_case_and_method(capsys, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["play_methods", "--quick", "--seed", "500"])
+def test_without_play_every_method_names_what_is_hidden_and_nothing_else(capsys, monkeypatch):
+    """Seed 501; the table has a row for each method and a line goes before it for each case and method."""
+    chosen = ["--seed", "501", "--plays", "none", "--hidden", "load.imbalance", "none"]
+    monkeypatch.setattr("sys.argv", ["play_methods", *chosen])
     play_methods.main()
     lines = capsys.readouterr().out.splitlines()
-    methods = len(play_methods.METHODS)
-    assert len(lines) == 2 * methods + 2 + methods
-    assert all(line.startswith("| 2′ | ") for line in lines[-methods:])
-    assert "| 2′ | windows | 1 of 1 | 0 | " in lines[-methods]
+    methods = list(play_methods.METHODS)
+    assert len(lines) == 2 * len(methods) + 2 + len(methods)
+    for method, row in zip(methods, lines[-len(methods) :], strict=True):
+        assert row.startswith(f"| none | {method} | 1 of 1 | 0 | ")
+        assert " | 0 of 1 | " in row
