@@ -145,7 +145,7 @@ def _words(diagnosis: Diagnosis) -> list[str]:
         **assessed(diagnosis.assessment),
         "spoke": spoke,
     }
-    return [f"{name:<{COLUMN}}{value}" for name, value in entries.items()]
+    return [f"{name:<{COLUMN - 1}} {value}" for name, value in entries.items()]
 
 
 def assessed(assessment: dict[str, Any]) -> dict[str, str]:

@@ -125,10 +125,13 @@ class Convolution:
 
     @classmethod
     def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Convolution:
-        """The part that gave this body and these arrays."""
+        """The part that gave this body and these arrays; ValueError for weights that are not the network's."""
         weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items() if name != "codes"}
         network = layers(len(body["names"]))
-        network.load_state_dict(weights)
+        try:
+            network.load_state_dict(weights)
+        except RuntimeError:
+            raise ValueError(f"the weights of {cls.kind} are not those of its network") from None
         seen = RecordNetwork(Decimated(body["factor"], body["rms"]), network.eval())
         return cls(seen, body["temperature"], tuple(body["names"]), arrays["codes"])
 
@@ -146,15 +149,15 @@ class Convolution:
     def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records (n, samples), given the other network's outputs (n, bits):
 
-        convolution_name         (n,) the class it names
-        convolution_probability  (n,) of that class
-        convolution_agrees       (n,) whether the other network names the same
+        cnn_name         (n,) the class it names
+        cnn_probability  (n,) of that class
+        cnn_agrees       (n,) whether the other network names the same
         """
         probabilities = softmax(self.seen.logits(records), self.temperature)
         own = probabilities.argmax(axis=1)
         other = np.linalg.norm(outputs[:, None, :] - self.codes[None], axis=-1).argmin(axis=1)
         return {
-            "convolution_name": np.array(self.names)[own],
-            "convolution_probability": probabilities[np.arange(len(own)), own],
-            "convolution_agrees": own == other,
+            "cnn_name": np.array(self.names)[own],
+            "cnn_probability": probabilities[np.arange(len(own)), own],
+            "cnn_agrees": own == other,
         }

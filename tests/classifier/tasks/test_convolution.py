@@ -21,8 +21,8 @@ def test_it_names_tones_it_was_not_taught_with(trained, dataset):
     records = dataset.records[rows]
     said = trained.assess(trained.scaled(records), trained.outputs(records), records)
     names = np.array(dataset.codes.names)[dataset.codes.positions(dataset.classes[rows])]
-    assert np.mean(said["convolution_name"] == names) > 0.9
-    assert np.all(said["convolution_probability"] >= 1.0 / len(dataset.codes.names))
+    assert np.mean(said["cnn_name"] == names) > 0.9
+    assert np.all(said["cnn_probability"] >= 1.0 / len(dataset.codes.names))
 
 
 def test_it_tells_whether_the_other_network_agrees(trained, dataset):
@@ -31,8 +31,8 @@ def test_it_tells_whether_the_other_network_agrees(trained, dataset):
     (part,) = trained.parts
     own = part.seen.logits(records).argmax(axis=1)
     same, other = part.codes[own], part.codes[(own + 1) % len(part.codes)]
-    assert part.assess(scaled, same, records)["convolution_agrees"].all()
-    assert not part.assess(scaled, other, records)["convolution_agrees"].any()
+    assert part.assess(scaled, same, records)["cnn_agrees"].all()
+    assert not part.assess(scaled, other, records)["cnn_agrees"].any()
 
 
 def test_it_comes_back_from_the_file_bit_for_bit(trained, dataset, tmp_path):
@@ -45,10 +45,19 @@ def test_it_comes_back_from_the_file_bit_for_bit(trained, dataset, tmp_path):
     assert loaded.parts[0].body() == trained.parts[0].body()
 
 
+def test_weights_of_another_network_are_refused(trained):
+    (part,) = trained.parts
+    arrays = part.arrays()
+    name = next(name for name in arrays if name.endswith("weight"))
+    for changed in ({**arrays, name: arrays[name][:1]}, {key: value for key, value in arrays.items() if key != name}):
+        with pytest.raises(ValueError, match="the weights of convolution are not those of its network"):
+            Convolution.restore(part.body(), changed)
+
+
 def test_a_diagnosis_says_it_in_words(trained, dataset):
     said = diagnose_turn(trained, dataset.records[0]).to_dict()["assessment"]
-    assert said["convolution_name"] in dataset.codes.names
-    assert isinstance(said["convolution_agrees"], bool) and 0.0 < said["convolution_probability"] <= 1.0
+    assert said["cnn_name"] in dataset.codes.names
+    assert isinstance(said["cnn_agrees"], bool) and 0.0 < said["cnn_probability"] <= 1.0
 
 
 def test_it_is_fitted_on_request_alone(dataset, features, trainer):
