@@ -4,11 +4,10 @@ One line of arithmetic, read from the inside out, in the order of a real chain:
 
     y = Q( clip( ↓ LP( BR( gain · R φ̈ ) ) + b + d t + h(t) + n ) )        (gain · φ̈ without a radius)
 
-BR is the bracket's resonance, LP the anti-alias low-pass, ↓ keeps every m-th sample, b is the offset, d
-its drift, h the mains hum, n the noise, clip the range and Q the quantiser. Offset, drift, hum and noise
-come behind the filters: their numbers are those read off a record (its level, the height of its 50 Hz
-line, its noise floor), whatever the filters do. Every stage has a null value; a stage at its null value
-hands on the very same bits.
+BR is the bracket's resonance, LP the anti-alias low-pass, ↓ keeps every m-th sample, b is the offset, d its drift, h
+the mains hum, n the noise, clip the range and Q the quantiser. Offset, drift, hum and noise come behind the filters:
+their numbers are those read off a record (its level, the height of its 50 Hz line, its noise floor), whatever the
+filters do. Every stage has a null value; a stage at its null value hands on the very same bits.
 """
 
 from __future__ import annotations
@@ -50,9 +49,8 @@ class Sensor:
     offset, offset_drift : float
         Reading at rest at t = 0 [unit] and its drift [unit/s]. Null value 0.
     hum_amplitude, hum_hz, hum_phase, hum_third : float
-        Mains hum h = A (sin(2π f t + p) + q sin 3(2π f t + p)): amplitude A >= 0 [unit], mains frequency
-        f [Hz], phase p [rad], third harmonic over fundamental q >= 0 [-]; lines below half the record's
-        rate. Null value hum_amplitude 0.
+        Mains hum A (sin(2π f t + p) + q sin 3(2π f t + p)): amplitude A >= 0 [unit], frequency f [Hz], phase p [rad],
+        third harmonic over fundamental q >= 0 [-]; lines below half the record's rate. Null value hum_amplitude 0.
     noise_snr_db : float or None
         White Gaussian noise by its signal-to-noise ratio 10 log10(s² / σ²) [dB]: s² is the variance of
         what leaves the filters over this record (offset, drift and hum not counted), σ² that of the
@@ -152,8 +150,7 @@ class Sensor:
         sample_rate : float
             Its samples per second [Hz].
         rng : numpy.random.Generator or None
-            Source of the noise: one standard normal per sample of the record is drawn; none drawn without
-            noise.
+            Source of the noise: one standard normal is drawn per sample of the record, none without noise.
 
         Returns
         -------
