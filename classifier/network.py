@@ -9,6 +9,7 @@ so that a training rule moves rows and never needs to know about layers.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -46,11 +47,12 @@ class Scratch(threading.local):
         self._tensors: dict[object, Tensor] = {}
 
     def __call__(self, name: str, like: Tensor, *shape: int) -> Tensor:
-        """A tensor of this shape, of the kind of another one, with any content: the same for the same name."""
-        key = (name, like.dtype, like.device, shape)
-        if key not in self._tensors:
-            self._tensors[key] = like.new_empty(shape)
-        return self._tensors[key]
+        """A tensor of this shape, of the kind of another one, with any content: in the memory of the last of this
+        name, if that is large enough."""
+        key, size = (name, like.dtype, like.device), math.prod(shape)
+        if key not in self._tensors or len(self._tensors[key]) < size:
+            self._tensors[key] = like.new_empty(size)
+        return self._tensors[key][:size].view(shape)
 
 
 class Activation(NamedTuple):

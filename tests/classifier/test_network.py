@@ -3,7 +3,7 @@ import math
 import pytest
 import torch
 
-from classifier.network import Mlp
+from classifier.network import Mlp, Scratch
 from indexer_env.errors import ParameterError
 
 
@@ -116,3 +116,14 @@ def test_a_network_without_nodes_is_refused(hidden):
 def test_functions_that_do_not_fit_are_refused(functions, words):
     with pytest.raises(ParameterError, match=words):
         Mlp(3, 4, 2, **functions)
+
+
+def test_scratch_keeps_the_largest_memory_of_a_name_and_no_more():
+    room, like = Scratch(), torch.zeros(1, dtype=torch.float32)
+    large = room("hidden", like, 4, 6)
+    assert large.shape == (4, 6) and large.dtype is torch.float32
+    for shape in ((4, 6), (3, 6), (2, 1)):
+        assert room("hidden", like, *shape).shape == shape
+        assert room("hidden", like, *shape).data_ptr() == large.data_ptr()
+    assert room("output", like, 4, 6).data_ptr() != large.data_ptr()
+    assert room("hidden", like, 5, 6).shape == (5, 6)
