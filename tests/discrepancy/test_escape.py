@@ -7,14 +7,15 @@ import pytest
 
 from discrepancy.escape import escaped
 from discrepancy.fit import fit
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
 from discrepancy.scan import neighbours
+from tests.discrepancy.toy import Stateless
 
 WAVE = Hypothesis("wave", (Parameter("wave.rate", "rad/s", 2.0, 1.0, 0.0, 20.0),), {}, ((2.0,), (4.0,), (8.0,)))
 
 
-class Waves(Model):
+class Waves(Stateless):
     """y = 5 sin(rate x) in 4 windows of 50 samples, noise 1; no parameters of its own."""
 
     def __init__(self, rate: float) -> None:
@@ -26,21 +27,9 @@ class Waves(Model):
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
         return {"wave": (WAVE,)}
 
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        return self
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         rate = np.array([WAVE.parameters[0].value(z[0]) for z in jobs.points])[jobs.point]
         return 5.0 * np.sin(rate[:, None] * self.x[jobs.window]) - self.y[jobs.window]
-
-    def features(self) -> np.ndarray:
-        return np.zeros((4, 50, 1))
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 0
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        return np.zeros((0, 0))
 
 
 def test_a_stuck_fit_gets_out() -> None:
@@ -73,7 +62,7 @@ def test_neighbours_go_on_beyond_the_ends(value: float, ladder: list, share: flo
     assert neighbours(value, ladder, share) == pytest.approx(expected)
 
 
-class Valley(Model):
+class Valley(Stateless):
     """Residuals 10 (b - a²) and 1 - a of each of 2 windows: a narrow valley, bent, to a = b = 1 (Rosenbrock 1960).
 
     Single steps need more than 20 for it.
@@ -83,24 +72,9 @@ class Valley(Model):
         self.parameters = (Parameter("a", "-", -1.2, 0.3), Parameter("b", "-", 1.0, 0.3))
         self.counts, self.groups = np.full(2, 2), np.zeros(2, dtype=np.int64)
 
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {}
-
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        return self
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         a, b = (p.nominal + p.scale * z for p, z in zip(self.parameters, jobs.points[jobs.point].T, strict=True))
         return 300.0 * np.stack([10.0 * (b - a**2), 1.0 - a], axis=1)
-
-    def features(self) -> np.ndarray:
-        return np.zeros((2, 2, 1))
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 0
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        return np.zeros((0, 0))
 
 
 def test_a_bent_valley_is_followed_to_its_end() -> None:

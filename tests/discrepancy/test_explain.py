@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from discrepancy import explain
-from discrepancy.model import Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import Hypothesis, Jobs, Parameter
+from tests.discrepancy.toy import Stateless
 
 
-class Hum(Model):
+class Hum(Stateless):
     """y = size sin(x) in 4 windows of 200 samples, noise 1; the library knows sizes up to `largest`."""
 
     def __init__(self, size: float, largest: float, seed: int) -> None:
@@ -22,22 +23,10 @@ class Hum(Model):
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
         return {"hum": (self.hum,)}
 
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        return self
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         points = jobs.points[jobs.point]
         size = points[:, 1] if points.shape[1] > 1 else np.zeros(len(points))
         return 0.1 * points[:, :1] + size[:, None] * np.sin(self.x[jobs.window]) - self.y[jobs.window]
-
-    def features(self) -> np.ndarray:
-        return np.zeros((4, 200, 1))
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 0
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        return np.zeros((0, 0))
 
 
 @pytest.mark.parametrize(("largest", "verdict"), [(30.0, "named"), (9.9, "unexplained")])

@@ -1,7 +1,5 @@
 """Intervals, probabilities and weak directions, on a model whose answer is known in closed form."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,10 @@ from discrepancy.findings import findings, ranked
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.problem import Problem
+from tests.discrepancy.toy import Stateless
 
 
-class Line(Model):
+class Line(Stateless):
     """y = a x + b x in 4 windows of 25 samples with noise 1: only a + b is determined, a is known to 0.1."""
 
     def __init__(self, a: float, rng: np.random.Generator) -> None:
@@ -23,26 +22,11 @@ class Line(Model):
         self.x = np.linspace(0.0, 1.0, 100).reshape(4, 25)
         self.y = a * self.x + rng.standard_normal((4, 25))
 
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {}
-
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        return self
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         slope = np.array(
             [sum(p.value(z) for p, z in zip(self.parameters, point, strict=True)) for point in jobs.points]
         )
         return slope[jobs.point][:, None] * self.x[jobs.window] - self.y[jobs.window]
-
-    def features(self) -> np.ndarray:
-        return np.zeros((4, 25, 1))
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 0
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        return np.zeros((0, 0))
 
 
 def fitted(model: Model):

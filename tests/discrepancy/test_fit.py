@@ -1,21 +1,21 @@
 """A fit comes to rest where the records tell little as well, on a model whose answer is known in closed form."""
 
 import logging
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
 from discrepancy.fit import fit
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
 from discrepancy.stages import FITS
+from tests.discrepancy.toy import Stateless
 
 RATIO, SUM = 1e4, 3.0
 """Derivatives of the residuals by a - b and by a + b."""
 
 
-class Valley(Model):
+class Valley(Stateless):
     """4 windows of 50 samples, noise 1 (seed 4): the cost is a long valley along a = b, from 0 to 1.5."""
 
     def __init__(self) -> None:
@@ -26,25 +26,10 @@ class Valley(Model):
         self.slopes = np.array([RATIO * across + SUM * along, -RATIO * across + SUM * along])
         self.measured = np.einsum("gwn,g->wn", self.slopes, [1.5, 1.5]) + rng.standard_normal((4, 50))
 
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {}
-
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        return self
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         return (
             np.einsum("gjn,jg->jn", self.slopes[:, jobs.window], jobs.points[jobs.point]) - self.measured[jobs.window]
         )
-
-    def features(self) -> np.ndarray:
-        return np.zeros((4, 50, 1))
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 0
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        return np.zeros((0, 0))
 
 
 @pytest.mark.parametrize(("thorough", "left"), [(True, 0.05), (False, 1.0)])
