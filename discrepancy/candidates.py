@@ -13,7 +13,7 @@ from discrepancy.escape import escaped
 from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point, Problem
-from discrepancy.scan import Scanner, Start, apart
+from discrepancy.scan import Scanner, Start, apart, beside
 
 _SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
@@ -27,8 +27,15 @@ that repeats in every window; with the effect found they need no more than their
 
 _CANDIDATES, _FINALISTS = 6, 3
 
-_LEADING, _MORE = 2, 6
-"""Effects of which more starts are fitted while none explains the records, and how many."""
+_LEADING, _MORE, _CHOSEN = 2, 12, 2
+"""Effects of which more starts are looked at while none explains the records; how many; how many of them are fitted,
+of those that promise most and of those that leave least in the worst windows each."""
+
+_NEARBY = 2
+"""Places in the library's lists within which a start of the other sign may look alike."""
+
+_WORST = 6
+"""Windows, the base model's worst ones, in which more starts are compared."""
 
 _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
@@ -106,17 +113,19 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]]
-    leaders += [other for starts in best[:2] if (other := _other(starts)) is not None]
+    leaders += [other for starts in best[:2] for other in _others(starts)]
     leaders = sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
     return leaders, {starts[0].hypothesis.name: apart(starts, _MORE) for starts in best[:_CANDIDATES]}
 
 
-def _other(starts: list[Start]) -> Start | None:
-    """The second start of an effect: the best one with the other sign where there is one, since half a period off the
-    other sign looks alike."""
-    own = -len(starts[0].hypothesis.parameters)
-    opposite = [start for start in starts[1:] if start.place.z[own] * starts[0].place.z[own] < 0.0]
-    return next(iter(opposite or starts[1:]), None)
+def _others(starts: list[Start]) -> list[Start]:
+    """Further starts of an effect. Where it has two signs, the best ones nearby with the other sign, one on either side
+    as it may be: half a period of the ringing off, the other sign looks alike. Else the second one."""
+    first = starts[0]
+    own = -len(first.hypothesis.parameters)
+    opposite = [s for s in starts[1:] if s.place.z[own] * first.place.z[own] < 0.0]
+    nearby = [s for s in opposite if beside(first, s, _NEARBY, shape=True)]
+    return apart(nearby, _LEADING) if nearby else starts[1:2]
 
 
 def finalists(
@@ -131,7 +140,7 @@ def finalists(
     leaders = _leading(model, starts)
     for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
         if min(place.level(model) for place in leaders) > _FLOOR:
-            others = _leading(model, [scanner.sharpened(start) for start in more[name]])
+            others = _leading(model, [scanner.sharpened(start) for start in _chosen(scanner, more[name])])
             leaders = _distinct([*leaders, *others])
     leaders = leaders[:_FINALISTS]
     for rounds in _ESCAPES:
@@ -149,6 +158,20 @@ def finalists(
         finished.append(_finished(model, place))
         finished.sort(key=lambda c: c.score)
     return finished
+
+
+def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
+    """The starts that promise most, and those that leave least in the base model's worst windows once these have looked
+    for their own start anew: where an effect changes the order of contacts, the linearisation cannot follow."""
+    base = scanner.base
+    worst = np.argsort(-base.squares / scanner.model.counts)[:_WORST]
+
+    def left(start: Start) -> float:
+        problem = Problem(scanner.model, start.hypothesis)
+        return problem.searched(problem.point(start.place.z, start.place.states), worst).cost
+
+    least = sorted(starts[_CHOSEN:], key=left)[:_CHOSEN]
+    return [*starts[:_CHOSEN], *least]
 
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:

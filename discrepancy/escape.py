@@ -13,11 +13,11 @@ from discrepancy.fit import fit
 from discrepancy.problem import Point, Problem
 from discrepancy.scan import neighbours
 
-_SHARES = (0.25, 0.5)
+_SHARES = tuple(k / 6 for k in range(1, 7))
 """Shares of the way to the next values of the library's list."""
 
 _STEPS = 6
-_WORST = 0.35
+_WORST = 0.25
 """Share of the windows, the worst ones, in which a move is looked at."""
 
 

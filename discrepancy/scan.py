@@ -112,24 +112,38 @@ class Scanner:
 
 def apart(starts: Sequence[Start], count: int) -> list[Start]:
     """The first `count` starts of an effect of which no two stand side by side in the library's lists."""
-    ladders = [sorted(set(column)) for column in zip(*starts[0].hypothesis.starts, strict=True)]
-    found: list[tuple[Start, np.ndarray]] = []
+    found: list[Start] = []
     for start in starts:
-        values = zip(ladders, start.values, strict=True)
-        at = np.array([np.searchsorted(ladder, value - 1e-9 * abs(value)) for ladder, value in values])
-        fixed = start.hypothesis.fixed
-        if all(other.hypothesis.fixed != fixed or (np.abs(place - at) > 1).any() for other, place in found):
-            found.append((start, at))
         if len(found) == count:
             break
-    return [start for start, _ in found]
+        if not any(beside(start, other, 1) for other in found):
+            found.append(start)
+    return found
+
+
+def beside(a: Start, b: Start, places: int, shape: bool = False) -> bool:
+    """Whether two starts of an effect lie within so many places in each of the library's lists, the first parameter's,
+    its size, left out where only the shape is asked for."""
+    if a.hypothesis.fixed != b.hypothesis.fixed:
+        return False
+    columns = list(zip(*a.hypothesis.starts, strict=True))[shape:]
+    pairs = zip(columns, a.values[shape:], b.values[shape:], strict=True)
+    return all(abs(_rung(column, own) - _rung(column, other)) <= places for column, own, other in pairs)
+
+
+def _rung(column: Sequence[float], value: float) -> int:
+    """Place of a value in a list of the library, sorted."""
+    return int(np.searchsorted(sorted(set(column)), value - 1e-9 * abs(value)))
 
 
 def neighbours(value: float, ladder: list[float], share: float) -> list[float]:
     """Values a share of the way from `value` to the next ones of a ladder, which goes on beyond its ends; in proportion
-    where both have one sign."""
-    near = 1e-9 * max(abs(value), abs(ladder[0]), abs(ladder[-1]))
-    below, above = [v for v in ladder if v < value - near], [v for v in ladder if v > value + near]
+    where both have one sign. Next is what lies more than half a rung away."""
+    below, above = [v for v in ladder if v < value], [v for v in ladder if v > value]
+    if len(below) > 1 and value - below[-1] < 0.5 * (below[-1] - below[-2]):
+        del below[-1]
+    if len(above) > 1 and above[0] - value < 0.5 * (above[1] - above[0]):
+        del above[0]
     found = []
     for other in [below[-1] if below else _beyond(value, ladder[::-1]), above[0] if above else _beyond(value, ladder)]:
         steady = value * other > 0.0

@@ -17,6 +17,7 @@ from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
 _PHASES = tuple(_TURN * k / 6 for k in range(6))
+_DENSE_PHASES = tuple(_TURN * k / 12 for k in range(12))
 _PLACES = tuple(0.05 + 0.035 * k for k in range(13))
 
 
@@ -43,7 +44,7 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
     "friction.coulomb": {"torque": Move(10.0, _ladder(3.0, 5))},
     "friction.viscous": {"coefficient": Move(10.0, _ladder(3.0, 5))},
     "friction.stribeck": {"torque": Move(10.0, _ladder(5.0, 4)), "speed": Move(0.05, (0.05, 0.2), 0.01, 0.4)},
-    "load.imbalance": {"torque": Move(10.0, _ladder(10.0, 4)), "phase": _PHASE},
+    "load.imbalance": {"torque": Move(10.0, _ladder(12.0, 9, factor=1.55)), "phase": Move(0.5, _DENSE_PHASES)},
     "load.process": {
         "torque": Move(10.0, (30.0, 120.0, -30.0, -120.0)),
         # 25 ms apart at the reference speed: at half a period of the ringing the other sign fits as well
@@ -59,14 +60,14 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
         "centre": Move(0.02, _PLACES, 0.0, 0.5),
         "half_width": _HALF_WIDTHS,
     },
-    "cam.station_spacing": {"error": Move(3e-4, _ladder(3e-4, 4, both=True), -0.03, 0.03)},
+    "cam.station_spacing": {"error": Move(3e-4, _ladder(3e-4, 5, both=True), -0.06, 0.06)},
     "roller.crack": {"severity": Move(0.05, (0.05, 0.15, 0.4, 0.7), 0.0, 0.95)},
     "roller.crack_single": {"severity": Move(0.05, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8), 0.0, 0.95)},
     "input.backlash": {"play": Move(2e-4, _ladder(2e-4, 5), 0.0, 0.05)},
     "output.backlash": {"play": Move(1e-4, _ladder(3e-5, 5), 0.0, 0.01)},
     "output.cubic_stiffness": {"stiffness": Move(1e8, _ladder(1e8, 8, factor=2.0), 0.0, 1e12)},
     "base.looseness": {
-        "compliance": Move(5e-8, tuple(5e-8 * 2.0**k for k in range(8)), 1e-8, 1e-5),
+        "compliance": Move(5e-8, _ladder(5e-8, 10, factor=2.0), 1e-8, 5e-5),
         "damping_ratio": Move(0.05, (0.05,), 0.0, 1.0),
     },
     "sensor.gain": {"error": Move(0.02, (0.03, -0.03, 0.1, -0.1))},

@@ -33,7 +33,7 @@ _ANGLE_SLACK, _ANGLE_SPREAD = 0.05, 0.02
 """Cam angle [rad] over the record that a stated speed may be off by before it is put right: imbalance makes the phase
 of the turns waver by up to 0.015; and the standard deviation that is left to the fit."""
 
-_ANGLE_TOLERANCE = 0.15
+_ANGLE_TOLERANCE = 0.5
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
 
 _BY_COMPARISON = 0.01

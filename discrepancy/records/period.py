@@ -19,7 +19,7 @@ _BAND = 12.0
 _ALIKE = 0.9
 """Share of the highest resemblance that a shorter period must reach to be the period: two turns resemble as well."""
 
-_LEAST = 0.5
+_LEAST = 0.3
 """Resemblance below which the record has no period."""
 
 
