@@ -192,13 +192,16 @@ class Problem:
     def _refined(
         self, z: np.ndarray, windows: np.ndarray, states: np.ndarray, rounds: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Gauss–Newton on the start states (k, l) of windows (k,); refined states and their squares."""
+        """Gauss–Newton on the start states (k, l) of windows (k,) in one or more rounds; refined states and their
+        squares."""
         k, size = states.shape
-        squares = (self._some(z, windows, states) ** 2).sum(axis=1)
-        for _ in range(rounds if size else 0):
+        if not size:
+            return states, (self._some(z, windows, states) ** 2).sum(axis=1)
+        for _ in range(rounds):
             nudged = np.repeat(states[None], size + 1, axis=0)
             nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
             r = self._some(z, np.tile(windows, size + 1), nudged.reshape(-1, size)).reshape(size + 1, k, -1)
+            squares = (r[0] ** 2).sum(axis=1)
             slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
             B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
             diagonal = np.einsum("wii->wi", B)

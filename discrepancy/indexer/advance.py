@@ -22,7 +22,9 @@ _MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
 )
 
 
-def advanced(pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, channel: int, samples: int) -> np.ndarray:
+def advanced(
+    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, channel: int | np.integer, samples: int
+) -> np.ndarray:
     """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; the workspace row `channel`
     (n, samples), NaN behind the longest item's end and where a run left the physical range."""
     prepare_kernel(pack)
