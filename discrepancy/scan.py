@@ -80,7 +80,8 @@ class Scanner:
             states = np.repeat(self.model.states_for(hypothesis, self.base.states)[None], len(z), axis=0)
             if states.shape[2] > self.base.states.shape[1]:
                 # the base model's linearisation does not know these states, so they are refined beforehand
-                states = np.stack([problem.settled(place).states for place in problem.points(z, states)])
+                settled = problem.settled_together(problem.points(z, states))
+                states = np.stack([place.states for place in settled])
             if not np.array_equal(self.model.state_grid(hypothesis, z[0]), self.grid):
                 # windows start elsewhere, in another play, than any small change of the base model's states
                 states = np.stack([problem.searched(place).states for place in problem.points(z, states)])
