@@ -57,7 +57,7 @@ class Arrow:
         diagonal = np.diag(self.A)
         reduced = (
             self.A
-            + np.diag(damping * (diagonal + 0.03 * diagonal.mean()) + 1e-9)
+            + np.diag(damping * (diagonal + _LEVEL * diagonal.mean()) + 1e-9)
             - np.einsum("wgj,whj->gh", weighted, self.C)
         )
         return reduced, self.a - np.einsum("wgj,wj->g", weighted, self.b), inverse
@@ -71,3 +71,29 @@ def arrow(residual: np.ndarray, by_global: np.ndarray, by_local: np.ndarray, wei
     across, along = np.moveaxis(L, 0, 1), np.moveaxis(G, 0, 1)
     turned = np.swapaxes(across, 1, 2)
     return Arrow(flat @ flat.T, flat @ r.ravel(), across @ turned, (across @ r[:, :, None])[:, :, 0], along @ turned)
+
+
+class Slopes:
+    """Jacobians of windows by the globals (g, w, n) and by the local parameters (l, w, n), for the normal equations of
+    many residuals and window weights: the Jacobians' products, which cost most, are taken once."""
+
+    def __init__(self, by_global: np.ndarray, by_local: np.ndarray) -> None:
+        self._count = len(by_global)
+        self._rows = np.concatenate([by_global, by_local]).swapaxes(0, 1).copy()
+        self._products = self._rows @ self._rows.swapaxes(1, 2)
+
+    def pulls(self, residual: np.ndarray) -> np.ndarray:
+        """Half the slope (w, g + l) of each window's sum of squares at residuals (w, n)."""
+        return (self._rows @ residual[:, :, None])[:, :, 0]
+
+    def arrow(self, pulls: np.ndarray, weights: np.ndarray) -> Arrow:
+        """Normal equations of residuals with these pulls (w, g + l), and of window weights (w,)."""
+        g = self._count
+        A = np.tensordot(weights, self._products[:, :g, :g], 1)
+        weighted = self._products[:, :, g:] * weights[:, None, None]
+        return Arrow(A, weights @ pulls[:, :g], weighted[:, g:], pulls[:, g:] * weights[:, None], weighted[:, :g])
+
+    def moved(self, residual: np.ndarray, step: np.ndarray, local: np.ndarray) -> np.ndarray:
+        """Residuals (w, n) after a step (g,), (w, l), as far as they are linear."""
+        both = np.concatenate([np.broadcast_to(step, (len(local), len(step))), local], axis=1)
+        return residual + (both[:, None] @ self._rows)[:, 0]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,9 @@ _GLOBAL_NUDGE, _LOCAL_NUDGE = 1e-3, 1e-2
 
 _EASE = 3.0
 """c over the median of the windows' mean square: what is three times worse than most counts half."""
+
+_ROUNDS = 2
+"""Steps by which start states near to good ones are refined."""
 
 _POLISHED = 3
 """Start states per window, the best of the grid, that are refined before the best of them is kept."""
@@ -139,9 +142,12 @@ class Problem:
 
     def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
+        return self.model.residuals(self.hypothesis, self._everywhere(z, states)).reshape(*states.shape[:2], -1)
+
+    def _everywhere(self, z: np.ndarray, states: np.ndarray) -> Jobs:
+        """All windows at places (p, g), (p, w, l)."""
         p, w = len(z), len(self.all)
-        jobs = Jobs(z, np.repeat(np.arange(p), w), np.tile(self.all, p), states.reshape(p * w, -1))
-        return self.model.residuals(self.hypothesis, jobs).reshape(p, w, -1)
+        return Jobs(z, np.repeat(np.arange(p), w), np.tile(self.all, p), states.reshape(p * w, -1))
 
     def linearised(self, place: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residuals (w, n) and their derivatives by the globals (g, w, n) and by the local states (l, w, n)."""
@@ -177,11 +183,21 @@ class Problem:
         outward = ((place.z >= self.high) & (system.a < 0.0)) | ((place.z <= self.low) & (system.a > 0.0))
         return self.movable & ~outward & (np.diag(system.A) > 1e-12)
 
-    def settled(self, place: Point, rounds: int = 2, which: np.ndarray | None = None) -> Point:
+    def settled(self, place: Point, rounds: int = _ROUNDS, which: np.ndarray | None = None) -> Point:
         """The place with its windows' start states refined, the globals held."""
         windows = self.all if which is None else which
-        states, squares = self._refined(place.z, windows, place.states[windows], rounds)
+        states, squares = self._refined(_at(place.z, windows, place.states[windows]), rounds)
         return self._replaced(place, windows, states, squares)
+
+    def settled_together(self, places: Sequence[Point]) -> list[Point]:
+        """Each of the places as `settled` leaves it; to simulate them together is faster."""
+        z, states = (np.stack([getattr(place, name) for place in places]) for name in ("z", "states"))
+        refined, squares = self._refined(self._everywhere(z, states), _ROUNDS)
+        squares = squares.reshape(len(places), -1)
+        return [
+            self._replaced(p, self.all, *own)
+            for p, *own in zip(places, refined.reshape(states.shape), squares, strict=True)
+        ]
 
     def _replaced(self, place: Point, windows: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
         better = squares < place.squares[windows]
@@ -189,33 +205,38 @@ class Problem:
         all_states[windows[better]], all_squares[windows[better]] = states[better], squares[better]
         return self._scored(place.z, all_states, all_squares)
 
-    def _refined(
-        self, z: np.ndarray, windows: np.ndarray, states: np.ndarray, rounds: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Gauss–Newton on the start states (k, l) of windows (k,); refined states and their squares."""
+    def _refined(self, jobs: Jobs, rounds: int) -> tuple[np.ndarray, np.ndarray]:
+        """Gauss–Newton on the start states (k, l) of jobs in one or more rounds; refined states and their squares."""
+        states = jobs.states
         k, size = states.shape
-        squares = (self._some(z, windows, states) ** 2).sum(axis=1)
-        for _ in range(rounds if size else 0):
+        if not size:
+            return states, (self.model.residuals(self.hypothesis, jobs) ** 2).sum(axis=1)
+        for _ in range(rounds):
             nudged = np.repeat(states[None], size + 1, axis=0)
             nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
-            r = self._some(z, np.tile(windows, size + 1), nudged.reshape(-1, size)).reshape(size + 1, k, -1)
+            r = self._again(jobs, nudged)
+            squares = (r[0] ** 2).sum(axis=1)
             slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
             B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
             diagonal = np.einsum("wii->wi", B)
-            tried = [
-                states - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
-                for d in (1e-4, 1e-1, 10.0)
-            ]
-            found = self._some(z, np.tile(windows, len(tried)), np.concatenate(tried))
-            costs = np.concatenate([squares[None], (found**2).sum(axis=1).reshape(len(tried), k)])
+            tried = np.array(
+                [
+                    states
+                    - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
+                    for d in (1e-4, 1e-1, 10.0)
+                ]
+            )
+            costs = np.concatenate([squares[None], (self._again(jobs, tried) ** 2).sum(axis=2)])
             best = costs.argmin(axis=0)
-            states = np.stack([states, *tried])[best, np.arange(k)]
+            states = np.concatenate([states[None], tried])[best, np.arange(k)]
             squares = costs[best, np.arange(k)]
         return states, squares
 
-    def _some(self, z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> np.ndarray:
-        jobs = Jobs(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)
-        return self.model.residuals(self.hypothesis, jobs)
+    def _again(self, jobs: Jobs, states: np.ndarray) -> np.ndarray:
+        """Residuals (c, k, n) of jobs (k,) from each of the states (c, k, l) that are tried."""
+        c, k, size = states.shape
+        many = Jobs(jobs.points, np.tile(jobs.point, c), np.tile(jobs.window, c), states.reshape(c * k, size))
+        return self.model.residuals(self.hypothesis, many).reshape(c, k, -1)
 
     def searched(self, place: Point, which: np.ndarray | None = None) -> Point:
         """The place with the windows' start states looked for over the whole grid, then refined; of windows that are
@@ -231,11 +252,10 @@ class Problem:
         states[:, :, : grid.shape[1]] = grid[:, None, :]
         if which is not None:
             states = np.concatenate([states, np.repeat(place.states[:, None], k, axis=1)])
-        c = len(states)
-        found = self._some(place.z, np.tile(windows, c), states.reshape(c * k, -1))
-        order = np.argsort((found**2).sum(axis=1).reshape(c, k), axis=0)[:_POLISHED]
-        best = states[order, np.arange(k)]
-        polished, squares = self._refined(place.z, np.tile(windows, len(order)), best.reshape(-1, states.shape[2]), 3)
+        found = self._again(_at(place.z, windows, place.states[windows]), states)
+        order = np.argsort((found**2).sum(axis=2), axis=0)[:_POLISHED]
+        best = states[order, np.arange(k)].reshape(-1, states.shape[2])
+        polished, squares = self._refined(_at(place.z, np.tile(windows, len(order)), best), 3)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         chosen = polished.reshape(len(order), k, -1)[first, np.arange(k)]
@@ -251,3 +271,8 @@ class Problem:
             states = self.model.states_for(self.hypothesis, other.states)
             place = self.merged(place, self.point(place.z, states))
         return place
+
+
+def _at(z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> Jobs:
+    """Windows (k,) from start states (k, l), all with the same globals (g,)."""
+    return Jobs(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)

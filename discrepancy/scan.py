@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.arrow import arrow
+from discrepancy.arrow import Slopes
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.problem import Point, Problem
 
@@ -47,7 +47,7 @@ class Scanner:
         self.model, self.base = model, base
         self.problem = Problem(model, NONE, caution=caution).eased(base)
         self.grid = model.state_grid(NONE, base.z)
-        self.residual, self.by_global, self.by_local = self.problem.linearised(base)
+        self.slopes = Slopes(*self.problem.linearised(base)[1:])
 
     def gain(self, start: Start) -> float:
         """How much less than the base model's the cost is that a start promises."""
@@ -80,7 +80,8 @@ class Scanner:
             states = np.repeat(self.model.states_for(hypothesis, self.base.states)[None], len(z), axis=0)
             if states.shape[2] > self.base.states.shape[1]:
                 # the base model's linearisation does not know these states, so they are refined beforehand
-                states = np.stack([problem.settled(place).states for place in problem.points(z, states)])
+                settled = problem.settled_together(problem.points(z, states))
+                states = np.stack([place.states for place in settled])
             if not np.array_equal(self.model.state_grid(hypothesis, z[0]), self.grid):
                 # windows start elsewhere, in another play, than any small change of the base model's states
                 states = np.stack([problem.searched(place).states for place in problem.points(z, states)])
@@ -90,16 +91,12 @@ class Scanner:
 
     def _start(self, problem: Problem, z: np.ndarray, states: np.ndarray, residual: np.ndarray) -> Start:
         count = len(self.base.z)
-        weights = self.problem.weights((residual**2).sum(axis=1))
+        weights, pulls = self.problem.weights((residual**2).sum(axis=1)), self.slopes.pulls(residual)
         for _ in range(2):
-            system = arrow(residual, self.by_global, self.by_local, weights)
-            system = self.problem.informed(system, self.base.z)
+            system = self.problem.informed(self.slopes.arrow(pulls, weights), self.base.z)
             step, local = system.step(_DAMPING, self.problem.movable & (np.diag(system.A) > 1e-12))
             step = np.clip(self.base.z + step, self.problem.low, self.problem.high) - self.base.z
-            left = (
-                residual + np.einsum("g,gwn->wn", step, self.by_global) + np.einsum("wl,lwn->wn", local, self.by_local)
-            )
-            squares = (left**2).sum(axis=1)
+            squares = (self.slopes.moved(residual, step, local) ** 2).sum(axis=1)
             weights = self.problem.weights(squares)
         promised = self.problem.cost(squares) + self.problem.prior(self.base.z + step)
         moved = z.copy()

@@ -5,6 +5,7 @@ states      start states of windows from a few numbers
 parameters  the machine's own parameters and how well they are known
 repeating   filters over windows that repeat each other
 library     the effect library as hypotheses
+advance     windows side by side, advanced by the kernel
 model       IndexerModel, which simulates windows in batches
 extend      the machine extended by what was found, as YAML that every command loads
 """

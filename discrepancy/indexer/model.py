@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import library
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
 from discrepancy.indexer.repeating import repeating
@@ -16,26 +17,14 @@ from discrepancy.indexer.windows import Experiment, cut
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
-from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.errors import refuse
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
-_STEP = 1e-3
-"""Largest step of the integrator [s]: with landings on the edges its error stays fifty times below 1.5 % noise, from no
-play to 20 degrees of it and with every effect."""
-
 _HARMONICS = 40
 """Orders of the cam turn that the black box may use: up to 40 Hz at the reference speed, beyond the machine's modes."""
-
-_SLIP_ROUNDS = 3
-"""Windows simulated to find how much faster than the mean speed a slipping motor's command is."""
-
-_MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
-    layout.STATE_NAMES.index(name) for name in ("motor_angle", "motor_rate", "motor_command")
-)
 
 _LEAST_WINDOWS = 4
 """Whole cam turns below which a fit of some twelve parameters says nothing."""
@@ -109,6 +98,7 @@ class IndexerModel(Model):
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             self._measured[i, :count] = self.experiments[record].signal.values[first : first + count]
         self._inside = np.arange(self._measured.shape[1]) < w.count[:, None]
+        self._lengths = np.unique(w.count).tolist()
         self._periods = 2.0 * math.pi * self._sample_rates / self._rates
 
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
@@ -142,22 +132,42 @@ class IndexerModel(Model):
         return play_grid(item["stiffness_1"], item["cam_inertia"], play, size, size)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        extended = [self.machine_at(hypothesis, point) for point in jobs.points]
-        acceleration = self._simulate(jobs, [machine for machine, _ in extended])
-        out = np.empty_like(acceleration)
+        extended = self._extended(hypothesis, jobs.points)
+        out = self._simulate(jobs, [machine for machine, _ in extended])
         sensors: dict[Sensor, list[int]] = {}
         for p, (_, sensor) in enumerate(extended):
             sensors.setdefault(sensor, []).append(p)
-        measured = self._measured[jobs.window]
-        for sensor, points in sensors.items():
-            mine = np.flatnonzero(np.isin(jobs.point, points)) if len(sensors) > 1 else slice(None)
-            out[mine] = self._read(sensor, acceleration[mine], jobs.window[mine]) - measured[mine]
-            if sensor.hum_amplitude != self.sensor.hum_amplitude:
-                out[mine] = self._with_hum(sensor, out[mine], jobs.window[mine])
+        if len(sensors) == 1:
+            out = self._difference(extended[0][1], out, jobs.window)
+        else:
+            for sensor, points in sensors.items():
+                mine = np.flatnonzero(np.isin(jobs.point, points))
+                out[mine] = self._difference(sensor, out[mine], jobs.window[mine])
         out /= self._noise[self.windows.record[jobs.window]][:, None]
-        np.copyto(out, _BAD, where=~np.isfinite(out))
-        np.copyto(out, 0.0, where=~self._inside[jobs.window])
-        return np.clip(out, -_BAD, _BAD, out=out)
+        # NaN, of a run that failed, becomes _BAD here
+        np.maximum(np.fmin(out, _BAD, out=out), -_BAD, out=out)
+        counts = self.counts[jobs.window]
+        for count in self._lengths:
+            out[counts == count, count:] = 0.0
+        return out
+
+    def _extended(self, hypothesis: Hypothesis, points: np.ndarray) -> list[tuple[Machine, Sensor]]:
+        """Machine and sensor of each global point; points that differ in single records alone share them."""
+        parameters = self.parameters + hypothesis.parameters
+        keys = [own.tobytes() for own in points[:, [not p.of_record for p in parameters]]]
+        made: dict[bytes, tuple[Machine, Sensor]] = {}
+        for point, key in zip(points, keys, strict=True):
+            if key not in made:
+                made[key] = self.machine_at(hypothesis, point)
+        return [made[key] for key in keys]
+
+    def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """Readings of true accelerations (n, samples) less those that were measured; may overwrite `acceleration`."""
+        difference = self._read(sensor, acceleration, window)
+        difference -= self._measured[window]
+        if sensor.hum_amplitude != self.sensor.hum_amplitude:
+            difference = self._with_hum(sensor, difference, window)
+        return difference
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""
@@ -179,34 +189,45 @@ class IndexerModel(Model):
     def _simulate(self, jobs: Jobs, machines: list[Machine]) -> np.ndarray:
         """True accelerations (n, samples) of the jobs' windows."""
         w, n_records = self.windows, len(self.experiments)
-        items: dict[tuple[int, int], Coefficients] = {}
         record = w.record[jobs.window]
-        keys = jobs.point * n_records + record
-        for key in np.unique(keys):
-            p, r = divmod(int(key), n_records)
-            items[p, r] = coefficients(machines[p], self.experiments[r].operating_point)
+        used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
+        items = self._items(machines, *np.divmod(used, n_records))
+        pieces = items[0].law.pieces
+        table = np.stack([item.row for item in items])
+        table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
         start, speed = self._motion(jobs, record)
         drive = start + speed * w.first[jobs.window] / self._sample_rates[record]
-        out = np.full((len(keys), self._measured.shape[1]), np.nan)
+        # the last window of a record may be cut short, but filters remember all of its turn
+        counts = np.minimum(np.ceil(self._periods).astype(int), self._measured.shape[1])[record]
+        # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
+        # may be half empty, so it gets the shortest
+        order = np.argsort(-counts, kind="stable")
+        out = np.empty((len(kind), self._measured.shape[1]))
         groups: dict[tuple[int, int], list[int]] = {}
-        for (p, r), item in items.items():
-            groups.setdefault((item.model, item.features), []).append(p * n_records + r)
+        for k, item in enumerate(items):
+            groups.setdefault((item.model, item.features), []).append(k)
         for (model, features), members in groups.items():
-            mine = np.flatnonzero(np.isin(keys, members))
-            rows = np.stack([items[divmod(int(k), n_records)].row for k in keys[mine]])
-            pieces = next(iter(items.values())).law.pieces
-            rows[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
-            states = start_states(
-                rows, drive[mine], speed[mine], w.turn[jobs.window[mine]].astype(float), jobs.states[mine]
-            )
+            mine = order[np.isin(kind[order], members)] if len(groups) > 1 else order
+            rows, turn = table[kind[mine]], w.turn[jobs.window[mine]].astype(float)
+            states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
             sample_rates = self._sample_rates[record[mine]]
-            # the last window of a record may be cut short, but filters remember all of its turn
-            counts = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])[record[mine]]
             pack = Pack(model, features, states, rows, pieces)
             if features & layout.USES_SLIP:
-                self._let_slip(pack, keys[mine], counts, sample_rates)
-            out[mine] = self._run(pack, counts, sample_rates)
+                let_slip(pack, kind[mine], counts[mine], sample_rates)
+            out[mine] = advanced(pack, counts[mine], sample_rates, self.channel, out.shape[1])
         return out
+
+    def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
+        """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""
+        made: dict[tuple[int, float], Coefficients] = {}
+        items = []
+        for p, r in zip(point.tolist(), record.tolist(), strict=True):
+            operating_point = self.experiments[r].operating_point
+            key = id(machines[p]), operating_point.load_torque
+            if key not in made:
+                made[key] = coefficients(machines[p], operating_point)
+            items.append(made[key])
+        return items
 
     def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Drive angle at the record's first sample [rad] and its rate [rad/s] of each job (n,)."""
@@ -216,52 +237,11 @@ class IndexerModel(Model):
         start = self._starts[record] + z[at, of_start] * self._start_scales[record]
         return start, self._rates[record] * (1.0 + z[at, of_speed] * self._speed_scales[record])
 
-    def _let_slip(self, pack: Pack, keys: np.ndarray, counts: np.ndarray, sample_rates: np.ndarray) -> None:
-        """Set command and start rate of slipping motors so that each cam turn takes as long as it was measured to.
-
-        What the motor loses in one index it makes up for in the dwell, so one window of each machine and record tells
-        how much faster the command is than the mean speed, and at which rate a window ends and the next one starts.
-        """
-        every = self._every(sample_rates)
-        _, one, of = np.unique(keys, return_index=True, return_inverse=True)
-        time = (counts[one] * every - 1) / (sample_rates[one] * every)
-        mean, rate = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE]
-        command = mean
-        for _ in range(_SLIP_ROUNDS):
-            states = pack.states[one].copy()
-            states[:, _MOTOR_RATE], states[:, _COMMAND] = rate, command
-            start = states[:, _MOTOR_ANGLE].copy()
-            trial = Pack(pack.model, pack.features, states, pack.coefficients[one], pack.pieces)
-            self._run(trial, counts[one], sample_rates[one])
-            lost = mean - (states[:, _MOTOR_ANGLE] - start) / time
-            failed = ~np.isfinite(lost + states[:, _MOTOR_RATE])
-            command, rate = command + lost, states[:, _MOTOR_RATE]
-            # a run that fails here fails below as well, where it counts as worse than any that does not
-            command[failed], rate[failed] = mean[failed], mean[failed]
-        pack.states[:, _MOTOR_RATE], pack.states[:, _COMMAND] = rate[of], command[of]
-
-    @staticmethod
-    def _every(sample_rates: np.ndarray) -> int:
-        """Integrator steps per sample."""
-        return max(1, math.ceil(1.0 / (float(sample_rates.min()) * _STEP) - 1e-9))
-
-    def _run(self, pack: Pack, counts: np.ndarray, sample_rates: np.ndarray) -> np.ndarray:
-        """Advance a pack; the channel (n, samples), NaN behind a run's end."""
-        prepare_kernel(pack)
-        every, n = self._every(sample_rates), len(counts)
-        out = np.full((n, 1, self._measured.shape[1]), np.nan)
-        status, when = np.zeros(n, dtype=np.int64), np.zeros(n)
-        run_kernel((
-            pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
-            counts.astype(np.int64) * every - 1, 1.0 / (sample_rates * every), np.zeros(n),
-            every, np.array([self.channel], dtype=np.int64), LARGEST_DEFLECTION, out, status, when,
-        ))  # fmt: skip
-        out[status != layout.RUNNING] = np.nan
-        return out[:, 0]
-
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows; each finds the filters as windows of its record leave them."""
-        y = acceleration * sensor.scale
+        """The sensor's reading (n, samples) of windows; each finds the filters as windows of its record leave them.
+        Overwrites `acceleration`."""
+        y = acceleration
+        y *= sensor.scale
         record = self.windows.record[window]
         rate = float(self._sample_rates[record[0]])
         for sections in sensor.sections(rate):
