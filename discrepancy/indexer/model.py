@@ -10,8 +10,8 @@ import numpy as np
 
 from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import library
+from discrepancy.indexer.memory import forgetful
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
-from discrepancy.indexer.repeating import repeating
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
@@ -167,6 +167,12 @@ class IndexerModel(Model):
         difference -= self._measured[window]
         if sensor.hum_amplitude != self.sensor.hum_amplitude:
             difference = self._with_hum(sensor, difference, window)
+        filters = list(sensor.sections(float(self._sample_rates[0])))
+        if filters:
+            counts = self.counts[window]
+            for count in np.unique(counts):
+                mine = counts == count
+                difference[mine, :count] = forgetful(difference[mine, :count], filters)
         return difference
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
@@ -197,8 +203,7 @@ class IndexerModel(Model):
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
         start, speed = self._motion(jobs, record)
         drive = start + speed * w.first[jobs.window] / self._sample_rates[record]
-        # the last window of a record may be cut short, but filters remember all of its turn
-        counts = np.minimum(np.ceil(self._periods).astype(int), self._measured.shape[1])[record]
+        counts = self.counts[jobs.window]
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
         order = np.argsort(-counts, kind="stable")
@@ -213,7 +218,9 @@ class IndexerModel(Model):
             sample_rates = self._sample_rates[record[mine]]
             pack = Pack(model, features, states, rows, pieces)
             if features & layout.USES_SLIP:
-                let_slip(pack, kind[mine], counts[mine], sample_rates)
+                # the last window of a record may be cut short, but what slip loses is lost over a whole turn
+                turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])
+                let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
             out[mine] = advanced(pack, counts[mine], sample_rates, self.channel, out.shape[1])
         return out
 
@@ -238,16 +245,14 @@ class IndexerModel(Model):
         return start, self._rates[record] * (1.0 + z[at, of_speed] * self._speed_scales[record])
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows; each finds the filters as windows of its record leave them.
-        Overwrites `acceleration`."""
+        """The sensor's reading (n, samples) of windows, its filters at rest before. Overwrites `acceleration`."""
+        import scipy.signal
+
         y = acceleration
         y *= sensor.scale
-        record = self.windows.record[window]
-        rate = float(self._sample_rates[record[0]])
+        rate = float(self._sample_rates[0])
         for sections in sensor.sections(rate):
-            y = np.where(np.isfinite(y), y, _BAD)
-            for r in np.unique(record):
-                y[record == r] = repeating(sections, y[record == r], float(self._periods[r]))
+            y = np.asarray(scipy.signal.sosfilt(sections, np.where(np.isfinite(y), y, _BAD)))
         if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
             return y
         time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / rate
