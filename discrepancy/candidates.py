@@ -44,6 +44,12 @@ records."""
 _FLOOR = 1.1
 """Level at which a candidate leaves hardly anything to explain."""
 
+_FAR, _FALLING = 2.0, 0.9
+"""A fit that is left above this level after `_CAREFUL` steps, and above this share of its cost before them, ends."""
+
+_SAME = 1e-3
+"""Relative difference of the costs below which two starts of an effect have led to one place."""
+
 _NEAR = 2.0
 """A base model whose level is so many times the best candidate's is not fitted to the end."""
 
@@ -102,20 +108,26 @@ def _relaxed(model: Model, place: Point) -> Fit:
         problem = Problem(model, place.hypothesis, caution=caution)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
     problem = Problem(model, place.hypothesis, caution=last)
-    return fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
+    first = fit(problem, problem.adopted(place), steps=_CAREFUL)
+    if first.place.level(model) > _FAR and first.place.cost > _FALLING * problem.adopted(place).cost:
+        return first
+    return fit(problem, first.place, steps=_LONG, damping=first.damping, thorough=True)
 
 
 def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, list[Start]]]:
-    """The best start of each effect, those effects first that promise most, and a second one of the leaders; and for
-    each effect starts far from each other, best first."""
+    """The best start of each effect, those effects first that promise most, and further ones of the leaders; and for
+    each effect more starts, far from each other, best first."""
     best: list[list[Start]] = []
     for hypotheses in model.hypotheses().values():
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]]
     leaders += [other for starts in best[:2] for other in _others(starts)]
-    leaders = sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised)
-    return leaders, {starts[0].hypothesis.name: apart(starts, _MORE) for starts in best[:_CANDIDATES]}
+    more = {
+        starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
+        for starts in best[:_CANDIDATES]
+    }
+    return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised), more
 
 
 def _others(starts: list[Start]) -> list[Start]:
@@ -151,9 +163,8 @@ def finalists(
     leaders.sort(key=lambda place: place.cost)
     finished: list[Candidate] = []
     for place in leaders:
-        # one that got not half as far as the best one, which leaves nothing to explain, is no rival
-        done = finished and finished[0].level < _FLOOR
-        if done and place.cost > 0.5 * (base + finished[0].place.cost):
+        # one that got not half as far as the best one is no rival
+        if finished and place.cost > 0.5 * (base + finished[0].place.cost):
             continue
         finished.append(_finished(model, place))
         finished.sort(key=lambda c: c.score)
@@ -176,8 +187,15 @@ def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
     """The best place of each effect after a few steps from every start and more from the best ones, best first."""
-    tried = sorted((_tried(model, start) for start in starts), key=lambda place: place.cost)
-    return _distinct([_pursued(model, place) for place in tried[: _FINALISTS + 1]])
+    differing: list[Point] = []
+    for place in sorted((_tried(model, start) for start in starts), key=lambda place: place.cost):
+        if not any(_one_place(place, other) for other in differing):
+            differing.append(place)
+    return _distinct([_pursued(model, place) for place in differing[: _FINALISTS + 1]])
+
+
+def _one_place(a: Point, b: Point) -> bool:
+    return a.hypothesis == b.hypothesis and abs(a.cost - b.cost) < _SAME * a.cost
 
 
 def _distinct(places: Sequence[Point]) -> list[Point]:
