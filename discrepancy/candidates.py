@@ -187,8 +187,14 @@ def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
     """The best place of each effect after a few steps from every start and more from the best ones, best first."""
+    tried: list[Point] = []
+    for start in starts:
+        # what explains the records leaves other effects one start each, to show whether they do as well
+        explained = any(place.level(model) < _FLOOR for place in tried)
+        if not (explained and any(place.hypothesis.name == start.hypothesis.name for place in tried)):
+            tried.append(_tried(model, start))
     differing: list[Point] = []
-    for place in sorted((_tried(model, start) for start in starts), key=lambda place: place.cost):
+    for place in sorted(tried, key=lambda place: place.cost):
         if not any(_one_place(place, other) for other in differing):
             differing.append(place)
     return _distinct([_pursued(model, place) for place in differing[: _FINALISTS + 1]])

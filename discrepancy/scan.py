@@ -91,12 +91,13 @@ class Scanner:
 
     def _start(self, problem: Problem, z: np.ndarray, states: np.ndarray, residual: np.ndarray) -> Start:
         count = len(self.base.z)
-        weights, pulls = self.problem.weights((residual**2).sum(axis=1)), self.slopes.pulls(residual)
+        at_rest, pulls = np.einsum("wn,wn->w", residual, residual), self.slopes.pulls(residual)
+        weights = self.problem.weights(at_rest)
         for _ in range(2):
             system = self.problem.informed(self.slopes.arrow(pulls, weights), self.base.z)
             step, local = system.step(_DAMPING, self.problem.movable & (np.diag(system.A) > 1e-12))
             step = np.clip(self.base.z + step, self.problem.low, self.problem.high) - self.base.z
-            squares = (self.slopes.moved(residual, step, local) ** 2).sum(axis=1)
+            squares = self.slopes.squares(at_rest, pulls, step, local)
             weights = self.problem.weights(squares)
         promised = self.problem.cost(squares) + self.problem.prior(self.base.z + step)
         moved = z.copy()

@@ -36,7 +36,7 @@ def test_held_parameters_stay() -> None:
     assert step[[0, 2]] == pytest.approx(alone)
 
 
-def test_slopes_give_the_same_equations_and_residuals() -> None:
+def test_slopes_give_the_same_equations_and_sums_of_squares() -> None:
     """Seed 5; 6 windows of 25 samples, 3 globals, 2 locals: equal to the equations of one residual and its sum."""
     rng = np.random.default_rng(5)
     residual, weights = rng.standard_normal((6, 25)), rng.uniform(0.2, 1.0, 6)
@@ -47,4 +47,5 @@ def test_slopes_give_the_same_equations_and_residuals() -> None:
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-12)
     step, local = rng.standard_normal(3), rng.standard_normal((6, 2))
     moved = residual + np.einsum("g,gwn->wn", step, by_global) + np.einsum("wl,lwn->wn", local, by_local)
-    np.testing.assert_allclose(slopes.moved(residual, step, local), moved, rtol=0.0, atol=1e-12)
+    squares = slopes.squares((residual**2).sum(axis=1), slopes.pulls(residual), step, local)
+    np.testing.assert_allclose(squares, (moved**2).sum(axis=1), rtol=1e-12)
