@@ -94,8 +94,8 @@ class Slopes:
         return Arrow(A, weights @ pulls[:, :g], weighted[:, g:], pulls[:, g:] * weights[:, None], weighted[:, :g])
 
     def squares(self, at_rest: np.ndarray, pulls: np.ndarray, step: np.ndarray, local: np.ndarray) -> np.ndarray:
-        """Sums of squares (w,) after a step (g,), (w, l) from residuals with these sums (w,) and pulls (w, g + l), as far
-        as they are linear: ‖r + J s‖² = ‖r‖² + 2 s·Jᵀr + s·JᵀJ s."""
+        """Sums of squares (w,) after a step (g,), (w, l) from residuals with these sums (w,) and pulls (w, g + l), as
+        far as they are linear: ‖r + J s‖² = ‖r‖² + 2 s·Jᵀr + s·JᵀJ s."""
         both = np.concatenate([np.broadcast_to(step, (len(local), len(step))), local], axis=1)
         bent = (both[:, None] @ self._products)[:, 0]
         return np.maximum(at_rest + ((2.0 * pulls + bent) * both).sum(axis=1), 0.0)

@@ -150,6 +150,22 @@ def finalists(
     """
     model = scanner.model
     leaders = _leading(model, starts)
+    finished = [_finished(model, leaders.pop(0))] if leaders[0].level(model) < _FAR else []
+    if not finished or finished[0].level > _FLOOR:
+        places = [candidate.place for candidate in finished] + leaders
+        leaders, finished = _explored(scanner, _distinct(places), more), []
+    for place in sorted(leaders[:_FINALISTS], key=lambda place: place.cost):
+        # one that got not half as far as the best one is no rival
+        if finished and place.cost > 0.5 * (base + finished[0].place.cost):
+            continue
+        finished.append(_finished(model, place))
+        finished.sort(key=lambda c: c.score)
+    return finished
+
+
+def _explored(scanner: Scanner, leaders: list[Point], more: Mapping[str, Sequence[Start]]) -> list[Point]:
+    """The leaders, or what more starts of their effects and ways out of local minima lead to."""
+    model = scanner.model
     for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
         if min(place.level(model) for place in leaders) > _FLOOR:
             others = _leading(model, [scanner.sharpened(start) for start in _chosen(scanner, more[name])])
@@ -160,15 +176,7 @@ def finalists(
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
             leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
             leaders.append(leaders.pop(0))
-    leaders.sort(key=lambda place: place.cost)
-    finished: list[Candidate] = []
-    for place in leaders:
-        # one that got not half as far as the best one is no rival
-        if finished and place.cost > 0.5 * (base + finished[0].place.cost):
-            continue
-        finished.append(_finished(model, place))
-        finished.sort(key=lambda c: c.score)
-    return finished
+    return leaders
 
 
 def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:

@@ -23,6 +23,7 @@ _WORST = 0.25
 
 def escaped(problem: Problem, place: Point, *, rounds: int, enough: float) -> Point:
     """The place, or a better one reached by moves of the effect's parameters; no further once its level is `enough`."""
+    place = problem.adopted(place)
     for _ in range(rounds):
         if place.level(problem.model) < enough:
             break
