@@ -72,6 +72,8 @@ class Candidate:
     typical : float
         Median level of the windows, the larger one of the records fitted and those held out: a few windows whose start
         state was missed do not show in it.
+    losses : ndarray (w,)
+        What each window of the records fitted adds to the cost.
     """
 
     name: str
@@ -81,6 +83,12 @@ class Candidate:
     held_out: float
     converged: bool
     typical: float
+    losses: np.ndarray
+
+    def lead(self, other: Candidate) -> float:
+        """How far another one is behind, if all windows were like the typical one (the median): what a few windows
+        have missed does not count."""
+        return len(self.losses) * float(np.median(other.losses - self.losses))
 
 
 def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Fit]:
@@ -254,8 +262,9 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     choices = len(model.hypotheses().get(place.hypothesis.name, (NONE,)))
     price = len(place.hypothesis.parameters) * math.log(samples) + 2.0 * math.log(choices)
     level = place.level(model)
+    losses = Problem(model, place.hypothesis).losses(place.squares)
     return Candidate(
-        place.hypothesis.name, place, place.cost + price, level, math.nan, converged, _typical(place, model)
+        place.hypothesis.name, place, place.cost + price, level, math.nan, converged, _typical(place, model), losses
     )
 
 

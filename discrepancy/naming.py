@@ -39,6 +39,9 @@ _EARNED = 0.2
 _SHARE = 0.05
 """Share of the winner's gain by which the next effect must stay behind; nearer ones are ambiguous."""
 
+_CLEAR = 60.0
+"""Lead in a typical window, times the windows, by which an effect that is down at the noise is told from another."""
+
 _TEMPER = 5.0
 """Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
 
@@ -107,12 +110,15 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
 
 def _alike(best: Candidate, other: Candidate, gain: float) -> bool:
     """Whether another effect explains the records as well as the best one, which gains so much over none: a share of a
-    large gain may be what a fit has missed, but not where the best one is down at the noise and the other is not."""
+    large gain may be what a fit has missed in some windows, but not where the best one is down at the noise and the
+    other is not, or is behind in most windows."""
     behind = other.score - best.score
     if behind < _MARGIN:
         return True
-    told_apart = best.typical**2 - 1.0 < AT_NOISE <= other.typical**2 - 1.0
-    return behind < _SHARE * gain and not told_apart
+    if best.typical**2 - 1.0 < AT_NOISE:
+        told_apart = other.typical**2 - 1.0 >= AT_NOISE or best.lead(other) > _CLEAR
+        return not told_apart and behind < _SHARE * gain
+    return behind < _SHARE * gain
 
 
 def _verdict(candidates: list[Candidate], box: float) -> Naming:

@@ -116,8 +116,12 @@ class Problem:
 
     def cost(self, squares: np.ndarray) -> float:
         """Σ_w ρ_w of squares (w,)."""
+        return float(self.losses(squares).sum())
+
+    def losses(self, squares: np.ndarray) -> np.ndarray:
+        """ρ_w (w,) of squares (w,)."""
         n = self.model.counts * self.ease
-        return float((n * np.log1p(squares / n)).sum())
+        return n * np.log1p(squares / n)
 
     def weights(self, squares: np.ndarray) -> np.ndarray:
         """dρ_w/dq of squares (w,)."""

@@ -34,7 +34,8 @@ _ANGLE_SLACK, _ANGLE_SPREAD = 0.05, 0.02
 of the turns waver by up to 0.015; and the standard deviation that is left to the fit."""
 
 _ANGLE_TOLERANCE = 0.5
-"""Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths."""
+"""Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths, a low-pass
+filter of 40 ms 0.24."""
 
 _BY_COMPARISON = 0.01
 """Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
