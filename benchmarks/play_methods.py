@@ -29,10 +29,10 @@ import numpy as np
 from benchmarks.cam_averages import Fitted, name_by_averages
 from benchmarks.whole_record import WholeRecordModel
 from discrepancy import NONE, name_effect
-from discrepancy.candidates import held_place
 from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Order, draw
 from discrepancy.challenge.records import read_case, write_records
 from discrepancy.challenge.tables import table
+from discrepancy.held_out import held_place
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.problem import Problem
 from indexer_env.machine import Machine

@@ -26,9 +26,9 @@ from pathlib import Path
 import numpy as np
 
 from discrepancy import NONE, explain
-from discrepancy.candidates import held_place
 from discrepancy.challenge.draw import KNOWN_TO, Order, draw
 from discrepancy.challenge.records import read_case, write_records
+from discrepancy.held_out import held_place
 from discrepancy.indexer import IndexerModel
 from discrepancy.problem import Point, Problem
 

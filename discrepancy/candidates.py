@@ -1,4 +1,4 @@
-"""The hypotheses that compete: which starts are fitted, how far, and what each of them predicts of records held out."""
+"""The hypotheses that compete: which starts of the library are fitted, and how far."""
 
 from __future__ import annotations
 
@@ -266,36 +266,6 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
     return Candidate(
         place.hypothesis.name, place, place.cost + price, level, math.nan, converged, _typical(place, model), losses
     )
-
-
-def held_places(candidates: list[Candidate], held_out: Model) -> list[Point]:
-    """The candidates' physics on the records held out. What one of them found of the windows' start states is tried by
-    all: a state that was missed must not decide."""
-    places = [held_place(c.place, held_out) for c in candidates]
-    pooled = []
-    for place in places:
-        problem = Problem(held_out, place.hypothesis, frozen=True)
-        pooled.append(fit(problem, problem.pooled(place, places), steps=_SHORT // 2).place)
-    return pooled
-
-
-def carried(place: Point, problem: Problem) -> np.ndarray:
-    """Global parameters (g,) of a problem on other records: the physics of a place, what belongs to records at 0."""
-    physics = np.array([not p.of_record for p in problem.parameters])
-    # what belongs to records stands together, behind the machine's own; there may be more of them here or there
-    first = int(physics.argmin()) if not physics.all() else len(physics)
-    records = len(place.z) - int(physics.sum())
-    z = np.zeros(len(physics))
-    z[physics] = np.delete(place.z, slice(first, first + records))
-    return z
-
-
-def held_place(place: Point, held_out: Model) -> Point:
-    """The candidate's physics on the records held out; only start states and what belongs to single records move."""
-    problem = Problem(held_out, place.hypothesis, frozen=True)
-    z = carried(place, problem)
-    states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
-    return fit(problem, problem.searched(problem.point(z, states)), steps=_SHORT * 2, thorough=True).place
 
 
 def tested(candidate: Candidate, held: Point, held_out: Model) -> Candidate:

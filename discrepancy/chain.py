@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.candidates import Candidate, held_place
+from discrepancy.candidates import Candidate
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
+from discrepancy.held_out import held_place
 from discrepancy.locate import Where, locate
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.next_measurement import Separation, separations

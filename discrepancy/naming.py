@@ -16,11 +16,11 @@ from discrepancy.candidates import (
     base_candidate,
     careful_base,
     finalists,
-    held_places,
     promising,
     tested,
 )
 from discrepancy.findings import Ranked, ranked
+from discrepancy.held_out import held_places
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point
 from discrepancy.scan import Scanner
@@ -102,13 +102,13 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     rivals = finalists(scanner, starts, more, careful.cost)
     none = base_candidate(model, careful, rivals[0])
     candidates = sorted([none, *rivals], key=lambda c: c.score)
-    held = held_places(candidates, held_out)
+    held = held_places([c.place for c in candidates], held_out)
     judged = [tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)]
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
     return _verdict(judged, black_box_level(model, none.place, held_out, of_none))
 
 
-def _alike(best: Candidate, other: Candidate, gain: float) -> bool:
+def alike(best: Candidate, other: Candidate, gain: float) -> bool:
     """Whether another effect explains the records as well as the best one, which gains so much over none: a share of a
     large gain may be what a fit has missed in some windows, but not where the best one is down at the noise and the
     other is not, or is behind in most windows."""
@@ -134,7 +134,7 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
             return answer("none", (), "the base model alone reaches the noise floor")
         verdict = "unexplained" if none.converged else "not_converged"
         return answer(verdict, (), "the base model leaves a gap, and no effect of the library lessens it")
-    near = [c.name for c in candidates[1:] if c.name != NONE.name and _alike(best, c, gain)]
+    near = [c.name for c in candidates[1:] if c.name != NONE.name and alike(best, c, gain)]
     if near:
         return answer("ambiguous", (best.name, *near), "these effects explain the records alike")
     closed = (none.held_out**2 - best.held_out**2) / max(none.held_out**2 - 1.0, SLIGHT)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from discrepancy.candidates import carried
+from discrepancy.held_out import carried
 from discrepancy.problem import Problem
 
 

@@ -1,0 +1,44 @@
+"""What a place fitted to some records predicts of others: its physics stays, what belongs to single records moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from discrepancy.fit import fit
+from discrepancy.model import Model
+from discrepancy.problem import Point, Problem
+
+_STEPS, _MORE = 12, 3
+"""Steps of a fit of start states and of what belongs to records, and those after states of other places were tried."""
+
+
+def held_places(fitted: Sequence[Point], held_out: Model) -> list[Point]:
+    """The physics of places on the records held out. What one of them found of the windows' start states is tried by
+    all: a state that was missed must not decide."""
+    places = [held_place(place, held_out) for place in fitted]
+    pooled = []
+    for place in places:
+        problem = Problem(held_out, place.hypothesis, frozen=True)
+        pooled.append(fit(problem, problem.pooled(place, places), steps=_MORE).place)
+    return pooled
+
+
+def carried(place: Point, problem: Problem) -> np.ndarray:
+    """Global parameters (g,) of a problem on other records: the physics of a place, what belongs to records at 0."""
+    physics = np.array([not p.of_record for p in problem.parameters])
+    # what belongs to records stands together, behind the machine's own; there may be more of them here or there
+    first = int(physics.argmin()) if not physics.all() else len(physics)
+    records = len(place.z) - int(physics.sum())
+    z = np.zeros(len(physics))
+    z[physics] = np.delete(place.z, slice(first, first + records))
+    return z
+
+
+def held_place(place: Point, held_out: Model) -> Point:
+    """The physics of a place on the records held out; only start states and what belongs to single records move."""
+    problem = Problem(held_out, place.hypothesis, frozen=True)
+    z = carried(place, problem)
+    states = np.zeros((len(held_out.counts), held_out.local_count(place.hypothesis)))
+    return fit(problem, problem.searched(problem.point(z, states)), steps=_STEPS, thorough=True).place
