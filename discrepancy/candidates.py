@@ -19,7 +19,7 @@ _SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
 
 _CAREFUL = 15
-"""Steps of the first fit of the base model, which may lack what matters most."""
+"""Steps of the first fit of the base model, which may lack what matters most, and of any fit before it is looked at."""
 
 CAUTIONS = (100.0, 10.0, 1.0)
 """Weights of the priors, stage by stage. While the effect is missing the priors must hold the machine against a misfit
@@ -31,8 +31,8 @@ _LEADING, _MORE, _CHOSEN = 2, 12, 2
 """Effects of which more starts are looked at while none explains the records; how many; how many of them are fitted,
 of those that promise most and of those that leave least in the worst windows each."""
 
-_NEARBY = 2
-"""Places in the library's lists within which a start of the other sign may look alike."""
+_NEARBY, _SIDES = 2, 2
+"""Places in the library's lists within which a start of the other sign may look alike, and how many are taken along."""
 
 _WORST = 6
 """Windows, the base model's worst ones, in which more starts are compared."""
@@ -45,10 +45,11 @@ _FLOOR = 1.1
 """Level at which a candidate leaves hardly anything to explain."""
 
 _FAR, _FALLING = 2.0, 0.9
-"""A fit that is left above this level after `_CAREFUL` steps, and above this share of its cost before them, ends."""
+"""A fit that is left above this level after `_CAREFUL` steps, and above this share of its cost before them, ends. A
+leader below this level is fitted to the end before more starts are tried."""
 
-_SAME = 1e-3
-"""Relative difference of the costs below which two starts of an effect have led to one place."""
+_SAME = 0.05
+"""Difference of an effect's scaled parameters, also relative, below which two starts have led to one place."""
 
 _NEAR = 2.0
 """A base model whose level is so many times the best candidate's is not fitted to the end."""
@@ -91,15 +92,6 @@ class Candidate:
         return len(self.losses) * float(np.median(other.losses - self.losses))
 
 
-def calibrate(model: Model, start: Point | None = None) -> tuple[Point, Fit]:
-    """Fit the base model from its nominal parameters, or from a place of the model it extends.
-
-    Returns the place where what is known weighs heavily, and the fit reached from there when it weighs as stated.
-    """
-    careful = careful_base(model, start)
-    return careful, _relaxed(model, careful)
-
-
 def careful_base(model: Model, start: Point | None) -> Point:
     problem = Problem(model, NONE, caution=CAUTIONS[0])
     z = np.zeros(len(problem.parameters))
@@ -109,7 +101,7 @@ def careful_base(model: Model, start: Point | None) -> Point:
     return fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
 
 
-def _relaxed(model: Model, place: Point) -> Fit:
+def relaxed(model: Model, place: Point) -> Fit:
     """Fit on from a place, what is known losing weight in stages."""
     *stages, last = CAUTIONS[1:]
     for caution in stages:
@@ -130,7 +122,7 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]]
-    leaders += [other for starts in best[:2] for other in _others(starts)]
+    leaders += [other for starts in best[:_LEADING] for other in _others(starts)]
     more = {
         starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
         for starts in best[:_CANDIDATES]
@@ -144,8 +136,8 @@ def _others(starts: list[Start]) -> list[Start]:
     first = starts[0]
     own = -len(first.hypothesis.parameters)
     opposite = [s for s in starts[1:] if s.place.z[own] * first.place.z[own] < 0.0]
-    nearby = [s for s in opposite if beside(first, s, _NEARBY, shape=True)]
-    return apart(nearby, _LEADING) if nearby else starts[1:2]
+    nearby = [s for s in opposite if beside(first, s, _NEARBY, first=1)]
+    return apart(nearby, _SIDES) if nearby else starts[1:2]
 
 
 def finalists(
@@ -158,17 +150,15 @@ def finalists(
     """
     model = scanner.model
     leaders = _leading(model, starts)
-    finished = [_finished(model, leaders.pop(0))] if leaders[0].level(model) < _FAR else []
-    if not finished or finished[0].level > _FLOOR:
-        places = [candidate.place for candidate in finished] + leaders
-        leaders, finished = _explored(scanner, _distinct(places), more), []
-    for place in sorted(leaders[:_FINALISTS], key=lambda place: place.cost):
-        # one that got not half as far as the best one is no rival
-        if finished and place.cost > 0.5 * (base + finished[0].place.cost):
-            continue
-        finished.append(_finished(model, place))
-        finished.sort(key=lambda c: c.score)
-    return finished
+    finished = [_finished(model, leaders[0])] if leaders[0].level(model) < _FAR else []
+    if finished and finished[0].level < _FLOOR:
+        first, *leaders = leaders[:_FINALISTS]
+    else:
+        first, *leaders = _explored(scanner, leaders, more)
+        finished = [_finished(model, first)]
+    # one that got not half as far as the best one is no rival
+    rivals = [place for place in leaders if place.cost < 0.5 * (base + first.cost)]
+    return sorted([*finished, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
 
 
 def _explored(scanner: Scanner, leaders: list[Point], more: Mapping[str, Sequence[Start]]) -> list[Point]:
@@ -184,7 +174,7 @@ def _explored(scanner: Scanner, leaders: list[Point], more: Mapping[str, Sequenc
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
             leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
             leaders.append(leaders.pop(0))
-    return leaders
+    return sorted(leaders, key=lambda place: place.cost)
 
 
 def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
@@ -195,7 +185,8 @@ def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
 
     def left(start: Start) -> float:
         problem = Problem(scanner.model, start.hypothesis)
-        return problem.searched(problem.point(start.place.z, start.place.states), worst).cost
+        found = problem.searched(problem.point(start.place.z, start.place.states), worst)
+        return float(problem.losses(found.squares)[worst].sum())
 
     least = sorted(starts[_CHOSEN:], key=left)[:_CHOSEN]
     return [*starts[:_CHOSEN], *least]
@@ -217,7 +208,8 @@ def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
 
 
 def _one_place(a: Point, b: Point) -> bool:
-    return a.hypothesis == b.hypothesis and abs(a.cost - b.cost) < _SAME * a.cost
+    own = len(a.z) - len(a.hypothesis.parameters)
+    return a.hypothesis == b.hypothesis and np.allclose(a.z[own:], b.z[own:], rtol=_SAME, atol=_SAME)
 
 
 def _distinct(places: Sequence[Point]) -> list[Point]:
@@ -240,7 +232,7 @@ def _pursued(model: Model, place: Point) -> Point:
 
 
 def _finished(model: Model, place: Point) -> Candidate:
-    result = _relaxed(model, place)
+    result = relaxed(model, place)
     return _candidate(model, result.place, result.converged)
 
 

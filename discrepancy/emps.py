@@ -8,6 +8,7 @@ Brunot, Data set and reference models of EMPS (2019), nonlinearbenchmark.org.
 
 from __future__ import annotations
 
+import copy
 import functools
 import itertools
 import math
@@ -218,6 +219,12 @@ class EmpsModel(Model):
                 first, count = self._first[window], self.counts[window]
                 out[job, :count] = residual[first : first + count]
         return out
+
+    def recording(self, readings: np.ndarray) -> EmpsModel:
+        other = copy.copy(self)
+        rows = [row[:count] for row, count in zip(readings, self.counts, strict=True)]
+        other._measured = np.concatenate(rows) * self.noise
+        return other
 
     def features(self) -> np.ndarray:
         """Powers of position, rate and acceleration up to the third."""

@@ -162,6 +162,10 @@ class Model(ABC):
         """(simulated - measured)/noise of each job (n, samples); 0 beyond a window's end."""
 
     @abstractmethod
+    def recording(self, readings: np.ndarray) -> Model:
+        """The model with these readings (w, samples), in units of the noise, in the place of its records."""
+
+    @abstractmethod
     def features(self) -> np.ndarray:
         """What a black box may predict residuals from: functions of the known inputs (w, samples, f)."""
 

@@ -24,6 +24,7 @@ from discrepancy.held_out import held_places
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point
 from discrepancy.scan import Scanner
+from indexer_env.errors import refuse
 
 VERDICTS = ("named", "none", "ambiguous", "unexplained", "not_converged")
 """named: an effect is clearly ahead, or effects found one after the other close the gap; none: there is no gap;
@@ -96,6 +97,8 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     """
     careful = careful_base(model, start)
     scanner = Scanner(model, careful, CAUTIONS[0])
+    if not model.hypotheses():
+        raise refuse("name_effect", "model", "a library of one effect or more", "none", "take effects out of without")
     starts, more = promising(model, scanner)
     # where no start promises anything, the best one stands for all
     starts = starts if scanner.gain(starts[0]) > _MARGIN else starts[:1]

@@ -90,10 +90,11 @@ def _rival(model: Model, place: Point) -> _Rival:
 def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     """How much worse `other` explains the measurement, simulated with `true`, after it has adapted."""
     model, scale = measurement.model, measurement.scale
-    problem, place = _at(model, other)
-    residual, by_global, by_local = (scale * part for part in problem.linearised(place))
     truth_problem, truth = _at(model, true)
-    difference = residual - scale * truth_problem.residuals(truth.z[None], truth.states[None])[0]
+    # the imagined records are 0, so residuals are readings
+    made = model.recording(truth_problem.residuals(truth.z[None], truth.states[None])[0])
+    problem, place = _at(made, other)
+    difference, by_global, by_local = (scale * part for part in problem.linearised(place))
     system = arrow(difference, by_global, by_local, np.ones(len(difference)))
     at = [k for k, p in enumerate(problem.parameters) if not p.of_record]
     known = np.zeros_like(system.A)

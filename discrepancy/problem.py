@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -193,15 +193,9 @@ class Problem:
         states, squares = self._refined(_at(place.z, windows, place.states[windows]), rounds)
         return self._replaced(place, windows, states, squares)
 
-    def settled_together(self, places: Sequence[Point]) -> list[Point]:
-        """Each of the places as `settled` leaves it; to simulate them together is faster."""
-        z, states = (np.stack([getattr(place, name) for place in places]) for name in ("z", "states"))
-        refined, squares = self._refined(self._everywhere(z, states), _ROUNDS)
-        squares = squares.reshape(len(places), -1)
-        return [
-            self._replaced(p, self.all, *own)
-            for p, *own in zip(places, refined.reshape(states.shape), squares, strict=True)
-        ]
+    def settled_together(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """States (p, w, l) of places (p, g), (p, w, l) as `settled` leaves them, faster than one by one."""
+        return self._refined(self._everywhere(z, states), _ROUNDS)[0].reshape(states.shape)
 
     def _replaced(self, place: Point, windows: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
         better = squares < place.squares[windows]

@@ -80,8 +80,7 @@ class Scanner:
             states = np.repeat(self.model.states_for(hypothesis, self.base.states)[None], len(z), axis=0)
             if states.shape[2] > self.base.states.shape[1]:
                 # the base model's linearisation does not know these states, so they are refined beforehand
-                settled = problem.settled_together(problem.points(z, states))
-                states = np.stack([place.states for place in settled])
+                states = problem.settled_together(z, states)
             if not np.array_equal(self.model.state_grid(hypothesis, z[0]), self.grid):
                 # windows start elsewhere, in another play, than any small change of the base model's states
                 states = np.stack([problem.searched(place).states for place in problem.points(z, states)])
@@ -119,13 +118,13 @@ def apart(starts: Sequence[Start], count: int) -> list[Start]:
     return found
 
 
-def beside(a: Start, b: Start, places: int, shape: bool = False) -> bool:
-    """Whether two starts of an effect lie within so many places in each of the library's lists, the first parameter's,
-    its size, left out where only the shape is asked for."""
+def beside(a: Start, b: Start, places: int, first: int = 0) -> bool:
+    """Whether two starts of an effect lie within so many places in each of the library's lists, from the parameter
+    `first` on."""
     if a.hypothesis.fixed != b.hypothesis.fixed:
         return False
-    columns = list(zip(*a.hypothesis.starts, strict=True))[shape:]
-    pairs = zip(columns, a.values[shape:], b.values[shape:], strict=True)
+    columns = list(zip(*a.hypothesis.starts, strict=True))[first:]
+    pairs = zip(columns, a.values[first:], b.values[first:], strict=True)
     return all(abs(_rung(column, own) - _rung(column, other)) <= places for column, own, other in pairs)
 
 
@@ -136,12 +135,12 @@ def _rung(column: Sequence[float], value: float) -> int:
 
 def neighbours(value: float, ladder: list[float], share: float) -> list[float]:
     """Values a share of the way from `value` to the next ones of a ladder, which goes on beyond its ends; in proportion
-    where both have one sign. Next is what lies more than half a rung away."""
-    below, above = [v for v in ladder if v < value], [v for v in ladder if v > value]
-    if len(below) > 1 and value - below[-1] < 0.5 * (below[-1] - below[-2]):
-        del below[-1]
-    if len(above) > 1 and above[0] - value < 0.5 * (above[1] - above[0]):
-        del above[0]
+    where both have one sign. The rung that `value` is nearest to is its own; beside a single one lie half and
+    twice it."""
+    if len(ladder) < 2:
+        return [value * 0.5**share, value * 2.0**share]
+    own = min(range(len(ladder)), key=lambda k: abs(ladder[k] - value))
+    below, above = ladder[:own], ladder[own + 1 :]
     found = []
     for other in [below[-1] if below else _beyond(value, ladder[::-1]), above[0] if above else _beyond(value, ladder)]:
         steady = value * other > 0.0
@@ -151,7 +150,5 @@ def neighbours(value: float, ladder: list[float], share: float) -> list[float]:
 
 def _beyond(value: float, ladder: list[float]) -> float:
     """What would follow `value` where the ladder ends with it: its last step once more."""
-    if len(ladder) < 2:
-        return 2.0 * value
     last, before = ladder[-1], ladder[-2]
     return value * last / before if value * last > 0.0 and last * before > 0.0 else value + last - before

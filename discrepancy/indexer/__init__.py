@@ -3,7 +3,7 @@
 windows     records, and the windows they are cut into: one cam turn each, begun in the dwell
 states      start states of windows from a few numbers
 parameters  the machine's own parameters and how well they are known
-memory      residuals that do not depend on what filters remember
+nuisance    what is unknown of single windows and taken out of their residuals: hum's phase, filters' memory
 library     the effect library as hypotheses
 advance     windows side by side, advanced by the kernel
 model       IndexerModel, which simulates windows in batches

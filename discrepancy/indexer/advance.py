@@ -26,7 +26,7 @@ def advanced(
     pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, channel: int | np.integer, samples: int
 ) -> np.ndarray:
     """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; the workspace row `channel`
-    (n, samples), NaN behind the longest item's end and where a run left the physical range."""
+    (n, samples), without meaning behind an item's end, NaN where a run left the physical range."""
     prepare_kernel(pack)
     every, n = _every(sample_rates), len(counts)
     out = np.empty((n, 1, samples))

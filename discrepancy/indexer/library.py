@@ -9,10 +9,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects import EFFECTS
+from indexer_env.filters import BRACKET_LIMIT
 from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
@@ -80,21 +81,34 @@ MOVES: Mapping[str, Mapping[str, Move]] = {
     "sensor.offset_drift": {"rate": Move(0.01, (0.02, -0.02))},
 }
 
+_SEEN = 0.99 * BRACKET_LIMIT
+"""Highest frequency of a sensor's filter that is looked for, over the sampling rate."""
+
 _CHOICES = {"cam.station_spacing": "station", "roller.crack_single": "station"}
 
 
-def library(machine: Machine, known: tuple[str, ...]) -> dict[str, tuple[Hypothesis, ...]]:
-    """Hypotheses of each effect but those the machine already has (`known`)."""
+def library(machine: Machine, known: tuple[str, ...], rate: float) -> dict[str, tuple[Hypothesis, ...]]:
+    """Hypotheses of each effect but those the machine already has (`known`), for records sampled at `rate` [Hz]."""
     found: dict[str, tuple[Hypothesis, ...]] = {}
     for name, moves in MOVES.items():
         if name in known:
             continue
+        moves = {field: _seen(field, move, rate) for field, move in moves.items()}
         parameters = tuple(_parameter(name, field, move) for field, move in moves.items())
         starts = tuple(itertools.product(*(move.starts for move in moves.values())))
         choice = _CHOICES.get(name)
         fixed = [{choice: k} for k in range(machine.stations)] if choice else [{}]
         found[name] = tuple(Hypothesis(name, parameters, values, starts) for values in fixed)
     return found
+
+
+def _seen(name: str, move: Move, rate: float) -> Move:
+    """A move of a sensor's filter, kept where its frequency is seen at this sampling rate; any other one as it is."""
+    fastest = 1.0 / (_TURN * _SEEN * rate)
+    low = {"time_constant": fastest, "inverse_square": fastest**2}.get(name)
+    if low is None or move.low is None or low <= move.low:
+        return move
+    return replace(move, low=low, starts=tuple(start for start in move.starts if start >= low))
 
 
 def _parameter(effect: str, name: str, move: Move) -> Parameter:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from datagen.measured import RATE_TOLERANCE
 from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import library
-from discrepancy.indexer.memory import forgetful
+from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
@@ -69,6 +71,10 @@ class IndexerModel(Model):
             if experiment.signal.unit != self.sensor.unit:
                 remedy = "set Sensor.radius for an accelerometer in m/s^2, leave it out for rad/s^2"
                 raise refuse("IndexerModel", "experiments", f"in {self.sensor.unit}", experiment.signal.unit, remedy)
+        rates = sorted(experiment.signal.sample_rate for experiment in self.experiments)
+        if rates[-1] - rates[0] > RATE_TOLERANCE * rates[0]:
+            got = f"{rates[0]:g} to {rates[-1]:g} Hz"
+            raise refuse("IndexerModel", "experiments", "of one sampling rate", got, "resample them to the lowest")
         base = base_parameters(machine, self.uncertainty)
         self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
@@ -93,6 +99,7 @@ class IndexerModel(Model):
         self._start_scales = np.array([e.start_uncertainty for e in self.experiments])
         self._speed_scales = np.array([e.speed_uncertainty for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
+        self._sample_rate = float(self._sample_rates[0])
         self._noise = np.array([e.noise_level for e in self.experiments])
         self._measured = np.zeros((len(w.first), int(w.count.max())))
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
@@ -103,7 +110,7 @@ class IndexerModel(Model):
 
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
         names = [effect.name for effect in self.machine.effects] + [h.name for h in self.known]
-        return library(self.machine, (*names, *self.without))
+        return library(self.machine, (*names, *self.without), self._sample_rate)
 
     def extended(self, hypothesis: Hypothesis) -> IndexerModel:
         known = (*self.known, hypothesis)
@@ -118,6 +125,11 @@ class IndexerModel(Model):
         series = np.concatenate([np.ones((*phase.shape, 1)), np.cos(harmonics), np.sin(harmonics)], axis=2)
         square = (self._rates[w.record] / self._rates.max()) ** 2
         return np.concatenate([series, series * square[:, None, None]], axis=2)
+
+    def recording(self, readings: np.ndarray) -> IndexerModel:
+        other = copy.copy(self)
+        other._measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
+        return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
         loose = any(h.name == "base.looseness" for h in (*self.known, hypothesis))
@@ -162,17 +174,16 @@ class IndexerModel(Model):
         return [made[key] for key in keys]
 
     def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """Readings of true accelerations (n, samples) less those that were measured; may overwrite `acceleration`."""
+        """Readings of true accelerations (n, samples) less those that were measured, what is unknown of single windows
+        taken out; may overwrite `acceleration`."""
         difference = self._read(sensor, acceleration, window)
         difference -= self._measured[window]
-        if sensor.hum_amplitude != self.sensor.hum_amplitude:
-            difference = self._with_hum(sensor, difference, window)
-        filters = list(sensor.sections(float(self._sample_rates[0])))
-        if filters:
+        filters, hum = sensor.sections(self._sample_rate), sensor.hum_amplitude - self.sensor.hum_amplitude
+        if filters or hum != 0.0:
             counts = self.counts[window]
-            for count in np.unique(counts):
-                mine = counts == count
-                difference[mine, :count] = forgetful(difference[mine, :count], filters)
+            for count in self._lengths:
+                mine, cycles = counts == count, sensor.hum_hz / self._sample_rate
+                difference[mine, :count] = without_nuisance(difference[mine, :count], filters, hum, cycles)
         return difference
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
@@ -215,8 +226,8 @@ class IndexerModel(Model):
             mine = order[np.isin(kind[order], members)] if len(groups) > 1 else order
             rows, turn = table[kind[mine]], w.turn[jobs.window[mine]].astype(float)
             states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
-            sample_rates = self._sample_rates[record[mine]]
             pack = Pack(model, features, states, rows, pieces)
+            sample_rates = self._sample_rates[record[mine]]
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
                 turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])
@@ -250,26 +261,13 @@ class IndexerModel(Model):
 
         y = acceleration
         y *= sensor.scale
-        rate = float(self._sample_rates[0])
-        for sections in sensor.sections(rate):
-            y = np.asarray(scipy.signal.sosfilt(sections, np.where(np.isfinite(y), y, _BAD)))
+        for sections in sensor.sections(self._sample_rate):
+            y = np.asarray(scipy.signal.sosfilt(sections, y))
         if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
             return y
-        time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / rate
+        time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / self._sample_rate
         quiet = dataclasses.replace(sensor, hum_amplitude=self.sensor.hum_amplitude)
         return quiet.with_background(y, time)
-
-    def _with_hum(self, sensor: Sensor, difference: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """Simulated less measured readings (n, samples) with hum, in each window with the phase that fits best: the
-        mains frequency wanders, so that no phase holds for a whole record."""
-        rate = self._sample_rates[self.windows.record[window]][:, None]
-        angle = 2.0 * math.pi * sensor.hum_hz * np.arange(difference.shape[1]) / rate
-        inside = np.where(self._inside[window] & np.isfinite(difference), difference, 0.0)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        a, b = ((inside * wave).sum(axis=1, keepdims=True) for wave in (cosine, sine))
-        size = np.maximum(np.hypot(a, b), 1e-300)
-        amplitude = sensor.hum_amplitude - self.sensor.hum_amplitude
-        return difference - amplitude * (a * cosine + b * sine) / size
 
 
 def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:

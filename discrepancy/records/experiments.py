@@ -37,6 +37,9 @@ _ANGLE_TOLERANCE = 0.5
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths, a low-pass
 filter of 40 ms 0.24."""
 
+_ANGLE_NOTED = 0.1
+"""Cam angle [rad] from which on it is said."""
+
 _BY_COMPARISON = 0.01
 """Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
 
@@ -152,6 +155,11 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"{record.name}: the cam angle at the first sample must agree with the record within {_ANGLE_TOLERANCE:g} "
             f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct "
             "start_angle or pulse_angle."
+        )
+    if off > _ANGLE_NOTED:
+        notes.append(
+            f"{record.name}: the start angle stated is {off:.2f} rad from that of the nominal machine's motion; only a "
+            "sensor that reads late, as behind a slow low-pass filter, would explain it"
         )
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
     point = OperatingPoint(speed, stated.load_torque, start)

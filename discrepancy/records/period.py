@@ -19,8 +19,9 @@ _BAND = 12.0
 _ALIKE = 0.9
 """Share of the highest resemblance that a shorter period must reach to be the period: two turns resemble as well."""
 
-_LEAST = 0.3
-"""Resemblance below which the record has no period."""
+_LEAST, _SHORT = 0.3, 0.6
+"""Resemblance below which a long record has no period, and what a record of m turns must have more, times m: the fewer
+turns, the more alike is noise to itself. Effects that make every turn another one leave 0.47 of ten turns."""
 
 
 def cam_period(values: np.ndarray, rate: float, expected: float) -> float | None:
@@ -32,7 +33,8 @@ def cam_period(values: np.ndarray, rate: float, expected: float) -> float | None
         return None
     likeness = _likeness(_lowpassed(values, rate, _BAND / expected), longest + 2)
     peaks = np.flatnonzero((likeness[1:-1] >= likeness[:-2]) & (likeness[1:-1] > likeness[2:])) + 1
-    peaks = peaks[(peaks >= shortest) & (likeness[peaks] > _LEAST)]
+    least = _LEAST + _SHORT * expected * rate / len(values)
+    peaks = peaks[(peaks >= shortest) & (likeness[peaks] > least)]
     if not len(peaks):
         return None
     first = int(peaks[likeness[peaks] >= _ALIKE * likeness[peaks].max()][0])

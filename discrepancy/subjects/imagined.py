@@ -33,8 +33,8 @@ class ShaftTorqueModel(IndexerModel):
 
     channel = layout.TORQUE_1
 
-    def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        return acceleration
+    def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        return acceleration - self._measured[window]
 
 
 def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:

@@ -1,5 +1,6 @@
 """When two effects that explain the records are told apart, and when they are not."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -27,16 +28,22 @@ AT_NOISE = [1.0] * 18
 
 
 @pytest.mark.parametrize(
-    ("levels", "alike"),
+    ("levels", "expected"),
     [
         (AT_NOISE, True),  # as good
         ([1.02] * 18, False),  # a little worse in every window
         ([1.0] * 17 + [1.6], True),  # one window missed
-        ([1.1] * 18, False),  # not at the noise at all
     ],
 )
-def test_an_effect_at_the_noise_is_told_from_what_is_behind_in_most_windows(levels: list[float], alike: bool) -> None:
-    assert alike(candidate(AT_NOISE), candidate(levels), GAIN) is alike
+def test_an_effect_at_the_noise_is_told_from_what_is_behind_in_most_windows(levels: list, expected: bool) -> None:
+    assert alike(candidate(AT_NOISE), candidate(levels), GAIN) is expected
+
+
+def test_an_effect_at_the_noise_is_told_from_one_that_is_not() -> None:
+    best = candidate(AT_NOISE)
+    behind = dataclasses.replace(best, score=best.score + 100.0)
+    assert alike(best, behind, GAIN)
+    assert not alike(best, dataclasses.replace(behind, typical=1.1), GAIN)
 
 
 def test_far_from_the_noise_a_share_of_the_gain_is_needed() -> None:

@@ -5,9 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
+from discrepancy.indexer.parameters import read
 from discrepancy.model import NONE, Jobs
-from indexer_env import OperatingPoint, Sensor, Signal, load_machine
+from discrepancy.problem import Problem
+from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
 from indexer_env.errors import ParameterError
 
 
@@ -56,6 +59,47 @@ def test_hum_takes_the_phase_of_each_window() -> None:
         point = np.concatenate([plain[0], hypothesis.coordinates((amplitude,))])[None]
         found = humming.residuals(hypothesis, Jobs(point, jobs.point, jobs.window, jobs.states))
         assert np.sqrt((found**2).sum(axis=1) / humming.counts) == pytest.approx(left, abs=0.01)
+
+
+def test_mixed_sampling_rates_are_refused() -> None:
+    other = Experiment(Signal(np.sin(0.1 * np.arange(8200.0)), 500.0, unit="rad/s^2"), OperatingPoint())
+    with pytest.raises(ParameterError, match=r"must be of one sampling rate, got '?500 to 1000 Hz'?; resample them"):
+        IndexerModel(load_machine("reference"), [record(8200), other])
+
+
+def test_filters_that_slow_records_cannot_show_are_not_looked_for() -> None:
+    slow = Experiment(Signal(np.sin(0.1 * np.arange(2000.0)), 200.0, unit="rad/s^2"), OperatingPoint())
+    bracket = IndexerModel(load_machine("reference"), [slow]).hypotheses()["sensor.bracket_resonance"][0]
+    fast = IndexerModel(load_machine("reference"), [record(8200)]).hypotheses()["sensor.bracket_resonance"][0]
+    fastest = 1.0 / (2.0 * np.pi * np.sqrt(bracket.parameters[0].low))
+    assert 80.0 < fastest < 90.0
+    assert len(bracket.starts) < len(fast.starts)
+    assert all(start[0] >= bracket.parameters[0].low for start in bracket.starts)
+
+
+@pytest.mark.parametrize("play", [1.0, 23.0])
+def test_a_soft_bracket_that_rings_on_is_explained_with_any_play(records, play: float) -> None:
+    """Seed 22, 2′ and 20°: a fit from the true parameters reaches the noise whatever the bracket remembers."""
+    effect = make_effect("sensor.bracket_resonance", inverse_square=2.1e-5, damping=0.015)
+    model, _, truth = records(22, play, effect)
+    hypothesis = model.hypotheses()["sensor.bracket_resonance"][0]
+    problem = Problem(model, hypothesis)
+    known = [0.0 if p.of_record else p.coordinate(read(truth, p.name)) for p in model.parameters]
+    z = np.concatenate([known, hypothesis.coordinates((2.1e-5, 0.015))])
+    place = fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=12).place
+    assert np.sqrt(np.median(place.squares / model.counts)) < 1.03
+
+
+def test_a_model_recording_its_own_readings_leaves_nothing() -> None:
+    signal = Signal(np.zeros(8200), 1000.0, unit="rad/s^2")
+    imagined = IndexerModel(load_machine("reference"), [Experiment(signal, OperatingPoint(), noise=100.0)])
+    bracket = imagined.hypotheses()["sensor.bracket_resonance"][0]
+    z = np.concatenate([np.zeros(len(imagined.parameters)), bracket.coordinates((2.1e-5, 0.05))])[None]
+    problem, rest = Problem(imagined, bracket), np.zeros((1, len(imagined.counts), 4))
+    readings = problem.residuals(z, rest)[0]
+    assert np.sqrt((readings**2).mean()) > 0.05
+    left = Problem(imagined.recording(readings), bracket).residuals(z, rest)[0]
+    assert np.abs(left).max() < 2e-3 * np.abs(readings).max()
 
 
 def test_a_slipping_motor_that_fails_is_worse_than_any_other() -> None:

@@ -16,6 +16,9 @@ class Stateless(Model):
     def extended(self, hypothesis: Hypothesis) -> Model:
         return self
 
+    def recording(self, readings: np.ndarray) -> Model:
+        raise NotImplementedError("what these models read is not measured")
+
     def features(self) -> np.ndarray:
         return np.zeros((len(self.counts), int(self.counts.max()), 1))
 
