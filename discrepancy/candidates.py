@@ -122,7 +122,7 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_CANDIDATES]]
-    leaders += [other for starts in best[:_LEADING] for other in _others(starts)]
+    leaders += [other for starts in best[:_LEADING] for other in further(starts)]
     more = {
         starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
         for starts in best[:_CANDIDATES]
@@ -130,7 +130,7 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
     return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised), more
 
 
-def _others(starts: list[Start]) -> list[Start]:
+def further(starts: list[Start]) -> list[Start]:
     """Further starts of an effect. Where it has two signs, the best ones nearby with the other sign, one on either side
     as it may be: half a period of the ringing off, the other sign looks alike. Else the second one."""
     first = starts[0]
