@@ -34,7 +34,7 @@ not_converged: the base fit never came to rest, so nothing can be said."""
 _MARGIN = 30.0
 """Least gain in cost (twice a log-likelihood) beyond the price of an effect's parameters."""
 
-_EARNED = 0.2
+_EARNED = 0.1
 """Least share of the gap on the records held out (mean square above the noise) that an effect must close."""
 
 _SHARE = 0.05
