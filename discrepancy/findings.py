@@ -23,7 +23,8 @@ from discrepancy.arrow import arrow
 from discrepancy.model import Model, Parameter
 from discrepancy.problem import Point, Problem
 
-_NORMAL_95 = 1.96
+_SIDE = 0.975
+"""Probability below the upper end of an interval."""
 
 _WEAK = 1.0
 """Information about a direction of the known parameters, in units of what was known beforehand, below which the records
@@ -179,7 +180,8 @@ def findings(model: Model, place: Point) -> Findings:
     within = np.ix_(free, free)
     scale = max(1.0, float(np.median(level)))
     spread[free] = np.sqrt(_variances(reduced[within], prior[within], pulls[:, free], scale))
-    estimates = tuple(_estimate(p, z, s) for p, z, s in zip(problem.parameters, place.z, spread, strict=True))
+    reach = _reach(len(pulls)) * spread
+    estimates = tuple(_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)
     at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
     return Findings(problem.parameters, estimates, at_bound, reduced - prior)
@@ -192,8 +194,15 @@ def _variances(reduced: np.ndarray, prior: np.ndarray, pulls: np.ndarray, scale:
     return np.maximum(np.maximum(scale * np.diag(inverse), np.diag(inverse @ between @ inverse)), 0.0)
 
 
-def _estimate(parameter: Parameter, z: float, spread: float) -> Estimate:
-    low, value, high = (float(parameter.value(z + sign * _NORMAL_95 * spread)) for sign in (-1.0, 0.0, 1.0))
+def _reach(windows: int) -> float:
+    """Half width of an interval over its standard deviation: Student's t, as few windows tell how far they differ."""
+    from scipy.stats import t
+
+    return float(t.ppf(_SIDE, max(1, windows - 1)))
+
+
+def _estimate(parameter: Parameter, z: float, reach: float) -> Estimate:
+    low, value, high = (float(parameter.value(z + sign * reach)) for sign in (-1.0, 0.0, 1.0))
     moved = float(z) if parameter.known else None
     return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
 

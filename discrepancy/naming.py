@@ -46,7 +46,7 @@ _CLEAR = 60.0
 _TEMPER = 5.0
 """Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
 
-AT_NOISE = 0.06
+AT_NOISE = 0.11
 """Mean square above the noise of a typical window (the median), in units of it, below which nothing is left in it."""
 
 SLIGHT = 0.2
