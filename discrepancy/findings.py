@@ -2,12 +2,13 @@
 
 Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
 
-    95 % interval = value at z ± 1.96 √max(s² S⁻¹, S⁻¹ M S⁻¹)_kk,     s² = max(1, median mean square of the windows)
+    95 % interval = value at z ± t √max(s² S⁻¹, S⁻¹ M S⁻¹)_kk,     s² = max(1, median mean square of the windows)
     M = P + W/(W - 1) Σ_w u_w u_wᵀ
 
-s widens them where the model, though it is the best one, does not reach the noise floor. The second one is the sandwich
-(White, Econometrica 48 (1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
-windows that disagree among each other by more than their noise widen what they disagree about. A prior of precision P
+t is Student's, W - 1 degrees of freedom for W windows. s widens the intervals where the model, though it is the best
+one, does not reach the noise floor. The second one is the sandwich (White, Econometrica 48 (1980) 817, by windows as
+clusters): u_w is what window w alone pulls at the parameters, so windows that disagree among each other by more than
+their noise widen what they disagree about. A prior of precision P
 pulls with a variance of P, as the truth is one draw from it.
 """
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from discrepancy.findings import findings, ranked
 from discrepancy.fit import fit
@@ -41,11 +42,13 @@ def test_intervals_are_those_of_least_squares_with_priors() -> None:
     by_z = np.stack([0.1 * model.x.ravel(), model.x.ravel()])
     spread = np.sqrt(np.diag(np.linalg.inv(by_z @ by_z.T + np.eye(2)))) * [0.1, 1.0]
     for estimate, expected in zip(fitted(model).estimates, spread, strict=True):
-        assert (estimate.high - estimate.low) / 3.92 == pytest.approx(expected, rel=0.1)
+        half = t.ppf(0.975, 3) * expected
+        assert (estimate.high - estimate.low) / 2.0 == pytest.approx(half, rel=0.1)
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    """Seed 9, 200 sets of data, truth drawn from the priors: 95 % within the 4 standard deviations of such a count."""
+    """Seed 9, 200 sets of data, truth drawn from the priors: 95 % or more, within 4 standard deviations of such a
+    count; four windows widen the intervals though only the curvature is at work."""
     rng = np.random.default_rng(9)
     held = 0
     for _ in range(200):
@@ -66,7 +69,7 @@ def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
     slopes = 1.0 + 0.5 * rng.standard_normal((40, 1))
     model.y = slopes * model.x + 0.1 * rng.standard_normal((40, 25))
     estimate = fitted(model).estimates[1]
-    told = (estimate.high - estimate.low) / 3.92
+    told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 39))
     assert told == pytest.approx(np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1), rel=0.15)
 
 
