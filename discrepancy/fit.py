@@ -109,14 +109,26 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
 
 
 def _rested(exact: Problem, place: Point) -> Point:
-    """The place at rest in all directions: crossed and its windows searched, until both win next to nothing."""
+    """The place at rest in all directions: crossed, its windows searched and its kin tried, until all win next to
+    nothing."""
     problem = exact.eased(place)
     place = problem.adopted(place)
     for _ in range(_ROUNDS):
-        before, place = place.cost, problem.searched(_crossed(problem, place))
+        before, place = place.cost, _among_kin(problem, problem.searched(_crossed(problem, place)))
         if before - place.cost < _GAIN:
             break
     return exact.adopted(place)
+
+
+def _among_kin(problem: Problem, place: Point) -> Point:
+    """The place, or a better one beyond what a symmetry of the model's equations leads to."""
+    z = problem.model.kin(place.hypothesis, place.z)
+    if not len(z):
+        return place
+    z = np.clip(np.where(problem.movable, z, place.z), problem.low, problem.high)
+    found = [problem.settled(p) for p in problem.points(z, np.repeat(place.states[None], len(z), axis=0))]
+    best = _crossed(problem, min(found, key=lambda p: p.cost))
+    return best if best.cost < place.cost else place
 
 
 def _doubted(exact: Problem, place: Point) -> Point:

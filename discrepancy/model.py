@@ -161,6 +161,11 @@ class Model(ABC):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         """(simulated - measured)/noise of each job (n, samples); 0 beyond a window's end."""
 
+    def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        """Other global points (k, g) that explain the records almost as well, by a symmetry of the equations that is
+        nearly exact: single steps do not lead there. None where nothing is known of such a symmetry."""
+        return np.zeros((0, len(point)))
+
     @abstractmethod
     def recording(self, readings: np.ndarray) -> Model:
         """The model with these readings (w, samples), in units of the noise, in the place of its records."""

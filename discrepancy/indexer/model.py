@@ -13,7 +13,7 @@ from datagen.measured import RATE_TOLERANCE
 from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import library
 from discrepancy.indexer.nuisance import without_nuisance
-from discrepancy.indexer.parameters import base_parameters, changed, record_parameters
+from discrepancy.indexer.parameters import base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import Experiment, cut
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
@@ -27,6 +27,9 @@ from indexer_env.sensors import Sensor
 
 _HARMONICS = 40
 """Orders of the cam turn that the black box may use: up to 40 Hz at the reference speed, beyond the machine's modes."""
+
+_FACTORS = (0.95, 0.98, 1.02, 1.05)
+"""By which all torques are multiplied at once, steps within how well they are known."""
 
 _LEAST_WINDOWS = 4
 """Whole cam turns below which a fit of some twelve parameters says nothing."""
@@ -125,6 +128,16 @@ class IndexerModel(Model):
         series = np.concatenate([np.ones((*phase.shape, 1)), np.cos(harmonics), np.sin(harmonics)], axis=2)
         square = (self._rates[w.record] / self._rates.max()) ** 2
         return np.concatenate([series, series * square[:, None, None]], axis=2)
+
+    def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        """Points whose inertias, stiffnesses and torques are all larger or smaller by one factor: the motion stays, but
+        for what the load torque, which is known, makes of it."""
+        parameters = self.parameters + hypothesis.parameters
+        rows = [(p, float(z), torque_power(p.unit)) for p, z in zip(parameters, point, strict=True)]
+        return np.array([
+            [p.coordinate(p.value(z) * factor**power) if power else z for p, z, power in rows]
+            for factor in _FACTORS
+        ])  # fmt: skip
 
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)

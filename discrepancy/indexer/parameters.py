@@ -49,6 +49,13 @@ def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, .
     )
 
 
+def torque_power(unit: str) -> int:
+    """Power in which torque enters a unit: 1 for stiffness, damping, inertia and torque, -1 for compliance, else 0."""
+    if unit.startswith(("N m", "kg m²")):
+        return 1
+    return -1 if unit.endswith("N m)") else 0
+
+
 def read(machine: Machine, name: str) -> float:
     """Value of a parameter, ``joint.field`` or ``field``."""
     owner: object = machine
