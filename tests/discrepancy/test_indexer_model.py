@@ -7,7 +7,7 @@ import pytest
 
 from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
-from discrepancy.indexer.parameters import read
+from discrepancy.indexer.parameters import read, torque_power
 from discrepancy.model import NONE, Jobs
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
@@ -100,6 +100,37 @@ def test_a_model_recording_its_own_readings_leaves_nothing() -> None:
     assert np.sqrt((readings**2).mean()) > 0.05
     left = Problem(imagined.recording(readings), bracket).residuals(z, rest)[0]
     assert np.abs(left).max() < 2e-3 * np.abs(readings).max()
+
+
+def test_one_factor_on_all_torques_and_the_load_leaves_the_motion(records) -> None:
+    """Seed 23, 2′: the kin of a point moves what it reads little, and not at all where the load has the factor too."""
+    model, _, _ = records(23)
+    viscous = model.hypotheses()["friction.viscous"][0]
+    z = np.concatenate([np.zeros(len(model.parameters)), viscous.coordinates((80.0,))])
+    rest = np.zeros((1, len(model.counts), 4))
+    kin = model.kin(viscous, z)[-1]
+    values, own = model.values(viscous, kin), model.values(viscous, z)
+    factor = values["table_inertia"] / own["table_inertia"]
+    for name in ("input_joint.stiffness", "output_joint.damping", "cam_inertia", "friction.viscous.coefficient"):
+        assert values[name] / own[name] == pytest.approx(factor)
+    assert values["input_joint.backlash"] == own["input_joint.backlash"] and factor == pytest.approx(1.05)
+
+    def loaded(factor: float) -> Problem:
+        points = [(e, dataclasses.replace(e.operating_point, load_torque=2.0 * factor)) for e in model.experiments]
+        changed = [dataclasses.replace(e, operating_point=point) for e, point in points]
+        return Problem(IndexerModel(model.machine, changed), viscous)
+
+    plain = loaded(1.0).residuals(z[None], rest)
+    assert loaded(factor).residuals(kin[None], rest) == pytest.approx(plain, abs=1e-3)
+    assert np.abs(loaded(1.0).residuals(kin[None], rest) - plain).max() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("unit", "power"),
+    [("N m/rad", 1), ("N m s/rad", 1), ("kg m²", 1), ("N m", 1), ("rad/(s N m)", -1), ("rad/(N m)", -1), ("rad", 0)],
+)
+def test_the_power_of_torque_in_a_unit(unit: str, power: int) -> None:
+    assert torque_power(unit) == power
 
 
 def test_a_slipping_motor_that_fails_is_worse_than_any_other() -> None:
