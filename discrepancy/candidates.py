@@ -108,8 +108,9 @@ def relaxed(model: Model, place: Point) -> Fit:
         problem = Problem(model, place.hypothesis, caution=caution)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
     problem = Problem(model, place.hypothesis, caution=last)
-    first = fit(problem, problem.adopted(place), steps=_CAREFUL)
-    if first.place.level(model) > _FAR and first.place.cost > _FALLING * problem.adopted(place).cost:
+    place = problem.adopted(place)
+    first = fit(problem, place, steps=_CAREFUL)
+    if first.place.level(model) > _FAR and first.place.cost > _FALLING * place.cost:
         return first
     return fit(problem, first.place, steps=_LONG, damping=first.damping, thorough=True)
 

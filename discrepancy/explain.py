@@ -86,7 +86,7 @@ def explain(model: Model, held_out: Model) -> Explanation:
         fitted = model
         after = best.held_out
         model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
-        if best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS:
+        if best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS or not model.hypotheses():
             break
         following = name_effect(model, held_out, best.place)
         if following.verdict not in ("named", "ambiguous"):

@@ -95,10 +95,10 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     start : Point, optional
         Where the base fit begins: the place reached by the model that this one extends.
     """
-    careful = careful_base(model, start)
-    scanner = Scanner(model, careful, CAUTIONS[0])
     if not model.hypotheses():
         raise refuse("name_effect", "model", "a library of one effect or more", "none", "take effects out of without")
+    careful = careful_base(model, start)
+    scanner = Scanner(model, careful, CAUTIONS[0])
     starts, more = promising(model, scanner)
     # where no start promises anything, the best one stands for all
     starts = starts if scanner.gain(starts[0]) > _MARGIN else starts[:1]
@@ -118,10 +118,9 @@ def alike(best: Candidate, other: Candidate, gain: float) -> bool:
     behind = other.score - best.score
     if behind < _MARGIN:
         return True
-    if best.typical**2 - 1.0 < AT_NOISE:
-        told_apart = other.typical**2 - 1.0 >= AT_NOISE or best.lead(other) > _CLEAR
-        return not told_apart and behind < _SHARE * gain
-    return behind < _SHARE * gain
+    at_noise = best.typical**2 - 1.0 < AT_NOISE
+    told_apart = at_noise and (other.typical**2 - 1.0 >= AT_NOISE or best.lead(other) > _CLEAR)
+    return behind < _SHARE * gain and not told_apart
 
 
 def _verdict(candidates: list[Candidate], box: float) -> Naming:

@@ -7,6 +7,7 @@ sensitivity at size zero it sees effects that begin at a threshold or saturate.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -38,6 +39,13 @@ class Start:
         parameters = self.hypothesis.parameters
         own = self.place.z[len(self.place.z) - len(parameters) :]
         return tuple(p.value(z) for p, z in zip(parameters, own, strict=True))
+
+    @functools.cached_property
+    def rungs(self) -> np.ndarray:
+        """Places (k,) of the values in the library's lists."""
+        columns = zip(*self.hypothesis.starts, strict=True)
+        pairs = zip(columns, self.values, strict=True)
+        return np.array([np.searchsorted(sorted(set(column)), v - 1e-9 * abs(v)) for column, v in pairs])
 
 
 class Scanner:
@@ -121,16 +129,7 @@ def apart(starts: Sequence[Start], count: int) -> list[Start]:
 def beside(a: Start, b: Start, places: int, first: int = 0) -> bool:
     """Whether two starts of an effect lie within so many places in each of the library's lists, from the parameter
     `first` on."""
-    if a.hypothesis.fixed != b.hypothesis.fixed:
-        return False
-    columns = list(zip(*a.hypothesis.starts, strict=True))[first:]
-    pairs = zip(columns, a.values[first:], b.values[first:], strict=True)
-    return all(abs(_rung(column, own) - _rung(column, other)) <= places for column, own, other in pairs)
-
-
-def _rung(column: Sequence[float], value: float) -> int:
-    """Place of a value in a list of the library, sorted."""
-    return int(np.searchsorted(sorted(set(column)), value - 1e-9 * abs(value)))
+    return a.hypothesis.fixed == b.hypothesis.fixed and bool((np.abs(a.rungs - b.rungs)[first:] <= places).all())
 
 
 def neighbours(value: float, ladder: list[float], share: float) -> list[float]:

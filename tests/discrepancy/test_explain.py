@@ -1,5 +1,6 @@
-"""An effect that explains everything, but only from beyond what is possible. Seeds 5 and 6."""
+"""An effect that explains everything only from beyond what is possible; a library that is used up. Seeds 5 and 6."""
 
+import copy
 from collections.abc import Mapping
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from discrepancy import explain
 from discrepancy.model import Hypothesis, Jobs, Parameter
+from indexer_env.errors import ParameterError
 from tests.discrepancy.toy import Stateless
 
 
@@ -35,3 +37,32 @@ def test_an_effect_at_its_bound_is_not_named(largest: float, verdict: str) -> No
     assert answer.verdict == verdict, answer.reason
     assert answer.after < 1.1, "the gap is closed in either case"
     assert ("hum.size is held at its bound of 9.9" in answer.reason) == (verdict == "unexplained")
+
+
+class Spent(Hum):
+    """Hum beside a wave that no library knows; once hum is known, nothing is left to look for."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(10.0, 30.0, seed)
+        self.y += 4.0 * np.sin(0.37 * self.x)
+        self.known: tuple[Hypothesis, ...] = ()
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {} if self.known else super().hypotheses()
+
+    def extended(self, hypothesis: Hypothesis) -> "Spent":
+        other = copy.copy(self)
+        other.known = (hypothesis,)
+        return other
+
+
+def test_a_library_that_is_used_up_ends_the_search() -> None:
+    answer = explain(Spent(5), Spent(6))
+    assert answer.names == ("hum",) and len(answer.rounds) == 1
+    assert answer.verdict == "unexplained" and answer.after > 1.5
+
+
+def test_a_model_without_a_library_is_refused() -> None:
+    model = Spent(5)
+    with pytest.raises(ParameterError, match="must be a library of one effect or more"):
+        explain(model.extended(model.hum), model)
