@@ -67,4 +67,5 @@ def _speed(done: int, left: int, start: float, noun: str) -> str:
     rate = done / max(time.monotonic() - start, 1e-9)
     minutes, seconds = divmod(round(left / rate), 60) if rate else (0, 0)
     hours, minutes = divmod(minutes, 60)
-    return f"{rate:.0f} {noun}/s" + (f", {hours}:{minutes:02d}:{seconds:02d} left" if left else "")
+    pace = f"{rate:.0f} {noun}/s" if rate >= 1.0 else f"{60.0 * rate:.2g} {noun}/min"
+    return pace + (f", {hours}:{minutes:02d}:{seconds:02d} left" if left else "")
