@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,10 @@ _NEARBY, _SIDES = 2, 2
 
 _WORST = 6
 """Windows, the base model's worst ones, in which more starts are compared."""
+
+_OVERLOOKED, _GLANCE, _LESS = 2, 3, 0.98
+"""Effects fitted although the linearisation promises little of them; windows in which they are looked for; share of the
+base model's loss there below which one shows."""
 
 _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
@@ -116,8 +120,8 @@ def relaxed(model: Model, place: Point) -> Fit:
 
 
 def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, list[Start]]]:
-    """The best start of each effect, those effects first that promise most, and further ones of the leaders; and for
-    each effect more starts, far from each other, best first."""
+    """The best start of each of the effects that promise most, and further ones of the leaders; and for every effect
+    more starts, far from each other where there are many, best first."""
     best: list[list[Start]] = []
     for hypotheses in model.hypotheses().values():
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
@@ -127,6 +131,10 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
     more = {
         starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
         for starts in best[:_CANDIDATES]
+    }
+    more |= {
+        starts[0].hypothesis.name: starts if len(starts) <= 2 * _MORE else apart(starts, _MORE)
+        for starts in best[_CANDIDATES:]
     }
     return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised), more
 
@@ -155,42 +163,70 @@ def finalists(
     if finished and finished[0].level < _FLOOR:
         first, *leaders = leaders[:_FINALISTS]
     else:
-        first, *leaders = _explored(scanner, leaders, more)
+        tried = {start.hypothesis.name for start in starts}
+        first, *leaders = _explored(scanner, leaders, more, tried)
         finished = [_finished(model, first)]
-    # one that got not half as far as the best one is no rival
-    rivals = [place for place in leaders if place.cost < 0.5 * (base + first.cost)]
+    # one that got not half as far as the best one is no rival, unless that one leaves a gap as well
+    bar = 0.5 * (base + first.cost) if finished[0].level < _FLOOR else base
+    rivals = [place for place in leaders if place.cost < bar]
     return sorted([*finished, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
 
 
-def _explored(scanner: Scanner, leaders: list[Point], more: Mapping[str, Sequence[Start]]) -> list[Point]:
-    """The leaders, or what more starts of their effects and ways out of local minima lead to."""
+def _explored(
+    scanner: Scanner, leaders: list[Point], more: Mapping[str, Sequence[Start]], tried: Container[str]
+) -> list[Point]:
+    """The leaders, or what more starts of their effects, effects that were not `tried` and ways out of local minima
+    lead to."""
     model = scanner.model
     for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
-        if min(place.level(model) for place in leaders) > _FLOOR:
+        if not _explained(model, leaders):
             others = _leading(model, [scanner.sharpened(start) for start in _chosen(scanner, more[name])])
             leaders = _distinct([*leaders, *others])
+    if not _explained(model, leaders):
+        leaders = _distinct([*leaders, *_leading(model, scanner.turned(leaders[0])[:1])])
+    if not _explained(model, leaders):
+        overlooked = _overlooked(scanner, [starts for name, starts in more.items() if name not in tried])
+        leaders = _distinct([*leaders, *_leading(model, overlooked)])
     leaders = leaders[:_FINALISTS]
     for rounds in _ESCAPES:
-        if min(place.level(model) for place in leaders) > _FLOOR:
+        if not _explained(model, leaders):
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
             leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
             leaders.append(leaders.pop(0))
     return sorted(leaders, key=lambda place: place.cost)
 
 
+def _explained(model: Model, places: Sequence[Point]) -> bool:
+    return min(place.level(model) for place in places) <= _FLOOR
+
+
 def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
-    """The starts that promise most, and those that leave least in the base model's worst windows once these have looked
-    for their own start anew: where an effect changes the order of contacts, the linearisation cannot follow."""
-    base = scanner.base
-    worst = np.argsort(-base.squares / scanner.model.counts)[:_WORST]
-
-    def left(start: Start) -> float:
-        problem = Problem(scanner.model, start.hypothesis)
-        found = problem.searched(problem.point(start.place.z, start.place.states), worst)
-        return float(problem.losses(found.squares)[worst].sum())
-
-    least = sorted(starts[_CHOSEN:], key=left)[:_CHOSEN]
+    """The starts that promise most, and those that leave least in the base model's worst windows."""
+    worst = _worst(scanner, _WORST)
+    least = sorted(starts[_CHOSEN:], key=lambda start: _left(scanner.model, start, worst))[:_CHOSEN]
     return [*starts[:_CHOSEN], *least]
+
+
+def _overlooked(scanner: Scanner, effects: Sequence[Sequence[Start]]) -> list[Start]:
+    """The starts of effects that leave least in the base model's worst windows, one of each effect."""
+    worst = _worst(scanner, _GLANCE)
+    base = Problem(scanner.model, NONE).losses(scanner.base.squares)[worst].sum()
+    left = [[_left(scanner.model, start, worst) for start in starts] for starts in effects]
+    best = sorted((min(of), k) for k, of in enumerate(left))
+    return [effects[k][left[k].index(least)] for least, k in best[:_OVERLOOKED] if least < _LESS * base]
+
+
+def _worst(scanner: Scanner, count: int) -> np.ndarray:
+    """The base model's worst windows (count,)."""
+    return np.argsort(-scanner.base.squares / scanner.model.counts)[:count]
+
+
+def _left(model: Model, start: Start, windows: np.ndarray) -> float:
+    """What a start leaves in windows once these have looked for their own start states anew: where an effect changes
+    the order of contacts, the linearisation cannot follow."""
+    problem = Problem(model, start.hypothesis)
+    found = problem.searched(problem.point(start.place.z, start.place.states), windows)
+    return float(problem.losses(found.squares)[windows].sum())
 
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:

@@ -21,6 +21,9 @@ _DAMPING = 1e-2
 _SHARES = (0.5, 0.25)
 """Shares of the way to the next start of the library at which a start is looked for more closely, round by round."""
 
+_TURNED = tuple(k / 6 for k in range(1, 13))
+"""Moves, in places of the library's list, at which the other sign of an effect is looked at."""
+
 _CHUNK = 24
 """Starts simulated in one call: enough to fill the cores, few enough to stay in memory."""
 
@@ -78,6 +81,24 @@ class Scanner:
                     nearby.append((*values[:k], other, *values[k + 1 :]))
             start = min([start, *self._tried(hypothesis, tuple(nearby))], key=lambda s: s.promised)
         return start
+
+    def turned(self, place: Point) -> list[Start]:
+        """Starts with the other sign than a place reached by a fit and one more parameter moved, best first; none where
+        an effect has one sign. Half a period of the ringing off, the other sign looks alike."""
+        hypothesis = place.hypothesis
+        if min(start[0] for start in hypothesis.starts) >= 0.0:
+            return []
+        size, *values = (
+            p.value(z) for p, z in zip(hypothesis.parameters, place.z[-len(hypothesis.parameters) :], strict=True)
+        )
+        ladders = [sorted(set(column)) for column in zip(*hypothesis.starts, strict=True)][1:]
+        nearby = [
+            (-size, *values[:k], min(max(other, parameter.low), parameter.high), *values[k + 1 :])
+            for k, (ladder, parameter) in enumerate(zip(ladders, hypothesis.parameters[1:], strict=True))
+            for share in _TURNED
+            for other in neighbours(values[k], ladder, share)
+        ]
+        return self._tried(hypothesis, tuple(nearby))
 
     def _tried(self, hypothesis: Hypothesis, starts: tuple[tuple[float, ...], ...]) -> list[Start]:
         problem = Problem(self.model, hypothesis)
