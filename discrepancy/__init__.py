@@ -8,10 +8,12 @@ In reading order:
     scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
     escape     out of a local minimum by moving an effect's parameters with the windows searched anew
     blackbox   the control: what a model without physics predicts
-    candidates the hypotheses that compete: which starts are fitted and how far
+    starts     which starts are fitted: what promises most, and what the linearisation overlooks
+    candidates the hypotheses that compete, and how far each is fitted
     held_out   what a place predicts of records that it was not fitted to
     naming     which effect is missing, none, or which ones cannot be told apart
     findings   probabilities, intervals and the machine's calibration as an explanation states them
+    surplus    an effect that those found after it have made superfluous is taken back
     explain    name, add and look again until no gap is left
     indexer/   the cam indexing machine as such a model
     emps       a measured drive as such a model

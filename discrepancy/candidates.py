@@ -1,4 +1,4 @@
-"""The hypotheses that compete: which starts of the library are fitted, and how far."""
+"""The hypotheses that compete, and how far each of them is fitted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from discrepancy.escape import escaped
 from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point, Problem
-from discrepancy.scan import Scanner, Start, apart, beside
+from discrepancy.scan import Scanner, Start
+from discrepancy.starts import chosen, overlooked
 
 _SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
@@ -25,21 +26,10 @@ CAUTIONS = (100.0, 10.0, 1.0)
 """Weights of the priors, stage by stage. While the effect is missing the priors must hold the machine against a misfit
 that repeats in every window; with the effect found they need no more than their own weight."""
 
-_CANDIDATES, _FINALISTS = 6, 3
+_FINALISTS = 3
 
-_LEADING, _MORE, _CHOSEN = 2, 12, 2
-"""Effects of which more starts are looked at while none explains the records; how many; how many of them are fitted,
-of those that promise most and of those that leave least in the worst windows each."""
-
-_NEARBY, _SIDES = 2, 2
-"""Places in the library's lists within which a start of the other sign may look alike, and how many are taken along."""
-
-_WORST = 6
-"""Windows, the base model's worst ones, in which more starts are compared."""
-
-_OVERLOOKED, _GLANCE, _LESS = 2, 3, 0.98
-"""Effects fitted although the linearisation promises little of them; windows in which they are looked for; share of the
-base model's loss there below which one shows."""
+_LEADING = 2
+"""Effects of which more starts are looked at while none explains the records."""
 
 _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
@@ -119,36 +109,6 @@ def relaxed(model: Model, place: Point) -> Fit:
     return fit(problem, first.place, steps=_LONG, damping=first.damping, thorough=True)
 
 
-def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, list[Start]]]:
-    """The best start of each of the effects that promise most, and further ones of the leaders; and for every effect
-    more starts, far from each other where there are many, best first."""
-    best: list[list[Start]] = []
-    for hypotheses in model.hypotheses().values():
-        best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
-    best.sort(key=lambda starts: starts[0].promised)
-    leaders = [starts[0] for starts in best[:_CANDIDATES]]
-    leaders += [other for starts in best[:_LEADING] for other in further(starts)]
-    more = {
-        starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
-        for starts in best[:_CANDIDATES]
-    }
-    more |= {
-        starts[0].hypothesis.name: starts if len(starts) <= 2 * _MORE else apart(starts, _MORE)
-        for starts in best[_CANDIDATES:]
-    }
-    return sorted((scanner.sharpened(start) for start in leaders), key=lambda s: s.promised), more
-
-
-def further(starts: list[Start]) -> list[Start]:
-    """Further starts of an effect. Where it has two signs, the best ones nearby with the other sign, one on either side
-    as it may be: half a period of the ringing off, the other sign looks alike. Else the second one."""
-    first = starts[0]
-    own = -len(first.hypothesis.parameters)
-    opposite = [s for s in starts[1:] if s.place.z[own] * first.place.z[own] < 0.0]
-    nearby = [s for s in opposite if beside(first, s, _NEARBY, first=1)]
-    return apart(nearby, _SIDES) if nearby else starts[1:2]
-
-
 def finalists(
     scanner: Scanner, starts: list[Start], more: Mapping[str, Sequence[Start]], base: float
 ) -> list[Candidate]:
@@ -180,13 +140,13 @@ def _explored(
     model = scanner.model
     for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
         if not _explained(model, leaders):
-            others = _leading(model, [scanner.sharpened(start) for start in _chosen(scanner, more[name])])
+            others = _leading(model, [scanner.sharpened(start) for start in chosen(scanner, more[name])])
             leaders = _distinct([*leaders, *others])
     if not _explained(model, leaders):
         leaders = _distinct([*leaders, *_leading(model, scanner.turned(leaders[0])[:1])])
     if not _explained(model, leaders):
-        overlooked = _overlooked(scanner, [starts for name, starts in more.items() if name not in tried])
-        leaders = _distinct([*leaders, *_leading(model, overlooked)])
+        others = overlooked(scanner, [starts for name, starts in more.items() if name not in tried])
+        leaders = _distinct([*leaders, *_leading(model, others)])
     leaders = leaders[:_FINALISTS]
     for rounds in _ESCAPES:
         if not _explained(model, leaders):
@@ -198,35 +158,6 @@ def _explored(
 
 def _explained(model: Model, places: Sequence[Point]) -> bool:
     return min(place.level(model) for place in places) <= _FLOOR
-
-
-def _chosen(scanner: Scanner, starts: Sequence[Start]) -> list[Start]:
-    """The starts that promise most, and those that leave least in the base model's worst windows."""
-    worst = _worst(scanner, _WORST)
-    least = sorted(starts[_CHOSEN:], key=lambda start: _left(scanner.model, start, worst))[:_CHOSEN]
-    return [*starts[:_CHOSEN], *least]
-
-
-def _overlooked(scanner: Scanner, effects: Sequence[Sequence[Start]]) -> list[Start]:
-    """The starts of effects that leave least in the base model's worst windows, one of each effect."""
-    worst = _worst(scanner, _GLANCE)
-    base = Problem(scanner.model, NONE).losses(scanner.base.squares)[worst].sum()
-    left = [[_left(scanner.model, start, worst) for start in starts] for starts in effects]
-    best = sorted((min(of), k) for k, of in enumerate(left))
-    return [effects[k][left[k].index(least)] for least, k in best[:_OVERLOOKED] if least < _LESS * base]
-
-
-def _worst(scanner: Scanner, count: int) -> np.ndarray:
-    """The base model's worst windows (count,)."""
-    return np.argsort(-scanner.base.squares / scanner.model.counts)[:count]
-
-
-def _left(model: Model, start: Start, windows: np.ndarray) -> float:
-    """What a start leaves in windows once these have looked for their own start states anew: where an effect changes
-    the order of contacts, the linearisation cannot follow."""
-    problem = Problem(model, start.hypothesis)
-    found = problem.searched(problem.point(start.place.z, start.place.states), windows)
-    return float(problem.losses(found.squares)[windows].sum())
 
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
@@ -270,6 +201,12 @@ def _pursued(model: Model, place: Point) -> Point:
 
 def _finished(model: Model, place: Point) -> Candidate:
     result = relaxed(model, place)
+    return _candidate(model, result.place, result.converged)
+
+
+def refitted(model: Model, place: Point) -> Candidate:
+    """The candidate that a place of its own hypothesis leads to."""
+    result = fit(Problem(model, place.hypothesis), place, steps=_LONG, thorough=True)
     return _candidate(model, result.place, result.converged)
 
 

@@ -13,10 +13,10 @@ from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.held_out import held_place
 from discrepancy.locate import Where, locate
-from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.model import NONE, Hypothesis, Model, in_turn
 from discrepancy.next_measurement import Separation, separations
 from discrepancy.problem import Point, Problem
-from discrepancy.subjects.base import Subject, in_turn
+from discrepancy.subjects.base import Subject
 
 STAGES = ("calibrate and name", "locate what disagreed", "compare on records held out", "choose the next measurement")
 

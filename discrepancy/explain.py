@@ -1,4 +1,5 @@
-"""Name, add, and look again: effects are found one after the other until no gap is left or none earns its place."""
+"""Name, add, and look again: effects are found one after the other until no gap is left or none earns its place; what
+later ones have made superfluous is taken back."""
 
 from __future__ import annotations
 
@@ -7,8 +8,9 @@ from dataclasses import dataclass
 
 from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
-from discrepancy.model import NONE, Hypothesis, Model
+from discrepancy.model import NONE, Hypothesis, Model, in_turn
 from discrepancy.naming import AT_NOISE, SLIGHT, Naming, name_effect
+from discrepancy.surplus import needed
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
@@ -76,30 +78,36 @@ class Explanation:
 
 def explain(model: Model, held_out: Model) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
-    rounds, own, fitted = [name_effect(model, held_out)], len(model.parameters), model
+    rounds = (name_effect(model, held_out),)
     before, box = _none(rounds[0]).held_out, rounds[0].black_box
-    effects: list[Hypothesis] = []
-    after = before
-    while rounds[-1].verdict in ("named", "ambiguous"):
-        best = rounds[-1].candidates[0]
-        effects.append(best.place.hypothesis)
-        fitted = model
-        after = best.held_out
-        model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
-        if best.level**2 - 1.0 < SLIGHT or len(effects) == _ROUNDS or not model.hypotheses():
-            break
-        following = name_effect(model, held_out, best.place)
-        if following.verdict not in ("named", "ambiguous"):
-            break
-        rounds.append(following)
-    place = rounds[-1].candidates[0].place if effects else _none(rounds[0]).place
-    numbers = findings(fitted, place)
+    if rounds[0].verdict in ("named", "ambiguous"):
+        rounds = needed(model, held_out, _named(model, held_out, rounds))
+        places = [naming.candidates[0].place for naming in rounds]
+        after = rounds[-1].candidates[0].held_out
+    else:
+        places, after = [], before
+    effects = [place.hypothesis for place in places]
+    fitted = in_turn(model, effects[:-1])
+    numbers = findings(fitted, places[-1] if places else _none(rounds[0]).place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
     verdict, reason = _judged(rounds[-1], found, before, after, box)
-    ranking, calibration = rounds[-1].ranking, numbers.calibration(own)
     return Explanation(
-        verdict, tuple(effects), tuple(rounds), before, after, model, reason, ranking, found, calibration
+        verdict, tuple(effects), rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
+        found, numbers.calibration(len(model.parameters)),
     )  # fmt: skip
+
+
+def _named(model: Model, held_out: Model, rounds: tuple[Naming, ...]) -> tuple[Naming, ...]:
+    """The first round with those that follow it, as long as they name an effect."""
+    while True:
+        best = rounds[-1].candidates[0]
+        model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
+        if best.level**2 - 1.0 < SLIGHT or len(rounds) == _ROUNDS or not model.hypotheses():
+            return rounds
+        following = name_effect(model, held_out, best.place)
+        if following.verdict not in ("named", "ambiguous"):
+            return rounds
+        rounds = (*rounds, following)
 
 
 def _none(naming: Naming) -> Candidate:

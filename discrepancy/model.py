@@ -189,3 +189,10 @@ class Model(ABC):
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """Scaled local parameters (c, k) among which a window's start may have to be looked for; the first k local
         parameters take part. No rows where nothing has to be looked for."""
+
+
+def in_turn(model: Model, effects: Sequence[Hypothesis]) -> Model:
+    """The model extended by effects, one after the other."""
+    for hypothesis in effects:
+        model = model.extended(hypothesis)
+    return model

@@ -16,7 +16,6 @@ from discrepancy.candidates import (
     base_candidate,
     careful_base,
     finalists,
-    promising,
     tested,
 )
 from discrepancy.findings import Ranked, ranked
@@ -24,6 +23,7 @@ from discrepancy.held_out import held_places
 from discrepancy.model import NONE, Model
 from discrepancy.problem import Point
 from discrepancy.scan import Scanner
+from discrepancy.starts import promising
 from indexer_env.errors import refuse
 
 VERDICTS = ("named", "none", "ambiguous", "unexplained", "not_converged")
@@ -31,7 +31,7 @@ VERDICTS = ("named", "none", "ambiguous", "unexplained", "not_converged")
 ambiguous: several effects explain it alike; unexplained: there is a gap that no effect of the library closes;
 not_converged: the base fit never came to rest, so nothing can be said."""
 
-_MARGIN = 30.0
+MARGIN = 30.0
 """Least gain in cost (twice a log-likelihood) beyond the price of an effect's parameters."""
 
 _EARNED = 0.1
@@ -101,7 +101,7 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     scanner = Scanner(model, careful, CAUTIONS[0])
     starts, more = promising(model, scanner)
     # where no start promises anything, the best one stands for all
-    starts = starts if scanner.gain(starts[0]) > _MARGIN else starts[:1]
+    starts = starts if scanner.gain(starts[0]) > MARGIN else starts[:1]
     rivals = finalists(scanner, starts, more, careful.cost)
     none = base_candidate(model, careful, rivals[0])
     candidates = sorted([none, *rivals], key=lambda c: c.score)
@@ -116,7 +116,7 @@ def alike(best: Candidate, other: Candidate, gain: float) -> bool:
     large gain may be what a fit has missed in some windows, but not where the best one is down at the noise and the
     other is not, or is behind in most windows."""
     behind = other.score - best.score
-    if behind < _MARGIN:
+    if behind < MARGIN:
         return True
     at_noise = best.typical**2 - 1.0 < AT_NOISE
     told_apart = at_noise and (other.typical**2 - 1.0 >= AT_NOISE or best.lead(other) > _CLEAR)
@@ -131,7 +131,7 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
     def answer(verdict: str, names: tuple[str, ...], reason: str) -> Naming:
         return Naming(verdict, names, tuple(candidates), box, reason)
 
-    if gain < _MARGIN or (gap < SLIGHT and none.held_out <= 1.05 * best.held_out):
+    if gain < MARGIN or (gap < SLIGHT and none.held_out <= 1.05 * best.held_out):
         if gap < SLIGHT:
             return answer("none", (), "the base model alone reaches the noise floor")
         verdict = "unexplained" if none.converged else "not_converged"

@@ -20,11 +20,12 @@ import numpy as np
 
 from discrepancy.arrow import arrow
 from discrepancy.explain import Explanation
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Hypothesis, Model, in_turn
+from discrepancy.naming import MARGIN
 from discrepancy.problem import Point, Problem
-from discrepancy.subjects.base import Measurement, Subject, in_turn
+from discrepancy.subjects.base import Measurement, Subject
 
-ENOUGH = 30.0
+ENOUGH = MARGIN
 """Separation from which on one of two effects would be named: the margin of `naming`."""
 
 

@@ -155,13 +155,6 @@ class Subject(ABC):
         """Measurements that could be made next, of the base model extended by these effects."""
 
 
-def in_turn(model: Model, effects: tuple[Hypothesis, ...]) -> Model:
-    """The model extended by effects, one after the other."""
-    for hypothesis in effects:
-        model = model.extended(hypothesis)
-    return model
-
-
 def binned(values: np.ndarray, edges: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Cell (w, n) of values (w, n) between edges (k+1,); what lies beyond goes to the first or last, outside is -1."""
     cells = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)

@@ -10,9 +10,9 @@ import numpy as np
 
 from datagen.job_paths import path_given
 from discrepancy.emps import EmpsModel, Motion, load_emps, thinned
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Hypothesis, Model, in_turn
 from discrepancy.problem import Point
-from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned, in_turn
+from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from indexer_env.errors import SignalError, refuse
 
 _KEYS = ("model", "measured", "out", "overwrite", "seed")

@@ -103,6 +103,17 @@ def test_short_challenge(kind: str, number: int) -> None:
         assert low < value < high
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("play", "number", "name"), [("none", 9, "cam.profile_error"), ("5", 7, "drive.transmission_error")]
+)
+def test_what_the_first_look_misses_is_found(play: str, number: int, name: str) -> None:
+    """Seed 900. The height of a profile error looks alike with the other sign beside it; a transmission error shakes
+    the cam in its play, so the linearisation ranks it last but five."""
+    case = solve_case(Order(88, 900, "single", play, gap=(3.0, 10.0)), number)
+    assert (case["outcome"], case["names"]) == ("right", [name]), case["reason"]
+
+
 def test_processes_give_every_answer() -> None:
     assert sorted(run.side_by_side(2, abs, [-3, -2, -1])) == [1, 2, 3]
 

@@ -1,0 +1,69 @@
+"""A first effect that only resembles what is hidden is taken back once the right one is found. Seeds 5 to 8."""
+
+import copy
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from discrepancy import explain
+from discrepancy.model import Hypothesis, Jobs, Parameter
+from tests.discrepancy.toy import Stateless
+
+
+def effect(name: str) -> Hypothesis:
+    return Hypothesis(name, (Parameter(f"{name}.size", "-", 0.0, 1.0, -90.0, 90.0),), {}, ((3.0,), (9.0,)))
+
+
+class Chord(Stateless):
+    """y = Σ size · shape in 4 windows of 200 samples, noise 1. The library offers its effects one after the other, as a
+    search does that does not see the second one at first."""
+
+    def __init__(self, sizes: Mapping[str, float], seed: int) -> None:
+        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
+        self.counts, self.groups = np.full(4, 200), np.zeros(4, dtype=np.int64)
+        x = np.linspace(0.0, 40.0, 800).reshape(4, 200)
+        self.shapes = {"like": np.sin(x) + 0.8 * np.cos(3.0 * x), "tone": np.sin(x), "beat": np.cos(7.0 * x)}
+        clean = np.sum([size * self.shapes[name] for name, size in sizes.items()], axis=0)
+        self.y = clean + np.random.default_rng(seed).standard_normal((4, 200))
+        self.order, self.known = ("like", "tone", "beat"), ()
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {name: (effect(name),) for name in self.order[len(self.known) : len(self.known) + 1]}
+
+    def extended(self, hypothesis: Hypothesis) -> "Chord":
+        other = copy.copy(self)
+        other.known, other.parameters = (*self.known, hypothesis.name), self.parameters + hypothesis.parameters
+        return other
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        points = jobs.points[jobs.point]
+        names = [*self.known, *([hypothesis.name] if hypothesis.parameters else [])]
+        made = [points[:, k, None] * self.shapes[name][jobs.window] for k, name in enumerate(names, start=1)]
+        return 0.1 * points[:, :1] + np.sum(made, axis=0) - self.y[jobs.window]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "names"),
+    [
+        ({"tone": 10.0}, ("tone",)),
+        ({"like": 6.0, "tone": 10.0}, ("like", "tone")),
+        ({"tone": 10.0, "beat": 8.0}, ("tone", "beat")),
+    ],
+)
+def test_only_what_is_needed_stays(hidden: dict, names: tuple) -> None:
+    answer = explain(Chord(hidden, 5), Chord(hidden, 6))
+    assert (answer.verdict, answer.names) == ("named", names), answer.reason
+    assert answer.after < 1.1 and answer.closed_share > 0.99
+    assert len(answer.rounds) == len(names) and len(answer.model.parameters) == 1 + len(names)
+    for found, (name, size) in zip(answer.found, hidden.items(), strict=True):
+        assert found.name == name and found.parameters[0].low < size < found.parameters[0].high
+
+
+def test_what_was_taken_back_is_ranked_behind() -> None:
+    answer = explain(Chord({"tone": 10.0}, 7), Chord({"tone": 10.0}, 8))
+    assert [row.name for row in answer.ranking] == ["tone", "like", "none"]
+    assert answer.ranking[0].probability > 0.99
+    # the base model stays what the gap is measured from
+    none = next(c for c in answer.rounds[0].candidates if c.name == "none")
+    assert none.held_out == answer.before > 5.0
