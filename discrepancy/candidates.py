@@ -11,7 +11,7 @@ import numpy as np
 
 from discrepancy.escape import escaped
 from discrepancy.fit import Fit, fit
-from discrepancy.model import NONE, Model
+from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.problem import Point, Problem
 from discrepancy.scan import Scanner, Start
 from discrepancy.starts import chosen, overlooked
@@ -119,17 +119,17 @@ def finalists(
     """
     model = scanner.model
     leaders = _leading(model, starts)
-    finished = [_finished(model, leaders[0])] if leaders[0].level(model) < _FAR else []
-    if finished and finished[0].level < _FLOOR:
-        first, *leaders = leaders[:_FINALISTS]
+    early = _finished(model, leaders[0]) if leaders[0].level(model) < _FAR else None
+    if early is not None and early.level < _FLOOR:
+        best, (first, *leaders) = early, leaders[:_FINALISTS]
     else:
-        tried = {start.hypothesis.name for start in starts}
+        seed, tried = leaders[0], {start.hypothesis.name for start in starts}
         first, *leaders = _explored(scanner, leaders, more, tried)
-        finished = [_finished(model, first)]
+        best = early if early is not None and _same(first, seed) else _finished(model, first)
     # one that got not half as far as the best one is no rival, unless that one leaves a gap as well
-    bar = 0.5 * (base + first.cost) if finished[0].level < _FLOOR else base
+    bar = 0.5 * (base + first.cost) if best.level < _FLOOR else base
     rivals = [place for place in leaders if place.cost < bar]
-    return sorted([*finished, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
+    return sorted([best, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
 
 
 def _explored(
@@ -175,6 +175,10 @@ def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
     return _distinct([_pursued(model, place) for place in differing[: _FINALISTS + 1]])
 
 
+def _same(a: Point, b: Point) -> bool:
+    return a.hypothesis == b.hypothesis and np.array_equal(a.z, b.z) and np.array_equal(a.states, b.states)
+
+
 def _one_place(a: Point, b: Point) -> bool:
     own = len(a.z) - len(a.hypothesis.parameters)
     return a.hypothesis == b.hypothesis and np.allclose(a.z[own:], b.z[own:], rtol=_SAME, atol=_SAME)
@@ -204,9 +208,10 @@ def _finished(model: Model, place: Point) -> Candidate:
     return _candidate(model, result.place, result.converged)
 
 
-def refitted(model: Model, place: Point) -> Candidate:
-    """The candidate that a place of its own hypothesis leads to."""
-    result = fit(Problem(model, place.hypothesis), place, steps=_LONG, thorough=True)
+def refitted(model: Model, hypothesis: Hypothesis, z: np.ndarray, states: np.ndarray) -> Candidate:
+    """The candidate that a place (g,), (w, l) leads to."""
+    problem = Problem(model, hypothesis)
+    result = fit(problem, problem.searched(problem.point(z, states)), steps=_LONG, thorough=True)
     return _candidate(model, result.place, result.converged)
 
 

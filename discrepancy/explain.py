@@ -4,13 +4,14 @@ later ones have made superfluous is taken back."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model, in_turn
-from discrepancy.naming import AT_NOISE, SLIGHT, Naming, name_effect
-from discrepancy.surplus import needed
+from discrepancy.naming import AT_NOISE, NAMING, SLIGHT, Naming, name_effect
+from discrepancy.surplus import corrected
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
@@ -34,7 +35,7 @@ class Explanation:
     effects : tuple of Hypothesis
         The effects found, in the order in which they were.
     rounds : tuple of Naming
-        What each round found.
+        What each round found; where the effect of a round was taken back, it stands there behind what took its place.
     before, after : float
         Level (rms over noise) on the records held out, of the model as it came and with the effects.
     model : Model
@@ -61,7 +62,7 @@ class Explanation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects, the last one with those it cannot be told from."""
+        """Names of the effects; those the last one cannot be told from stand in `rounds[-1].names`."""
         return tuple(h.name for h in self.effects)
 
     @property
@@ -80,15 +81,15 @@ def explain(model: Model, held_out: Model) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
     rounds = (name_effect(model, held_out),)
     before, box = _none(rounds[0]).held_out, rounds[0].black_box
-    if rounds[0].verdict in ("named", "ambiguous"):
-        rounds = needed(model, held_out, _named(model, held_out, rounds))
-        places = [naming.candidates[0].place for naming in rounds]
-        after = rounds[-1].candidates[0].held_out
-    else:
-        places, after = [], before
-    effects = [place.hypothesis for place in places]
+    after, effects, place = before, [], _none(rounds[0]).place
+    if rounds[0].verdict in NAMING:
+        rounds = _followed(model, held_out, rounds)
+        again = corrected(model, held_out, rounds)
+        rounds = rounds if again is None else _followed(model, held_out, again)
+        effects = _effects(rounds)
+        after, place = rounds[-1].candidates[0].held_out, rounds[-1].candidates[0].place
     fitted = in_turn(model, effects[:-1])
-    numbers = findings(fitted, places[-1] if places else _none(rounds[0]).place)
+    numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
     verdict, reason = _judged(rounds[-1], found, before, after, box)
     return Explanation(
@@ -97,15 +98,20 @@ def explain(model: Model, held_out: Model) -> Explanation:
     )  # fmt: skip
 
 
-def _named(model: Model, held_out: Model, rounds: tuple[Naming, ...]) -> tuple[Naming, ...]:
-    """The first round with those that follow it, as long as they name an effect."""
+def _effects(rounds: Sequence[Naming]) -> list[Hypothesis]:
+    """What the rounds named, each its best."""
+    return [naming.candidates[0].place.hypothesis for naming in rounds]
+
+
+def _followed(model: Model, held_out: Model, rounds: tuple[Naming, ...]) -> tuple[Naming, ...]:
+    """The rounds with those that follow them, as long as they name an effect."""
     while True:
-        best = rounds[-1].candidates[0]
-        model, held_out = model.extended(best.place.hypothesis), held_out.extended(best.place.hypothesis)
-        if best.level**2 - 1.0 < SLIGHT or len(rounds) == _ROUNDS or not model.hypotheses():
+        best, effects = rounds[-1].candidates[0], _effects(rounds)
+        known, known_held = in_turn(model, effects), in_turn(held_out, effects)
+        if best.level**2 - 1.0 < SLIGHT or len(rounds) == _ROUNDS or not known.hypotheses():
             return rounds
-        following = name_effect(model, held_out, best.place)
-        if following.verdict not in ("named", "ambiguous"):
+        following = name_effect(known, known_held, best.place)
+        if following.verdict not in NAMING:
             return rounds
         rounds = (*rounds, following)
 

@@ -7,6 +7,7 @@ All rules are relative: to the base model's misfit, to the noise floor and to ea
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from discrepancy.blackbox import black_box_level
@@ -30,6 +31,9 @@ VERDICTS = ("named", "none", "ambiguous", "unexplained", "not_converged")
 """named: an effect is clearly ahead, or effects found one after the other close the gap; none: there is no gap;
 ambiguous: several effects explain it alike; unexplained: there is a gap that no effect of the library closes;
 not_converged: the base fit never came to rest, so nothing can be said."""
+
+NAMING = ("named", "ambiguous")
+"""Verdicts that give a name."""
 
 MARGIN = 30.0
 """Least gain in cost (twice a log-likelihood) beyond the price of an effect's parameters."""
@@ -100,15 +104,31 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     careful = careful_base(model, start)
     scanner = Scanner(model, careful, CAUTIONS[0])
     starts, more = promising(model, scanner)
-    # where no start promises anything, the best one stands for all
-    starts = starts if scanner.gain(starts[0]) > MARGIN else starts[:1]
+    if scanner.gain(starts[0]) <= MARGIN:
+        # where no start promises anything, the best one stands for all
+        starts, cut = starts[:1], starts[1:]
+        more = {name: [*(s for s in cut if s.hypothesis.name == name), *others] for name, others in more.items()}
     rivals = finalists(scanner, starts, more, careful.cost)
     none = base_candidate(model, careful, rivals[0])
-    candidates = sorted([none, *rivals], key=lambda c: c.score)
-    held = held_places([c.place for c in candidates], held_out)
-    judged = [tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)]
+    candidates, held = _compared([none, *rivals], held_out)
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
-    return _verdict(judged, black_box_level(model, none.place, held_out, of_none))
+    return _verdict(candidates, black_box_level(model, none.place, held_out, of_none))
+
+
+def judged(held_out: Model, candidates: Sequence[Candidate], black_box: float) -> Naming:
+    """The answer that candidates for the same records give, "none" among them; of two with one name the better one
+    counts."""
+    best: dict[str, Candidate] = {}
+    for candidate in sorted(candidates, key=lambda c: c.score):
+        best.setdefault(candidate.name, candidate)
+    return _verdict(_compared(list(best.values()), held_out)[0], black_box)
+
+
+def _compared(candidates: Sequence[Candidate], held_out: Model) -> tuple[list[Candidate], list[Point]]:
+    """The candidates, best first, with what they predict of the records held out; and their places there."""
+    candidates = sorted(candidates, key=lambda c: c.score)
+    held = held_places([c.place for c in candidates], held_out)
+    return [tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)], held
 
 
 def alike(best: Candidate, other: Candidate, gain: float) -> bool:

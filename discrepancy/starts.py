@@ -70,7 +70,7 @@ def overlooked(scanner: Scanner, effects: Sequence[Sequence[Start]]) -> list[Sta
     worst = _worst(scanner, _GLANCE)
     base = Problem(scanner.model, NONE).losses(scanner.base.squares)[worst].sum()
     left = [[_left(scanner.model, start, worst) for start in starts] for starts in effects]
-    best = sorted((min(of), k) for k, of in enumerate(left))
+    best = sorted((min(of), k) for k, of in enumerate(left) if of)
     return [effects[k][left[k].index(least)] for least, k in best[:_OVERLOOKED] if least < _LESS * base]
 
 

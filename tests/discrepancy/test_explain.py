@@ -62,6 +62,25 @@ def test_a_library_that_is_used_up_ends_the_search() -> None:
     assert answer.verdict == "unexplained" and answer.after > 1.5
 
 
+class Loud(Hum):
+    """Nothing is hidden, but the noise is larger than it is said to be; every effect has two starts side by side."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(0.0, 30.0, seed)
+        self.y *= 1.2
+        self.waves = tuple(
+            Hypothesis(name, (Parameter(f"{name}.size", "-", 0.0, 1.0),), {}, ((3.0,), (-3.0,))) for name in "ab"
+        )
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {wave.name: (wave,) for wave in self.waves}
+
+
+def test_noise_above_what_was_stated_gets_no_name() -> None:
+    answer = explain(Loud(5), Loud(6))
+    assert (answer.verdict, answer.names) == ("unexplained", ())
+
+
 def test_a_model_without_a_library_is_refused() -> None:
     model = Spent(5)
     with pytest.raises(ParameterError, match="must be a library of one effect or more"):

@@ -29,7 +29,8 @@ class Chord(Stateless):
         self.order, self.known = ("like", "tone", "beat"), ()
 
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {name: (effect(name),) for name in self.order[len(self.known) : len(self.known) + 1]}
+        first = self.order.index(self.known[-1]) + 1 if self.known else 0
+        return {name: (effect(name),) for name in self.order[first : first + 1]}
 
     def extended(self, hypothesis: Hypothesis) -> "Chord":
         other = copy.copy(self)
@@ -48,6 +49,7 @@ class Chord(Stateless):
     [
         ({"tone": 10.0}, ("tone",)),
         ({"like": 6.0, "tone": 10.0}, ("like", "tone")),
+        ({"like": 0.7, "tone": 10.0}, ("like", "tone")),  # doubted, but needed
         ({"tone": 10.0, "beat": 8.0}, ("tone", "beat")),
     ],
 )
@@ -55,9 +57,12 @@ def test_only_what_is_needed_stays(hidden: dict, names: tuple) -> None:
     answer = explain(Chord(hidden, 5), Chord(hidden, 6))
     assert (answer.verdict, answer.names) == ("named", names), answer.reason
     assert answer.after < 1.1 and answer.closed_share > 0.99
-    assert len(answer.rounds) == len(names) and len(answer.model.parameters) == 1 + len(names)
-    for found, (name, size) in zip(answer.found, hidden.items(), strict=True):
-        assert found.name == name and found.parameters[0].low < size < found.parameters[0].high
+    assert len(answer.model.parameters) == 1 + len(names)
+    for known, naming in enumerate(answer.rounds):
+        for candidate in naming.candidates:
+            assert len(candidate.place.z) == 1 + known + len(candidate.place.hypothesis.parameters)
+    for found, name in zip(answer.found, names, strict=True):
+        assert found.name == name and found.parameters[0].low < hidden[name] < found.parameters[0].high
 
 
 def test_what_was_taken_back_is_ranked_behind() -> None:
