@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.escape import escaped
-from discrepancy.fit import Fit, fit
+from discrepancy.fit import Fit, fit, rested
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.problem import Point, Problem
 from discrepancy.scan import Scanner, Start
@@ -35,7 +35,7 @@ _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
 records."""
 
-_FLOOR = 1.1
+FLOOR = 1.1
 """Level at which a candidate leaves hardly anything to explain."""
 
 _FAR, _FALLING = 2.0, 0.9
@@ -120,14 +120,14 @@ def finalists(
     model = scanner.model
     leaders = _leading(model, starts)
     early = _finished(model, leaders[0]) if leaders[0].level(model) < _FAR else None
-    if early is not None and early.level < _FLOOR:
+    if early is not None and early.level < FLOOR:
         best, (first, *leaders) = early, leaders[:_FINALISTS]
     else:
         seed, tried = leaders[0], {start.hypothesis.name for start in starts}
         first, *leaders = _explored(scanner, leaders, more, tried)
         best = early if early is not None and _same(first, seed) else _finished(model, first)
     # one that got not half as far as the best one is no rival, unless that one leaves a gap as well
-    bar = 0.5 * (base + first.cost) if best.level < _FLOOR else base
+    bar = 0.5 * (base + first.cost) if best.level < FLOOR else base
     rivals = [place for place in leaders if place.cost < bar]
     return sorted([best, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
 
@@ -151,13 +151,13 @@ def _explored(
     for rounds in _ESCAPES:
         if not _explained(model, leaders):
             problem = Problem(model, leaders[0].hypothesis, caution=CAUTIONS[0])
-            leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=_FLOOR)
+            leaders[0] = escaped(problem, leaders[0], rounds=rounds, enough=FLOOR)
             leaders.append(leaders.pop(0))
     return sorted(leaders, key=lambda place: place.cost)
 
 
 def _explained(model: Model, places: Sequence[Point]) -> bool:
-    return min(place.level(model) for place in places) <= _FLOOR
+    return min(place.level(model) for place in places) <= FLOOR
 
 
 def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
@@ -165,7 +165,7 @@ def _leading(model: Model, starts: Sequence[Start]) -> list[Point]:
     tried: list[Point] = []
     for start in starts:
         # what explains the records leaves other effects one start each, to show whether they do as well
-        explained = any(place.level(model) < _FLOOR for place in tried)
+        explained = any(place.level(model) < FLOOR for place in tried)
         if not (explained and any(place.hypothesis.name == start.hypothesis.name for place in tried)):
             tried.append(_tried(model, start))
     differing: list[Point] = []
@@ -213,6 +213,12 @@ def refitted(model: Model, hypothesis: Hypothesis, z: np.ndarray, states: np.nda
     problem = Problem(model, hypothesis)
     result = fit(problem, problem.searched(problem.point(z, states)), steps=_LONG, thorough=True)
     return _candidate(model, result.place, result.converged)
+
+
+def brought_to_rest(model: Model, candidate: Candidate) -> Candidate:
+    """The candidate after a patient search for what its fit has missed."""
+    place = rested(Problem(model, candidate.place.hypothesis), candidate.place, patient=True)
+    return _candidate(model, place, candidate.converged)
 
 
 def base_candidate(model: Model, careful: Point, best: Candidate) -> Candidate:

@@ -39,8 +39,8 @@ is measured by each parameter's own curvature, next to which the curvature along
 _CROSSINGS = 12
 """Steps that cross such directions, at most."""
 
-_ROUNDS = 4
-"""Most times that a place is crossed and searched to come to rest."""
+_ROUNDS, _PATIENT = 4, 12
+"""Most times that a place is crossed and searched to come to rest; the same of a place that has cause to go on."""
 
 _STRANGE = 2.0
 """Standard deviations of what was known beforehand beyond which a parameter is doubted."""
@@ -102,19 +102,20 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
             place, damping = found, min(damping, 1e-2)
     place, settled = exact.adopted(place), idle >= _IDLE
     if thorough and place.level(exact.model) < _NEAR:
-        place = _doubted(exact, _rested(exact, place))
+        place = _doubted(exact, rested(exact, place))
     _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
     reason = "the cost has settled" if settled else f"the cost still falls after {number} steps"
     return Fit(place, damping, settled, reason)
 
 
-def _rested(exact: Problem, place: Point) -> Point:
+def rested(exact: Problem, place: Point, *, patient: bool = False) -> Point:
     """The place at rest in all directions: crossed, its windows searched and its kin tried, until all win next to
-    nothing."""
+    nothing. A patient search takes more turns and looks in each window where the other ones start as well."""
     problem = exact.eased(place)
     place = problem.adopted(place)
-    for _ in range(_ROUNDS):
-        before, place = place.cost, _among_kin(problem, problem.searched(_crossed(problem, place)))
+    for _ in range(_PATIENT if patient else _ROUNDS):
+        before, place = place.cost, _crossed(problem, place)
+        place = _among_kin(problem, problem.searched(place, problem.all if patient else None))
         if before - place.cost < _GAIN:
             break
     return exact.adopted(place)
@@ -138,7 +139,7 @@ def _doubted(exact: Problem, place: Point) -> Point:
     if not strange.any():
         return place
     again = exact.searched(exact.point(np.where(strange, 0.0, place.z), place.states))
-    other = _rested(exact, fit(exact, again, steps=_CROSSINGS).place)
+    other = rested(exact, fit(exact, again, steps=_CROSSINGS).place)
     return other if other.cost < place.cost else place
 
 

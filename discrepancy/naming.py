@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from discrepancy.blackbox import black_box_level
 from discrepancy.candidates import (
     CAUTIONS,
+    FLOOR,
     Candidate,
     base_candidate,
+    brought_to_rest,
     careful_base,
     finalists,
     tested,
@@ -111,6 +113,10 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     rivals = finalists(scanner, starts, more, careful.cost)
     none = base_candidate(model, careful, rivals[0])
     candidates, held = _compared([none, *rivals], held_out)
+    best, *others = candidates
+    if best.name != NONE.name and best.level < FLOOR and best.typical**2 - 1.0 >= AT_NOISE:
+        # at the noise, but for a few windows or on the records held out: not yet at rest
+        candidates, held = _compared([brought_to_rest(model, best), *others], held_out)
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
     return _verdict(candidates, black_box_level(model, none.place, held_out, of_none))
 
