@@ -47,8 +47,8 @@ def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, 
 
 
 class Burrows(Stateless):
-    """6 windows of 20 samples, noise 1 (seed 5), each with one start state that tells nothing but within 0.2 of 2.3; the
-    grid does not come near."""
+    """6 windows of 20 samples, noise 1 (seed 5), each with one start state that tells nothing but within 0.2 of 2.3;
+    the grid does not come near."""
 
     def __init__(self) -> None:
         self.parameters = (Parameter("offset", "-", 0.0, 0.1),)
