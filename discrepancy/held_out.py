@@ -14,14 +14,14 @@ _STEPS, _MORE = 12, 3
 """Steps of a fit of start states and of what belongs to records, and those after states of other places were tried."""
 
 
-def held_places(fitted: Sequence[Point], held_out: Model) -> list[Point]:
-    """The physics of places on the records held out. What one of them found of the windows' start states is tried by
-    all: a state that was missed must not decide."""
+def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point] = ()) -> list[Point]:
+    """The physics of places on the records held out. What one of them, or of those `found` there before, has of the
+    windows' start states is tried by all: a state that was missed must not decide."""
     places = [held_place(place, held_out) for place in fitted]
     pooled = []
     for place in places:
         problem = Problem(held_out, place.hypothesis, frozen=True)
-        pooled.append(fit(problem, problem.pooled(place, places), steps=_MORE).place)
+        pooled.append(fit(problem, problem.pooled(place, [*places, *found]), steps=_MORE).place)
     return pooled
 
 

@@ -116,7 +116,7 @@ def name_effect(model: Model, held_out: Model, start: Point | None = None) -> Na
     best, *others = candidates
     if best.name != NONE.name and best.level < FLOOR and best.typical**2 - 1.0 >= AT_NOISE:
         # at the noise, but for a few windows or on the records held out: not yet at rest
-        candidates, held = _compared([brought_to_rest(model, best), *others], held_out)
+        candidates, held = _compared([brought_to_rest(model, best), *others], held_out, held)
     of_none = next(place for place in held if place.hypothesis.name == NONE.name)
     return _verdict(candidates, black_box_level(model, none.place, held_out, of_none))
 
@@ -130,10 +130,13 @@ def judged(held_out: Model, candidates: Sequence[Candidate], black_box: float) -
     return _verdict(_compared(list(best.values()), held_out)[0], black_box)
 
 
-def _compared(candidates: Sequence[Candidate], held_out: Model) -> tuple[list[Candidate], list[Point]]:
-    """The candidates, best first, with what they predict of the records held out; and their places there."""
+def _compared(
+    candidates: Sequence[Candidate], held_out: Model, found: Sequence[Point] = ()
+) -> tuple[list[Candidate], list[Point]]:
+    """The candidates, best first, with what they predict of the records held out; and their places there. Places
+    `found` there before lend their start states."""
     candidates = sorted(candidates, key=lambda c: c.score)
-    held = held_places([c.place for c in candidates], held_out)
+    held = held_places([c.place for c in candidates], held_out, found)
     return [tested(c, place, held_out) for c, place in zip(candidates, held, strict=True)], held
 
 
