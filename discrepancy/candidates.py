@@ -14,7 +14,7 @@ from discrepancy.fit import Fit, fit, rested
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.problem import Point, Problem
 from discrepancy.scan import Scanner, Start
-from discrepancy.starts import chosen, overlooked
+from discrepancy.starts import LEADING, chosen, overlooked
 
 _SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
@@ -27,9 +27,6 @@ CAUTIONS = (100.0, 10.0, 1.0)
 that repeats in every window; with the effect found they need no more than their own weight."""
 
 _FINALISTS = 3
-
-_LEADING = 2
-"""Effects of which more starts are looked at while none explains the records."""
 
 _ESCAPES = (2, 1)
 """How often a way out of a local minimum is looked for: from the leader, and from the second, while none explains the
@@ -138,7 +135,7 @@ def _explored(
     """The leaders, or what more starts of their effects, effects that were not `tried` and ways out of local minima
     lead to."""
     model = scanner.model
-    for name in [place.hypothesis.name for place in leaders[:_LEADING]]:
+    for name in [place.hypothesis.name for place in leaders[:LEADING]]:
         if not _explained(model, leaders):
             others = _leading(model, [scanner.sharpened(start) for start in chosen(scanner, more[name])])
             leaders = _distinct([*leaders, *others])

@@ -4,14 +4,13 @@ later ones have made superfluous is taken back."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
 from discrepancy.model import NONE, Hypothesis, Model, in_turn
 from discrepancy.naming import AT_NOISE, NAMING, SLIGHT, Naming, name_effect
-from discrepancy.surplus import corrected
+from discrepancy.surplus import corrected, effects_of
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
@@ -86,7 +85,7 @@ def explain(model: Model, held_out: Model) -> Explanation:
         rounds = _followed(model, held_out, rounds)
         again = corrected(model, held_out, rounds)
         rounds = rounds if again is None else _followed(model, held_out, again)
-        effects = _effects(rounds)
+        effects = effects_of(rounds)
         after, place = rounds[-1].candidates[0].held_out, rounds[-1].candidates[0].place
     fitted = in_turn(model, effects[:-1])
     numbers = findings(fitted, place)
@@ -98,15 +97,10 @@ def explain(model: Model, held_out: Model) -> Explanation:
     )  # fmt: skip
 
 
-def _effects(rounds: Sequence[Naming]) -> list[Hypothesis]:
-    """What the rounds named, each its best."""
-    return [naming.candidates[0].place.hypothesis for naming in rounds]
-
-
 def _followed(model: Model, held_out: Model, rounds: tuple[Naming, ...]) -> tuple[Naming, ...]:
     """The rounds with those that follow them, as long as they name an effect."""
     while True:
-        best, effects = rounds[-1].candidates[0], _effects(rounds)
+        best, effects = rounds[-1].candidates[0], effects_of(rounds)
         known, known_held = in_turn(model, effects), in_turn(held_out, effects)
         if best.level**2 - 1.0 < SLIGHT or len(rounds) == _ROUNDS or not known.hypotheses():
             return rounds

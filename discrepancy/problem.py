@@ -59,6 +59,13 @@ class Point:
     squares: np.ndarray
     cost: float
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The hypothesis's own parameters [units]."""
+        parameters = self.hypothesis.parameters
+        own = self.z[len(self.z) - len(parameters) :]
+        return tuple(p.value(z) for p, z in zip(parameters, own, strict=True))
+
     def level(self, model: Model) -> float:
         """rms of the normalised residuals; 1 is the noise."""
         return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))

@@ -39,9 +39,7 @@ class Start:
     @property
     def values(self) -> tuple[float, ...]:
         """The effect's parameters [units]."""
-        parameters = self.hypothesis.parameters
-        own = self.place.z[len(self.place.z) - len(parameters) :]
-        return tuple(p.value(z) for p, z in zip(parameters, own, strict=True))
+        return self.place.values
 
     @functools.cached_property
     def rungs(self) -> np.ndarray:
@@ -88,9 +86,7 @@ class Scanner:
         hypothesis = place.hypothesis
         if min(start[0] for start in hypothesis.starts) >= 0.0:
             return []
-        size, *values = (
-            p.value(z) for p, z in zip(hypothesis.parameters, place.z[-len(hypothesis.parameters) :], strict=True)
-        )
+        size, *values = place.values
         ladders = [sorted(set(column)) for column in zip(*hypothesis.starts, strict=True)][1:]
         nearby = [
             (-size, *values[:k], min(max(other, parameter.low), parameter.high), *values[k + 1 :])

@@ -10,8 +10,9 @@ from discrepancy.model import NONE, Model
 from discrepancy.problem import Problem
 from discrepancy.scan import Scanner, Start, apart, beside
 
-_EFFECTS, _LEADING = 6, 2
-"""Effects of which the best start is fitted; those of which further ones are."""
+_EFFECTS, LEADING = 6, 2
+"""Effects of which the best start is fitted; those of which further ones are, and more while none explains the
+records."""
 
 _NEARBY, _SIDES = 2, 2
 """Places in the library's lists within which a start of the other sign may look alike, and how many are taken along."""
@@ -36,7 +37,7 @@ def promising(model: Model, scanner: Scanner) -> tuple[list[Start], dict[str, li
         best.append(sorted((s for h in hypotheses for s in scanner.starts(h)), key=lambda s: s.promised))
     best.sort(key=lambda starts: starts[0].promised)
     leaders = [starts[0] for starts in best[:_EFFECTS]]
-    leaders += [other for starts in best[:_LEADING] for other in further(starts)]
+    leaders += [other for starts in best[:LEADING] for other in further(starts)]
     more = {
         starts[0].hypothesis.name: [start for start in apart(starts, _MORE) if start not in leaders]
         for starts in best[:_EFFECTS]

@@ -32,7 +32,7 @@ def corrected(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple[
     rounds : sequence of Naming
         Those that named an effect, in their order.
     """
-    effects = [naming.candidates[0].place.hypothesis for naming in rounds]
+    effects = effects_of(rounds)
     if len(effects) < 2:
         return None
     best = rounds[-1].candidates[0]
@@ -53,6 +53,11 @@ def corrected(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple[
         if again.verdict in NAMING and again.candidates[0].name != effect.name:
             return (*rounds[:k], again)
     return None
+
+
+def effects_of(rounds: Sequence[Naming]) -> list[Hypothesis]:
+    """What the rounds named, each its best."""
+    return [naming.candidates[0].place.hypothesis for naming in rounds]
 
 
 def _span(candidate: Candidate, effects: Sequence[Hypothesis], k: int) -> np.ndarray:
