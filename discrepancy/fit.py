@@ -115,7 +115,7 @@ def rested(exact: Problem, place: Point, *, patient: bool = False) -> Point:
     place = problem.adopted(place)
     for _ in range(_PATIENT if patient else _ROUNDS):
         before, place = place.cost, _crossed(problem, place)
-        place = _among_kin(problem, problem.searched(place, problem.all if patient else None))
+        place = _among_kin(problem, problem.searched(place, problem.all if patient else None, patient=patient))
         if before - place.cost < _GAIN:
             break
     return exact.adopted(place)

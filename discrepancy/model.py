@@ -186,9 +186,10 @@ class Model(ABC):
         that hypotheses share come first, and z = 0 is where a search begins."""
 
     @abstractmethod
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         """Scaled local parameters (c, k) among which a window's start may have to be looked for; the first k local
-        parameters take part. No rows where nothing has to be looked for."""
+        parameters take part. No rows where nothing has to be looked for. Where it is `shaken`, also those that the
+        machine gets to by being excited steadily, if the hypothesis does that."""
 
 
 def in_turn(model: Model, effects: Sequence[Hypothesis]) -> Model:

@@ -32,8 +32,9 @@ _EASE = 3.0
 _ROUNDS = 2
 """Steps by which start states near to good ones are refined."""
 
-_POLISHED = 3
-"""Start states per window, the best of the grid, that are refined before the best of them is kept."""
+_POLISHED, _ONE_OF, _PATIENT_ONE_OF = 3, 56, 14
+"""Start states per window, the best of the grid, that are refined before the best of them is kept: so many, and one of
+so many where the grid is large; the same in a patient search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,11 +244,11 @@ class Problem:
         many = Jobs(jobs.points, np.tile(jobs.point, c), np.tile(jobs.window, c), states.reshape(c * k, size))
         return self.model.residuals(self.hypothesis, many).reshape(c, k, -1)
 
-    def searched(self, place: Point, which: np.ndarray | None = None) -> Point:
+    def searched(self, place: Point, which: np.ndarray | None = None, *, patient: bool = False) -> Point:
         """The place with the windows' start states looked for over the whole grid, then refined; of windows that are
-        named, also where other windows start: they repeat each other."""
+        named, also where other windows start: they repeat each other. A patient search refines more of them."""
         windows = self.all if which is None else which
-        grid = self.model.state_grid(self.hypothesis, place.z)
+        grid = self.model.state_grid(self.hypothesis, place.z, shaken=True)
         if not len(windows):
             return place
         if not len(grid):
@@ -258,7 +259,8 @@ class Problem:
         if which is not None:
             states = np.concatenate([states, np.repeat(place.states[:, None], k, axis=1)])
         found = self._again(_at(place.z, windows, place.states[windows]), states)
-        order = np.argsort((found**2).sum(axis=2), axis=0)[:_POLISHED]
+        order = np.argsort((found**2).sum(axis=2), axis=0)
+        order = order[: max(_POLISHED, len(grid) // (_PATIENT_ONE_OF if patient else _ONE_OF))]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
         polished, squares = self._refined(_at(place.z, np.tile(windows, len(order)), best), 3)
         squares = squares.reshape(-1, k)

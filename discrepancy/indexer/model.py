@@ -148,13 +148,9 @@ class IndexerModel(Model):
         loose = any(h.name == "base.looseness" for h in (*self.known, hypothesis))
         return len(LOCAL) if loose else len(LOCAL) - 2
 
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
-        play = 2.0 * max(item["edge_1"], 0.0)
-        if play == 0.0:
-            return np.zeros((0, 2))
-        size = 7 if play < 2e-3 else 13
-        return play_grid(item["stiffness_1"], item["cam_inertia"], play, size, size)
+        return play_grid(item, float(self._rates.max()) / self.machine.reduction, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         extended = self._extended(hypothesis, jobs.points)

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from discrepancy.model import Parameter
+from indexer_env.coefficients import Coefficients
 from indexer_env.kernels import layout
 
 LOCAL = (
@@ -23,6 +24,18 @@ LOCAL = (
 _C = layout.COEFFICIENT_NAMES.index
 _S = layout.STATE_NAMES.index
 _SCALES = np.array([p.scale for p in LOCAL])
+
+_LITTLE = 2e-3
+"""Play of the input joint [rad] below which a coarser grid does."""
+
+_POINTS_LITTLE, _POINTS, _MOST = 7, 13, 37
+"""Points along each side of the grid: with little play, with more, and where the drive is shaken, at most."""
+
+_RATE, _REACH = 0.15, 0.58
+"""Largest rate of a cam that rattles, in ω g, and its largest deflection, in g: the play's edges are at 0.5."""
+
+_BY_FLANK, _BY_MESH = 2.5, 0.7
+"""What a shaken flank adds to that rate, in its own rate, and a mesh that varies, in its depth times ω g."""
 
 
 def start_states(
@@ -92,12 +105,38 @@ def _region(column: np.ndarray, number: int, deflection: np.ndarray, rate: np.nd
     return np.where(smooth | plus, 1.0, np.where(minus, -1.0, 0.0))
 
 
-def play_grid(stiffness: float, inertia: float, backlash: float, along: int, across: int) -> np.ndarray:
-    """Scaled (δ1, δ̇1) (c, 2) over what a cam that rattles in its play can have.
+def play_grid(item: Coefficients, motor_speed: float, *, shaken: bool) -> np.ndarray:
+    """Scaled (δ1, δ̇1) (c, 2) over what a cam that rattles in its play can have; no rows where it has none.
 
-    A flank returns the cam with rates of the order of √(k/J)·g (measured on the reference machine: up to 0.12 of it,
-    from 2′ to 20° of play), and it penetrates the flank by no more than a tenth of the play.
+    A flank returns the cam with rates of the order of ω g, ω = √(k/J), g the play (measured on the reference machine:
+    up to 0.12 of it, from 2′ to 20°), and it penetrates the flank by no more than a tenth of the play. A drive that
+    shakes the flank, or a mesh whose stiffness does, adds to both: up to 0.4 ω g by a mesh that varies by 0.35, and up
+    to 1.7 ω g by a transmission error whose own rate is 0.8 ω g.
+
+    Parameters
+    ----------
+    item : Coefficients
+    motor_speed : float
+        rad/s.
+    shaken : bool
+        Whether what shakes the drive counts. With little play the cam hardly leaves the flank, which settles its state.
     """
-    rate = 0.15 * math.sqrt(stiffness / inertia) * backlash
-    deflections, rates = np.meshgrid(np.linspace(-0.58, 0.58, along) * backlash, np.linspace(-rate, rate, across))
+    play = 2.0 * max(item["edge_1"], 0.0)
+    if play == 0.0:
+        return np.zeros((0, 2))
+    frequency = math.sqrt(item["stiffness_1"] / item["cam_inertia"])
+    points, added = _POINTS_LITTLE, 0.0
+    if play >= _LITTLE:
+        points = _POINTS
+        if shaken:
+            forced = sum(abs(item[f"{name}_amplitude"]) * item[f"{name}_order"] for name in ("ripple", "transmission"))
+            added = _BY_FLANK * forced * motor_speed / (frequency * play) + _BY_MESH * abs(item["mesh_depth"])
+    reach, rate = _REACH + added / 2.0, (_RATE + added) * frequency * play
+    along, across = _odd(points * reach / _REACH), _odd(points * (1.0 + added / _RATE))
+    deflections, rates = np.meshgrid(np.linspace(-reach, reach, along) * play, np.linspace(-rate, rate, across))
     return np.stack([deflections.ravel(), rates.ravel()], axis=1) / _SCALES[:2]
+
+
+def _odd(points: float) -> int:
+    """An odd number of points, so that one lies at 0, no more than `_MOST`."""
+    return 2 * round((min(points, _MOST) - 1.0) / 2.0) + 1

@@ -62,7 +62,7 @@ class Burrows(Stateless):
     def local_count(self, hypothesis: Hypothesis) -> int:
         return 1
 
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.array([[-1.0], [0.0], [1.0]])
 
 

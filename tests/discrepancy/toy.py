@@ -25,5 +25,5 @@ class Stateless(Model):
     def local_count(self, hypothesis: Hypothesis) -> int:
         return 0
 
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.zeros((0, 0))
