@@ -75,3 +75,21 @@ def test_a_patient_search_looks_where_other_windows_start(patient: bool) -> None
     level = np.sqrt(place.squares / 20.0)
     assert (level[:4] < 1.4).all() and (level[5] < 1.4)
     assert (level[4] < 1.4) == patient
+
+
+class Decoys(Burrows):
+    """The same with a plateau beyond 9, better than where the way to the burrow begins, at 2.1; and a large grid."""
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        residuals = super().residuals(hypothesis, jobs)
+        return np.where(jobs.states > 9.0, residuals - 3.5 * np.cos(np.arange(20)), residuals)
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
+        return np.concatenate([np.linspace(-90.0, -1.0, 85), [2.1, 10.0, 11.0, 12.0, 13.0]])[:, None]
+
+
+@pytest.mark.parametrize("patient", [True, False])
+def test_a_patient_search_refines_what_looks_worse_at_first(patient: bool) -> None:
+    problem = Problem(Decoys(), NONE)
+    place = problem.searched(problem.point(np.zeros(1), np.zeros((6, 1))), patient=patient)
+    assert (np.sqrt(place.squares / 20.0) < 1.4).all() == patient
