@@ -36,6 +36,9 @@ _POLISHED, _ONE_OF, _PATIENT_ONE_OF = 3, 56, 14
 """Start states per window, the best of the grid, that are refined before the best of them is kept: so many, and one of
 so many where the grid is large; the same in a patient search."""
 
+_AT_ONCE = 8192
+"""Start states simulated at once, or those of one window, which bounds the memory."""
+
 
 @dataclass(frozen=True, eq=False)
 class Point:
@@ -253,20 +256,29 @@ class Problem:
             return place
         if not len(grid):
             return self.settled(place, which=windows)
+        kept = max(_POLISHED, len(grid) // (_PATIENT_ONE_OF if patient else _ONE_OF))
+        others = place.states if which is not None else place.states[:0]
+        at_once = max(1, _AT_ONCE // len(grid))
+        for part in np.array_split(windows, math.ceil(len(windows) / at_once)):
+            place = self._replaced(place, part, *self._best_starts(place, part, grid, others, kept))
+        return place
+
+    def _best_starts(
+        self, place: Point, windows: np.ndarray, grid: np.ndarray, others: np.ndarray, kept: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Start states (k, l) of windows (k,) and their squares: the best of the grid (c, 2) and of other states (o, l)
+        after the best `kept` are refined."""
         k = len(windows)
         states = np.repeat(place.states[windows][None], len(grid), axis=0)
         states[:, :, : grid.shape[1]] = grid[:, None, :]
-        if which is not None:
-            states = np.concatenate([states, np.repeat(place.states[:, None], k, axis=1)])
-        found = self._again(_at(place.z, windows, place.states[windows]), states)
-        order = np.argsort((found**2).sum(axis=2), axis=0)
-        order = order[: max(_POLISHED, len(grid) // (_PATIENT_ONE_OF if patient else _ONE_OF))]
+        states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
+        residuals = self._again(_at(place.z, windows, place.states[windows]), states)
+        order = np.argsort((residuals**2).sum(axis=2), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
         polished, squares = self._refined(_at(place.z, np.tile(windows, len(order)), best), 3)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
-        chosen = polished.reshape(len(order), k, -1)[first, np.arange(k)]
-        return self._replaced(place, windows, chosen, squares[first, np.arange(k)])
+        return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
 
     def merged(self, a: Point, b: Point) -> Point:
         """Of two places with equal globals, the better start state of each window."""

@@ -93,3 +93,16 @@ def test_a_patient_search_refines_what_looks_worse_at_first(patient: bool) -> No
     problem = Problem(Decoys(), NONE)
     place = problem.searched(problem.point(np.zeros(1), np.zeros((6, 1))), patient=patient)
     assert (np.sqrt(place.squares / 20.0) < 1.4).all() == patient
+
+
+def test_windows_searched_in_parts_find_the_same(monkeypatch) -> None:
+    """Bounded memory changes nothing, also where a window's grid alone is more than the bound."""
+    problem = Problem(Decoys(), NONE)
+    start = problem.point(np.zeros(1), np.linspace(-3.0, 3.0, 6)[:, None])
+    named = np.array([0, 2, 3, 5])
+    at_once = problem.searched(start, named, patient=True)
+    for most in (200, 1):
+        monkeypatch.setattr("discrepancy.problem._AT_ONCE", most)
+        in_parts = problem.searched(start, named, patient=True)
+        assert np.array_equal(in_parts.states, at_once.states)
+        assert in_parts.cost == at_once.cost < start.cost
