@@ -13,7 +13,7 @@ In reading order:
     held_out   what a place predicts of records that it was not fitted to
     naming     which effect is missing, none, or which ones cannot be told apart
     findings   probabilities, intervals and the machine's calibration as an explanation states them
-    surplus    an effect that those found after it have made superfluous is taken back
+    hindsight  earlier rounds in the light of later ones: effects taken back, or told apart after all
     explain    name, add and look again until no gap is left
     indexer/   the cam indexing machine as such a model
     emps       a measured drive as such a model

@@ -1,5 +1,5 @@
 """Name, add, and look again: effects are found one after the other until no gap is left or none earns its place; what
-later ones have made superfluous is taken back."""
+later ones have made superfluous is taken back, and what could not be told apart before is tried again."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from discrepancy.candidates import Candidate
 from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
+from discrepancy.hindsight import corrected, effects_of, told_apart
 from discrepancy.model import NONE, Hypothesis, Model, in_turn
 from discrepancy.naming import AT_NOISE, NAMING, SLIGHT, Naming, name_effect
-from discrepancy.surplus import corrected, effects_of
 
 _OPEN = 0.15
 """Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
@@ -84,13 +84,13 @@ def explain(model: Model, held_out: Model) -> Explanation:
     if rounds[0].verdict in NAMING:
         rounds = _followed(model, held_out, rounds)
         again = corrected(model, held_out, rounds)
-        rounds = rounds if again is None else _followed(model, held_out, again)
+        rounds = told_apart(model, held_out, rounds if again is None else _followed(model, held_out, again))
         effects = effects_of(rounds)
         after, place = rounds[-1].candidates[0].held_out, rounds[-1].candidates[0].place
     fitted = in_turn(model, effects[:-1])
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
-    verdict, reason = _judged(rounds[-1], found, before, after, box)
+    verdict, reason = _judged(rounds, found, before, after, box)
     return Explanation(
         verdict, tuple(effects), rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
         found, numbers.calibration(len(model.parameters)),
@@ -114,9 +114,16 @@ def _none(naming: Naming) -> Candidate:
     return next(c for c in naming.candidates if c.name == NONE.name)
 
 
-def _judged(last: Naming, found: tuple[FoundEffect, ...], before: float, after: float, box: float) -> tuple[str, str]:
+def _judged(
+    rounds: tuple[Naming, ...], found: tuple[FoundEffect, ...], before: float, after: float, box: float
+) -> tuple[str, str]:
+    last = rounds[-1]
     if not found:
         return last.verdict, last.reason
+    for naming in rounds[:-1]:
+        if naming.verdict == "ambiguous":
+            names = " and ".join(naming.names)
+            return "unexplained", f"{names} cannot be told apart, and none is needed beside what was found after them"
     for effect in found:
         if not effect.possible:
             return "unexplained", f"the effects found would close the gap, but {effect.why}, so one imitates another"
@@ -130,4 +137,9 @@ def _judged(last: Naming, found: tuple[FoundEffect, ...], before: float, after: 
         return "unexplained", f"even with the effects found a typical cam turn is left at {typical:.2f} times the noise"
     if after**2 - 1.0 > max(_OPEN * gap, SLIGHT):
         return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
+    if not last.candidates[0].converged and typical**2 - 1.0 >= AT_NOISE:
+        return (
+            "not_converged",
+            f"the fit is not at rest, and leaves a typical cam turn at {typical:.2f} times the noise",
+        )
     return last.verdict, last.reason

@@ -15,7 +15,7 @@ from discrepancy.indexer.library import library
 from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
-from discrepancy.indexer.windows import Experiment, cut
+from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, windows_of
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
@@ -30,9 +30,6 @@ _HARMONICS = 40
 
 _FACTORS = (0.95, 0.98, 1.02, 1.05)
 """By which all torques are multiplied at once, steps within how well they are known."""
-
-_LEAST_WINDOWS = 4
-"""Whole cam turns below which a fit of some twelve parameters says nothing."""
 
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
@@ -85,17 +82,15 @@ class IndexerModel(Model):
         self._cut()
 
     def _cut(self) -> None:
-        reduction = self.machine.reduction
-        rates = [reduction * e.operating_point.motor_speed for e in self.experiments]
-        self.windows = cut(
-            [len(e.signal.values) for e in self.experiments],
-            [rate / e.signal.sample_rate for rate, e in zip(rates, self.experiments, strict=True)],
-            [e.operating_point.start_angle for e in self.experiments],
-        )
-        w = self.windows
-        if len(w.first) < _LEAST_WINDOWS:
-            rule = f"records that hold {_LEAST_WINDOWS} whole cam turns or more in all"
+        rates = [self.machine.reduction * e.operating_point.motor_speed for e in self.experiments]
+        self.windows = w = windows_of(self.experiments, self.machine.reduction)
+        if len(w.first) < LEAST_WINDOWS:
+            rule = f"records that hold {LEAST_WINDOWS} whole cam turns or more in all"
             raise refuse("IndexerModel", "experiments", rule, len(w.first), "record for longer")
+        empty = set(range(len(self.experiments))) - set(w.record.tolist())
+        if empty:
+            rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
+            raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
         self.counts, self.groups = w.count, w.record
         self._rates = np.array(rates)
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])

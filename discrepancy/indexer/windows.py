@@ -7,6 +7,7 @@ contact anew. A window therefore needs only the few numbers of its own start sta
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,9 @@ START_PHASE = 0.97
 
 _KEPT = 0.6
 """Share of a cam turn that the last window of a record must hold to be kept."""
+
+LEAST_WINDOWS = 4
+"""Whole cam turns below which a fit of some twelve parameters says nothing."""
 
 _BINOMIAL_4 = math.sqrt(70.0)
 """Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
@@ -91,6 +95,16 @@ class Windows:
     first: np.ndarray
     count: np.ndarray
     turn: np.ndarray
+
+
+def windows_of(experiments: Sequence[Experiment], reduction: float) -> Windows:
+    """Windows of experiments on a machine whose cam turns by `reduction` of its motor's turns."""
+    rates = [reduction * e.operating_point.motor_speed for e in experiments]
+    return cut(
+        [len(e.signal.values) for e in experiments],
+        [rate / e.signal.sample_rate for rate, e in zip(rates, experiments, strict=True)],
+        [e.operating_point.start_angle for e in experiments],
+    )
 
 
 def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:

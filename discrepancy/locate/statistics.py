@@ -23,7 +23,8 @@ _PADDING = 4
 """Zeros are added up to this many times the record's length or more: a line lies an eighth of a width off at most."""
 
 _LEAST_WIDTHS = 3.0
-"""Widths above zero below which a line cannot be told from a constant."""
+"""Widths above zero below which a line cannot be told from a constant, and below half the sampling rate above which
+it cannot be told from its alias."""
 
 
 class Levels:
@@ -59,13 +60,16 @@ class Prominence:
     Parameters
     ----------
     view : View
-        With lines; those too slow for its records are left out.
+        With lines; those too slow or too fast for its records are left out.
     """
 
     def __init__(self, view: View) -> None:
         self._records = [_Spectrum(view, number) for number in range(len(view.noise))]
         slowest = max((_LEAST_WIDTHS / record.span for record in self._records), default=0.0)
-        self.lines = tuple(line for line in view.lines if line.frequency.min() > slowest)
+        fastest = min((0.5 / record.step - _LEAST_WIDTHS / record.span for record in self._records), default=math.inf)
+        self.lines = tuple(
+            line for line in view.lines if line.frequency.min() > slowest and line.frequency.max() < fastest
+        )
 
     def of(self, residual: np.ndarray) -> np.ndarray:
         """Prominence of each line (k,): 1 is that of noise on average."""
@@ -85,12 +89,12 @@ class _Spectrum:
         self._part = (view.groups == number)[:, None] & view.inside
         time = view.time[self._part]
         self.span = float(np.ptp(time))
-        step = float(np.median(np.diff(np.sort(time))))
-        self._at = np.rint((time - time.min()) / step).astype(int)
+        self.step = float(np.median(np.diff(np.sort(time))))
+        self._at = np.rint((time - time.min()) / self.step).astype(int)
         self._count = int(self._at.max()) + 1
         self._padded = 1 << (_PADDING * self._count - 1).bit_length()
         self._per_width = self._padded / self._count
-        self._per_hertz = self._padded * step
+        self._per_hertz = self._padded * self.step
         self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2
         self._hann /= math.sqrt(float((self._hann**2).sum()))
 

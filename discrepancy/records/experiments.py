@@ -13,6 +13,7 @@ import numpy as np
 
 from datagen.measured import STANDARD_GRAVITY
 from discrepancy.indexer import Experiment
+from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
@@ -85,7 +86,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
     Raises
     ------
     SignalError
-        A record at another speed, angle or level than stated, or of another machine.
+        A record at another speed, angle or level than stated, of another machine, or too short.
     ParameterError
         The nominal machine cannot run at a record's conditions.
     """
@@ -105,11 +106,30 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
             "the last third of each record is held out, as no whole one is; a record at another speed would prove more"
         )
         fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
+    _check_windows("fitted", fitted, machine)
+    _check_windows("held out", held, machine)
     speeds = {round(e.operating_point.motor_speed / _RPM) for e in made}
     if len(speeds) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
     names = tuple(tuple(e.signal.source for e in part) for part in (fitted, held))
     return Experiments(fitted, held, (names[0], names[1]), tuple(notes))
+
+
+def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> None:
+    """Refuse a part whose records hold too few cam turns, or one that holds none."""
+    held = np.bincount(windows_of(those, machine.reduction).record, minlength=len(those)).tolist()
+    files = [e.signal.source for e in those]
+    if sum(held) < LEAST_WINDOWS:
+        raise SignalError(
+            f"The records {part} must hold {LEAST_WINDOWS} whole cam turns or more in all, from dwell to dwell, got "
+            f"{sum(held)} in {', '.join(files)}; record for longer."
+        )
+    for file, windows in zip(files, held, strict=True):
+        if not windows:
+            raise SignalError(
+                f"{file} must hold a whole cam turn, from dwell to dwell, in the part {part}, got none; record for "
+                "longer, or leave it out."
+            )
 
 
 def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:

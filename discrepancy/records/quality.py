@@ -21,6 +21,9 @@ _CLIPPED = 2e-3
 _LEAST_TURNS = 2.0
 """Turns of the table that all records must hold together: what repeats once a turn cannot be told from less."""
 
+_LEAST_RATE = 100.0
+"""Sampling rate [Hz] below which the vibration that an index leaves, some tens of Hz, is not in a record."""
+
 
 def check_records(records: Sequence[Record], machine: Machine) -> None:
     """Refuse records that no fit should see.
@@ -28,7 +31,7 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
     Raises
     ------
     SignalError
-        The first one that is dead or clipped, rates that differ, fewer than `_LEAST_TURNS` turns in all.
+        The first one that is dead or clipped, rates that differ or are too low, fewer than `_LEAST_TURNS` turns in all.
     """
     for record in records:
         _check_sensor(record)
@@ -40,6 +43,11 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
                 f"All records must have one sampling rate, got {expected:g} Hz in {first.name} and {rate:g} Hz in "
                 f"{record.name}; resample them to the lower one."
             )
+    if first.signal.sample_rate < _LEAST_RATE:
+        raise SignalError(
+            f"The records must be sampled at {_LEAST_RATE:g} Hz or more, got {first.signal.sample_rate:g} Hz in "
+            f"{first.name}; record with a higher rate."
+        )
     turns = sum(r.signal.duration * r.conditions.motor_speed for r in records)
     turns /= 2.0 * math.pi * machine.stations * machine.reduction_ratio
     if turns < _LEAST_TURNS:

@@ -9,6 +9,7 @@ import numpy as np
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.model import Hypothesis
 from discrepancy.subjects.base import Measurement
+from indexer_env.errors import SimulationError
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -20,6 +21,9 @@ from indexer_env.simulate import simulate
 _RPM = 2.0 * math.pi / 60.0
 _SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
 """Motor speed over the highest measured, load added [N m], length [table turns]."""
+
+_CAM_TURNS = 5
+"""Least length of an imagined measurement [cam turns]: a table of few stations turns in fewer."""
 
 _TORQUE_NOISE = 0.02
 """Noise of a torque sensor on the cam shaft over the spread of its torque: strain gauges through telemetry."""
@@ -51,7 +55,8 @@ def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Meas
     fastest = max(e.operating_point.motor_speed for e in model.experiments)
     load, rate = first.operating_point.load_torque, first.signal.sample_rate
     found = []
-    for turns in _TURNS:
+    whole = math.ceil(_CAM_TURNS / model.machine.stations)
+    for turns in (whole * turns for turns in _TURNS):
         for share in _SPEEDS:
             for extra in _LOADS:
                 point = OperatingPoint(share * fastest, load + extra)
@@ -60,10 +65,13 @@ def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Meas
                 found.append(Measurement(_words(point, turns), other, _RAISED))
     for extra in _LOADS:
         point = OperatingPoint(fastest, load + extra)
-        torque = simulate(model.machine, point, Run(rate, channels=("torque_1",))).channels["torque_1"]
-        experiment = _empty(model.machine, point, 1, rate, "rad/s^2", _TORQUE_NOISE * float(torque.std()))
+        try:
+            torque = simulate(model.machine, point, Run(rate, channels=("torque_1",))).channels["torque_1"]
+        except SimulationError:
+            continue  # a load that the nominal machine cannot carry is not to be measured
+        experiment = _empty(model.machine, point, whole, rate, "rad/s^2", _TORQUE_NOISE * float(torque.std()))
         other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty, effects)
-        found.append(Measurement(f"{_words(point, 1)} with a torque sensor on the cam shaft", other, _RAISED))
+        found.append(Measurement(f"{_words(point, whole)} with a torque sensor on the cam shaft", other, _RAISED))
     return tuple(found)
 
 

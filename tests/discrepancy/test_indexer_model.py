@@ -23,6 +23,11 @@ def test_too_short_records_are_refused() -> None:
         IndexerModel(load_machine("reference"), [record(2200)])
 
 
+def test_a_record_without_a_cam_turn_is_refused_by_its_number() -> None:
+    with pytest.raises(ParameterError, match=r"a whole cam turn each, got 'none in number 2'; record for longer"):
+        IndexerModel(load_machine("reference"), [record(8200), record(900)])
+
+
 def test_another_unit_than_the_sensor_gives_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"must be in m/s\^2, got 'rad/s\^2'; set Sensor\.radius"):
         IndexerModel(load_machine("reference"), [record(8200)], Sensor(radius=0.3))

@@ -1,5 +1,6 @@
 """A pair that one speed cannot tell apart is told apart by the measurement that is proposed."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from discrepancy.model import NONE, Hypothesis
 from discrepancy.next_measurement import ENOUGH, Separation, separations
 from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments
+from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env import Machine, Sensor, load_machine, make_effect
 
@@ -73,3 +75,14 @@ def test_the_proposed_measurement_once_made_names_the_hidden_effect(made, one_re
         value = (hypothesis.parameters[0].value(place.z[-1]),)
         costs[name] = fitted(model, hypothesis, value).cost
     assert costs["drive.slip"] - costs["friction.viscous"] > ENOUGH
+
+
+def test_a_table_of_two_stations_is_measured_for_more_turns(one_record) -> None:
+    """Seed 32: three turns of such a table are six cam turns; the shortest measurement imagined holds five or more."""
+    machine = dataclasses.replace(load_machine("reference"), stations=2)
+    record = one_record(machine, Sensor(), np.random.default_rng(32), 1500.0, 2.0, 3.0)
+    found = imagined(IndexerModel(machine, [record]), ())
+    assert {one.name.split(", ")[2].split(" with")[0] for one in found} == {
+        "3 turns of the table", "6 turns of the table",
+    }  # fmt: skip
+    assert all(len(one.model.counts) >= 4 for one in found)

@@ -1,5 +1,6 @@
 """Each hidden effect shows in its own cells, and a machine that lacks nothing shows in none."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -9,13 +10,14 @@ from discrepancy.fit import fit
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.indexer.parameters import read
 from discrepancy.locate.null import Null
+from discrepancy.locate.statistics import Prominence
 from discrepancy.locate.where import ALARMS, Law, Where, locate, located
 from discrepancy.model import NONE
 from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import View
 from discrepancy.subjects.indexer import IndexerSubject
-from indexer_env import Machine, Sensor, make_effect
+from indexer_env import Machine, Sensor, Signal, load_machine, make_effect
 
 Located = Callable[..., Where]
 
@@ -127,3 +129,15 @@ def test_linear_theory_is_that_of_real_residuals(records) -> None:
     null = Null(model, calibrated(model, truth), view)
     drawn = np.mean([(r[view.inside] ** 2).mean() for r in null.draws(np.random.default_rng(0), 20)])
     assert (null.residual[view.inside] ** 2).mean() == pytest.approx(drawn, rel=0.05)
+
+
+def test_lines_that_slow_records_cannot_hold_are_left_out(one_record) -> None:
+    """Seed 33, 1.2 turns at 200 Hz: 100 Hz and above would be read where they are not."""
+    nominal = load_machine("reference")
+    fast = one_record(nominal, Sensor(), np.random.default_rng(33), 1500.0, 2.0, 1.2)
+    slow = dataclasses.replace(fast, signal=Signal(fast.signal.values[::5], 200.0, unit="rad/s^2"))
+    view = view_of(IndexerModel(nominal, [slow]), IndexerModel(nominal, [slow]))
+    looked_at = {line.name for line in Prominence(view).lines}
+    assert "60 Hz" in looked_at and not {"100 Hz", "180 Hz"} & looked_at
+    found = Prominence(view).of(np.random.default_rng(33).standard_normal(view.inside.shape) * view.inside)
+    assert found.shape == (len(looked_at),) and found.max() < 30.0

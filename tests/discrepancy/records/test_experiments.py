@@ -128,3 +128,10 @@ def test_a_machine_that_cannot_run_is_refused(record) -> None:
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
     with pytest.raises(ParameterError, match=r"must run at the conditions of run\.csv, but .*; correct its parameters"):
         experiments([record()], dataclasses.replace(nominal, output_joint=stiff), Sensor())
+
+
+def test_a_part_with_too_few_cam_turns_is_refused(record, nominal, values) -> None:
+    said = refusal([record(), record(values[:4000], held_out=True)], nominal)
+    assert "The records held out must hold 4 whole cam turns or more in all" in said and "got 3 in run.csv" in said
+    said = refusal([record(), record(values[:1350]), record(held_out=True)], nominal)
+    assert "run.csv must hold a whole cam turn, from dwell to dwell, in the part fitted" in said

@@ -1,4 +1,4 @@
-"""Dead and clipped sensors, mixed rates and too few turns are refused."""
+"""Dead and clipped sensors, mixed or low rates and too few turns are refused."""
 
 import numpy as np
 import pytest
@@ -28,3 +28,8 @@ def test_fewer_than_two_turns_in_all_are_refused(record, nominal, values) -> Non
     with pytest.raises(SignalError, match=r"two turns|2 turns of the table or more in all, got 1\.22"):
         check_records([record(values[:10000])], nominal)
     check_records([record(values[:10000]), record(values[10000:])], nominal)
+
+
+def test_a_rate_too_low_for_the_vibration_is_refused(record, nominal, values) -> None:
+    with pytest.raises(SignalError, match=r"must be sampled at 100 Hz or more, got 50 Hz in run\.csv"):
+        check_records([record(values[::20], rate=50.0)], nominal)

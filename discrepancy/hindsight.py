@@ -1,8 +1,10 @@
-"""An effect that those found after it have made superfluous is taken back.
+"""Earlier rounds in the light of later ones.
 
 Effects are found one after the other, so a first one may stand for what a later one explains. Where such an effect has
 hardly any size left, what was found after it is fitted without it. If that explains the records as well, it competes
 with the first one in the first one's own round, and the search goes on from there.
+
+While another effect is missing, two may explain the records alike. They are told apart again once it is found.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import numpy as np
 
 from discrepancy.candidates import Candidate, refitted
 from discrepancy.findings import FoundEffect, findings
-from discrepancy.model import Hypothesis, Model, in_turn
+from discrepancy.model import NONE, Hypothesis, Model, in_turn
 from discrepancy.naming import MARGIN, NAMING, Naming, judged
 
 _SURE = 6.0
@@ -53,6 +55,35 @@ def corrected(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple[
         if again.verdict in NAMING and again.candidates[0].name != effect.name:
             return (*rounds[:k], again)
     return None
+
+
+def told_apart(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple[Naming, ...]:
+    """The rounds, each ambiguous one that others follow judged again with all that was found besides, and put last; it
+    stays where it is if nothing is named then.
+
+    Parameters
+    ----------
+    model, held_out, rounds
+        As `corrected` takes them.
+    """
+    for naming in [naming for naming in rounds[:-1] if naming.verdict == "ambiguous"]:
+        k = next(k for k, one in enumerate(rounds) if one is naming)
+        if k == len(rounds) - 1:
+            continue
+        effects, best = effects_of(rounds), rounds[-1].candidates[0]
+        others = [*effects[:k], *effects[k + 1 :]]
+        known, known_held = in_turn(model, others), in_turn(held_out, others)
+        own = _span(best, effects, k)
+        z = np.delete(best.place.z, own)
+        rivals = [(c.place.hypothesis, c.place.own) for c in naming.candidates[1:] if c.name in naming.names]
+        fits = [
+            refitted(known, h, np.concatenate([z, values]), known.states_for(h, best.place.states))
+            for h, values in [(effects[k], best.place.z[own]), *rivals, (NONE, np.zeros(0))]
+        ]
+        again = judged(known_held, fits, naming.black_box)
+        if again.verdict in NAMING:
+            rounds = (*rounds[:k], *rounds[k + 1 :], again)
+    return tuple(rounds)
 
 
 def effects_of(rounds: Sequence[Naming]) -> list[Hypothesis]:

@@ -1,4 +1,5 @@
-"""A first effect that only resembles what is hidden is taken back once the right one is found. Seeds 5 to 8."""
+"""A first effect that only resembles what is hidden is taken back once the right one is found, and what could not be
+told apart before is tried again. Seeds 5 to 10."""
 
 import copy
 from collections.abc import Mapping
@@ -6,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from discrepancy import explain
+from discrepancy import explain, name_effect
 from discrepancy.model import Hypothesis, Jobs, Parameter
 from tests.discrepancy.toy import Stateless
 
@@ -72,3 +73,30 @@ def test_what_was_taken_back_is_ranked_behind() -> None:
     # the base model stays what the gap is measured from
     none = next(c for c in answer.rounds[0].candidates if c.name == "none")
     assert none.held_out == answer.before > 5.0
+
+
+class Twins(Chord):
+    """Two effects that are offered together, `apart` by so much of a third shape; then the beat, which outshouts what
+    tells them apart."""
+
+    def __init__(self, apart: float, seed: int) -> None:
+        super().__init__({"tone": 10.0, "beat": 8.0}, seed)
+        self.shapes["twin"] = self.shapes["tone"] + apart * np.cos(11.0 * np.linspace(0.0, 40.0, 800)).reshape(4, 200)
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        left = {"tone", "twin"} - set(self.known)
+        return {name: (effect(name),) for name in (sorted(left) if len(left) == 2 else ["beat"])}
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict", "names", "alike"),
+    [(0.15, "named", ("beat", "tone"), ("tone",)), (0.0, "ambiguous", ("beat", "tone"), ("tone", "twin"))],
+)
+def test_what_could_not_be_told_apart_before_is_tried_again(apart: float, verdict: str, names: tuple, alike: tuple):
+    first = name_effect(Twins(apart, 9), Twins(apart, 10))
+    assert first.verdict == "ambiguous" and set(first.names) == {"tone", "twin"}
+    answer = explain(Twins(apart, 9), Twins(apart, 10))
+    assert answer.verdict == verdict, answer.reason
+    assert set(answer.rounds[-1].names) == set(alike)
+    assert verdict == "ambiguous" or answer.names == names
+    assert answer.effects[0].name == "beat" and answer.after < 1.1
