@@ -16,7 +16,7 @@ from discrepancy.challenge.run import run_challenge
 def main(config: dict[str, Any]) -> None:
     """Run the challenge of a composed configuration and print its tables."""
     folder = job_folder("challenge", config["out"])
-    table = run_challenge(orders(config), folder, config["executor"], config["processes"])
+    table = run_challenge(orders(config), folder, config["executor"], config["processes"], config["address"])
     console = Console(highlight=False, soft_wrap=True)
     console.print(table, markup=False)
     console.print(f"Cases, table.md and cases.parquet are in {folder}", markup=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -24,6 +25,12 @@ def criteria(cases: Sequence[Case]) -> str:
         what = f"one effect, gap ≥ {LARGE:g}, play {play}"
         rows.append((f"{what}: right name first", "≥ 95 %", *_counted(large, _right)))
         rows.append((f"{what}: the effect named worst", "≥ 85 %", *_worst(large)))
+    single = [c for c in cases if c["kind"] == "single"]
+    small = [c for c in single if c["gap"] < LARGE]
+    rows += [
+        (f"one effect, gap < {LARGE:g}, all plays: right name first", "–", *_counted(small, _right)),
+        ("one effect, all gaps and plays: a wrong name", "–", *_counted(single, _wrong)),
+    ]
     empty, outside, two = ([c for c in cases if c["kind"] == kind] for kind in ("none", "outside", "two"))
     rows += [
         ("nothing hidden: a name is given", "≤ 1 %", *_counted(empty, _wrong)),
@@ -38,8 +45,10 @@ def criteria(cases: Sequence[Case]) -> str:
     for label, effects in (("effects' sizes", True), ("the machine's parameters", False)):
         rows.append((f"95 % intervals of {label} that hold the truth", "90–99 %", *share(*covered(named, effects))))
     for label, key in (("by the clock", "wall_s"), ("of the processor", "cpu_s")):
-        taken = f"{statistics.median([c[key] for c in cases]):.1f} s" if cases else "–"
-        rows.append((f"time of a case {label}, median", "≤ 30 s", taken, f"n = {len(cases)}"))
+        taken = sorted(c[key] for c in cases)
+        middle = f"{statistics.median(taken):.1f} s" if taken else "–"
+        most = f"90 % below {taken[math.ceil(0.9 * len(taken)) - 1]:.0f} s" if taken else "–"
+        rows.append((f"time of a case {label}, median", "≤ 30 s", middle, f"{most}, n = {len(taken)}"))
     return table(["must show", "wanted", "got", "95 % (Wilson)"], rows)
 
 

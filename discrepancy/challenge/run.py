@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet
 
 from datagen.executors import RayExecutor
-from datagen.places.local import whole_file
+from datagen.places.local import check_place, whole_file
 from datagen.progress import progress
 from discrepancy.challenge.case import solve_case
 from discrepancy.challenge.draw import Order
@@ -26,10 +26,18 @@ from indexer_env.errors import IndexerError, refuse
 EXECUTORS = ("local", "ray")
 _CASES, _TABLE, _PARQUET = "cases", "table.md", "cases.parquet"
 
+_KEYS = {
+    "kind", "play", "hidden", "verdict", "names", "outcome", "gap", "closed_share", "intervals", "cpu_s", "wall_s",
+    "truth_s",
+}  # fmt: skip
+"""What the tables need of a case."""
+
 Map = Callable[[Callable[[int], Any], Iterable[int]], Iterable[Any]]
 
 
-def run_challenge(orders: Sequence[Order], folder: Path, executor: str = "local", processes: int = 1) -> str:
+def run_challenge(
+    orders: Sequence[Order], folder: Path, executor: str = "local", processes: int = 1, address: str | None = None
+) -> str:
     """Solve the cases that have no file yet, all orders in turns, and write the table of all; the table.
 
     Parameters
@@ -41,21 +49,27 @@ def run_challenge(orders: Sequence[Order], folder: Path, executor: str = "local"
         "local", or "ray" for one task a case on a cluster.
     processes : int
         Cases solved side by side under "local"; 1 solves them in this process.
+    address : str, optional
+        Of the cluster under "ray", as `RayExecutor` takes it; "auto" where not given.
 
     Raises
     ------
     IndexerError
+        Before any work: a folder that is none or holds something else; a file among the cases that is no answer.
         After all others: a case whose records could not be made.
     """
     check_choice("challenge", "executor", executor, EXECUTORS)
     check_integer("challenge", "processes", processes, low=1)
     if executor == "ray" and processes != 1:
         raise refuse("challenge", "processes", "1 with executor=ray", processes, "the cluster's cores decide")
+    if executor == "local" and address is not None:
+        raise refuse("challenge", "address", "left out with executor=local", address, "it is of a Ray cluster")
+    _check_folder(folder)
     asked = interleaved(orders)
     waiting = [task for task in asked if not _file(task, folder).is_file()]
     failed: list[IndexerError] = []
     with progress("challenge", len(asked), "cases", done=len(asked) - len(waiting)) as advance:
-        solved = _mapped(executor, processes)(partial(_solved, waiting), range(len(waiting)))
+        solved = _mapped(executor, processes, address)(partial(_solved, waiting), range(len(waiting)))
         for index, case in solved:
             if isinstance(case, IndexerError):
                 failed.append(case)
@@ -71,7 +85,7 @@ def run_challenge(orders: Sequence[Order], folder: Path, executor: str = "local"
 
 def conclude(folder: Path) -> str:
     """Write table.md and cases.parquet from the cases that a folder holds; the table."""
-    cases = [json.loads(path.read_text(encoding="utf-8")) for path in sorted((folder / _CASES).glob("*.json"))]
+    cases = _cases(folder)
     if not cases:
         raise refuse("challenge", "out", "a folder with solved cases", str(folder), "take cases=own or cases=full")
     table = summary(cases)
@@ -83,6 +97,29 @@ def conclude(folder: Path) -> str:
     return table
 
 
+def _check_folder(folder: Path) -> None:
+    """Refuse a place for the cases that cannot be written to or that holds anything but a challenge."""
+    check_place(folder)
+    if folder.exists() and any(folder.iterdir()) and not (folder / _CASES).is_dir():
+        raise refuse("challenge", "out", "a new folder, or one of a challenge", str(folder), "it holds other files")
+    _cases(folder)
+
+
+def _cases(folder: Path) -> list[dict[str, Any]]:
+    """The answers that a folder holds."""
+    cases = []
+    for path in sorted((folder / _CASES).glob("*.json")):
+        try:
+            case = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            case = None
+        if not isinstance(case, dict) or not case.keys() >= _KEYS:
+            rule = f"a folder whose {_CASES}/*.json are answers of a challenge"
+            raise refuse("challenge", "out", rule, str(path), "take that file out, and its case is solved again")
+        cases.append(case)
+    return cases
+
+
 def _plain(value: Any) -> Any:
     """Nested values as JSON text: their shapes differ from case to case."""
     return json.dumps(value) if isinstance(value, list | dict) else value
@@ -91,7 +128,8 @@ def _plain(value: Any) -> Any:
 def _file(task: Task, folder: Path) -> Path:
     order = task.order
     size = f"{order.gap[0]:g}-{order.gap[1]:g}"
-    return folder / _CASES / f"{order.kind}-{order.play}-{size}-{order.seed}-{task.number:04d}.json"
+    name = f"{order.kind}-{order.play}-{size}-{order.turns:g}-{order.seed}-{task.number:04d}.json"
+    return folder / _CASES / name
 
 
 def _solved(tasks: Sequence[Task], index: int) -> tuple[int, dict[str, Any] | IndexerError]:
@@ -103,9 +141,9 @@ def _solved(tasks: Sequence[Task], index: int) -> tuple[int, dict[str, Any] | In
         return index, type(error)(f"Case {task.number} of the challenge ({task.order.kind}): {error}")
 
 
-def _mapped(executor: str, processes: int) -> Map:
+def _mapped(executor: str, processes: int, address: str | None) -> Map:
     if executor == "ray":
-        return RayExecutor("auto").map
+        return RayExecutor(address or "auto").map
     return map if processes == 1 else partial(side_by_side, processes)
 
 

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 import discrepancy.challenge.case as case_module
+from datagen.places.base import StoreError
 from discrepancy.challenge import run
 from discrepancy.challenge.case import solve_case
 from discrepancy.challenge.draw import HIDDEN, Order
@@ -50,6 +51,33 @@ def test_other_sizes_are_other_cases(tmp_path, monkeypatch) -> None:
     assert len(list((tmp_path / "cases").glob("*.json"))) == 2
 
 
+def test_other_lengths_are_other_cases(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "solve_case", answered)
+    for turns in (1.2, 5.0):
+        run.run_challenge([Order(1, 5, turns=turns)], tmp_path)
+    assert len(list((tmp_path / "cases").glob("*.json"))) == 2
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", "", '{"kind": "single"}'])
+def test_a_file_that_is_no_answer_is_named_before_any_work(tmp_path, monkeypatch, text: str) -> None:
+    monkeypatch.setattr(run, "solve_case", None)
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "x.json").write_text(text)
+    for orders in ([Order(1, 5)], []):
+        with pytest.raises(ParameterError, match=r"are answers of a challenge, got '.*x\.json'; take that file out"):
+            run.run_challenge(orders, tmp_path)
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(run, "solve_case", None)
+    (tmp_path / "table.md").write_text("mine")
+    with pytest.raises(ParameterError, match=r"must be a new folder, or one of a challenge, got .*; it holds other"):
+        run.run_challenge([Order(1, 5)], tmp_path)
+    with pytest.raises(StoreError, match=r"out must be a folder, got .*table\.md"):
+        run.run_challenge([Order(1, 5)], tmp_path / "table.md")
+    assert (tmp_path / "table.md").read_text() == "mine"
+
+
 def test_a_case_that_cannot_be_made_keeps_no_other_from_its_answer(tmp_path, monkeypatch) -> None:
     def solve(order: Order, number: int) -> dict:
         if number == 1:
@@ -82,6 +110,11 @@ def test_records_that_the_checks_refuse_are_an_answer(monkeypatch) -> None:
     assert (case["outcome"], case["verdict"], case["names"]) == ("refused", "turned away", [])
     assert "record_0.csv: the motor speed must be that of the record" in case["reason"]
     assert "1 | 0 (0 %)" in summary([case])
+
+
+def test_an_address_without_a_cluster_is_refused(tmp_path) -> None:
+    with pytest.raises(ParameterError, match=r"challenge\.address must be left out with executor=local"):
+        run.run_challenge([Order(1, 5)], tmp_path, address="local")
 
 
 def test_a_number_of_processes_for_a_cluster_is_refused(tmp_path) -> None:
