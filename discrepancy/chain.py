@@ -14,14 +14,12 @@ from discrepancy.gap import Gap, gap_of
 from discrepancy.held_out import held_place
 from discrepancy.locate import Where, locate
 from discrepancy.model import NONE, Hypothesis, Model, in_turn
+from discrepancy.naming import NAMING
 from discrepancy.next_measurement import Separation, separations
 from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Subject
 
 STAGES = ("calibrate and name", "locate what disagreed", "compare on records held out", "choose the next measurement")
-
-_ACCEPTED = ("named", "ambiguous")
-"""Verdicts whose effects are added to the machine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +75,7 @@ def run_chain(subject: Subject, seed: int, begin: Callable[[str], None] = lambda
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)]
     begin(STAGES[0])
     answer = explain(subject.model, subject.held_out)
-    effects = answer.effects if answer.verdict in _ACCEPTED else ()
+    effects = answer.effects if answer.verdict in NAMING else ()
     base = next(c for c in answer.rounds[0].candidates if c.name == NONE.name)
     before = _fitted(subject, base, ())
     after = before

@@ -32,7 +32,7 @@ class Explanation:
     verdict : str
         One of `naming.VERDICTS`.
     effects : tuple of Hypothesis
-        The effects found, in the order in which they were.
+        The effects found, in the order in which they were; they count as missing only where the verdict names them.
     rounds : tuple of Naming
         What each round found; where the effect of a round was taken back, it stands there behind what took its place.
     before, after : float
@@ -45,7 +45,7 @@ class Explanation:
     found : tuple of FoundEffect
         The effects with their sizes, in the order of `effects`.
     calibration : Calibration
-        The machine's own parameters with the effects in place.
+        The machine's own parameters with the effects in place, or without them where the verdict does not accept them.
     """
 
     verdict: str
@@ -72,8 +72,14 @@ class Explanation:
 
     @property
     def best(self) -> Candidate:
-        """The last candidate that was accepted, or the base model."""
+        """The last candidate with the effects found, or the base model."""
         return self.rounds[-1].candidates[0] if self.effects else _none(self.rounds[0])
+
+    @property
+    def believed(self) -> Candidate:
+        """The candidate whose machine is believed: the best one where the verdict names its effects, or the base
+        model."""
+        return self.best if self.verdict in NAMING else _none(self.rounds[0])
 
 
 def explain(model: Model, held_out: Model) -> Explanation:
@@ -91,6 +97,8 @@ def explain(model: Model, held_out: Model) -> Explanation:
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
     verdict, reason = _judged(rounds, found, before, after, box)
+    if effects and verdict not in NAMING:
+        numbers = findings(model, _none(rounds[0]).place)
     return Explanation(
         verdict, tuple(effects), rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
         found, numbers.calibration(len(model.parameters)),

@@ -261,7 +261,7 @@ class Problem:
             return self.settled(place, which=windows)
         kept = max(_POLISHED, len(grid) // (_PATIENT_ONE_OF if patient else _ONE_OF))
         others = place.states if which is not None else place.states[:0]
-        at_once = max(1, _AT_ONCE // len(grid))
+        at_once = max(1, _AT_ONCE // (len(grid) + len(others)))
         for part in np.array_split(windows, math.ceil(len(windows) / at_once)):
             place = self._replaced(place, part, *self._best_starts(place, part, grid, others, kept))
         return place

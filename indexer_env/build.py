@@ -72,7 +72,10 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
         name = key.removesuffix(ending)
         if name != key and name in fields:
             return name, factor
-    hint = did_you_mean(key, fields) or "its parameters are " + (", ".join(fields) or "none")
+    ending = next((ending for ending in _UNITS if key.endswith(ending)), "")
+    hint = did_you_mean(key, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
+        ", ".join(fields) or "none"
+    )
     raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")
 
 

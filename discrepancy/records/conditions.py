@@ -77,7 +77,11 @@ class Conditions:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)
-        self.reading  # noqa: B018  (checks the rest)
+        try:
+            self.reading  # noqa: B018  (checks the rest)
+        except ParameterError as error:
+            said = str(error).replace("read.", "Conditions.", 1).replace("read.", "known.")
+            raise ParameterError(said) from None
 
     @property
     def reading(self) -> Reading:
@@ -117,9 +121,9 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
     return found
 
 
-def table_beside(files: Sequence[Path]) -> Path | None:
-    """The table that stands beside the first file, or above it in the folder of them all."""
-    for folder in dict.fromkeys(path.parent for path in files):
+def table_beside(files: Sequence[Path], root: Path) -> Path | None:
+    """The table that stands beside one of the files, or above them in the folder of them all, `root`."""
+    for folder in dict.fromkeys([*(path.parent for path in files), root]):
         for name in TABLES:
             if (folder / name).is_file():
                 return folder / name
@@ -135,7 +139,7 @@ def _rows(table: Path) -> dict[str, Mapping[str, Any]]:
         return _yaml_rows(table)
     rows: dict[str, Mapping[str, Any]] = {}
     for line, row in table_rows(table, "table of records", (FILE,)):
-        name = row.pop(FILE).replace("\\", "/").removeprefix("./")
+        name = _written(row.pop(FILE))
         if name in rows:
             raise SignalError(f"{table}, line {line}: a file must have one row, got a second for {name}; keep one.")
         rows[name] = {key: _value(key, cell, f"{table}, line {line}") for key, cell in row.items() if cell}
@@ -150,11 +154,39 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         why = str(error).replace("\n", " ")
         raise SignalError(f"the table of records {table} cannot be read ({why}); repair it.") from None
+    listed: list[tuple[Any, Any]] = []
     if isinstance(content, list) and all(isinstance(row, dict) and FILE in row for row in content):
-        content = {row[FILE]: {key: value for key, value in row.items() if key != FILE} for row in content}
-    if not isinstance(content, dict) or not all(isinstance(row, dict) for row in content.values()):
+        listed = [(row[FILE], {key: value for key, value in row.items() if key != FILE}) for row in content]
+    elif isinstance(content, dict):
+        listed = list(content.items())
+    rows: dict[str, Mapping[str, Any]] = {}
+    for file, row in listed:
+        texts = isinstance(row, dict) and all(isinstance(text, str) for text in (file, *row))
+        if not texts:
+            raise SignalError(
+                f"{table} must hold, for each file, a mapping of its conditions by name, got {row!r} for {file!r}; put "
+                "names that YAML takes for something else in quotes."
+            )
+        name = _written(file)
+        if name in rows:
+            raise SignalError(f"{table}: a file must have one row, got a second for {name}; keep one.")
+        rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in row.items()}
+    if not rows:
         raise SignalError(f"{table} must hold, for each file, a mapping of its conditions; see docs/discrepancy.md.")
-    return {str(name): row for name, row in content.items()}
+    return rows
+
+
+def _number(value: Any) -> Any:
+    """1.5e3 as a number: YAML takes one without a sign in its exponent for a text."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+def _written(file: str) -> str:
+    """A file's name as a table writes it, without what says nothing."""
+    return file.replace("\\", "/").removeprefix("./")
 
 
 def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Mapping[str, Any]:

@@ -218,15 +218,20 @@ def _check_period(record: Record, machine: Machine) -> None:
         )
     if found is None and record.signal.duration > 2.2 * expected:
         raise SignalError(
-            f"{record.name} must repeat with the cam, every {expected:.4g} s at the speed stated, got nothing that "
-            f"repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the speed."
+            f"{record.name} must repeat with the cam, every {expected:.4g} s at the {_rpm(record)} stated, got nothing "
+            f"that repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the "
+            "speed, motor_speed_rpm in rpm or motor_speed in rad/s."
         )
+
+
+def _rpm(record: Record) -> str:
+    return f"{record.conditions.motor_speed / _RPM:.5g} rpm"
 
 
 def _wrong_speed(record: Record, speed: float, how: str) -> SignalError:
     return SignalError(
         f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
-        f"{record.conditions.motor_speed / _RPM:.5g} rpm stated and {speed / _RPM:.5g} rpm by the record, {how}; "
+        f"{_rpm(record)} stated and {speed / _RPM:.5g} rpm by the record, {how}; "
         "correct motor_speed_rpm, or the machine's reduction_ratio."
     )
 

@@ -62,7 +62,7 @@ def read_records(
         No file, a table or file that cannot be used, or whatever keeps a file from being a record.
     """
     paths, root = _paths(measured)
-    table = table or table_beside(paths)
+    table = table or table_beside(paths, root)
     paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")

@@ -36,7 +36,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
         "where_in_words": list(outcome.where.sentences),
         "test": _test(outcome.where),
         "calibration": {
-            "converged": answer.rounds[-1].candidates[0].converged,
+            "converged": answer.believed.converged,
             "parameters": [_estimate(e) for e in answer.calibration.estimates],
             "bounds_hit": list(answer.calibration.bounds_hit),
             "undetermined": list(answer.calibration.undetermined),

@@ -1,12 +1,13 @@
 """An effect that explains everything only from beyond what is possible; a library that is used up. Seeds 5 and 6."""
 
 import copy
+import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
-from discrepancy import explain
+from discrepancy import candidates, explain
 from discrepancy.model import Hypothesis, Jobs, Parameter
 from indexer_env.errors import ParameterError
 from tests.discrepancy.toy import Stateless
@@ -37,6 +38,10 @@ def test_an_effect_at_its_bound_is_not_named(largest: float, verdict: str) -> No
     assert answer.verdict == verdict, answer.reason
     assert answer.after < 1.1, "the gap is closed in either case"
     assert ("hum.size is held at its bound of 9.9" in answer.reason) == (verdict == "unexplained")
+    # the machine that is shown is the one that the verdict believes
+    assert answer.believed.name == ("hum" if verdict == "named" else "none")
+    (offset,) = answer.calibration.estimates
+    assert offset.value == answer.model.parameters[0].value(answer.believed.place.z[0])
 
 
 class Spent(Hum):
@@ -85,3 +90,21 @@ def test_a_model_without_a_library_is_refused() -> None:
     model = Spent(5)
     with pytest.raises(ParameterError, match="must be a library of one effect or more"):
         explain(model.extended(model.hum), model)
+
+
+@pytest.mark.parametrize(("at_rest", "verdict"), [(True, "named"), (False, "not_converged")])
+def test_a_fit_that_is_not_at_rest_and_leaves_a_gap_gives_no_name(monkeypatch, at_rest: bool, verdict: str) -> None:
+    """Half a per cent of the gap is left in all windows: little enough to be named, were the fit at rest."""
+
+    class Shade(Spent):
+        def __init__(self, seed: int) -> None:
+            super().__init__(seed)
+            self.y += 10.0 * np.sin(self.x) - 4.0 * np.sin(0.37 * self.x) + 1.2 * np.cos(3.0 * self.x)
+
+    def settled(model, place, converged):
+        return dataclasses.replace(candidate(model, place, converged), converged=at_rest)
+
+    candidate = candidates._candidate
+    monkeypatch.setattr(candidates, "_candidate", settled)
+    answer = explain(Shade(5), Shade(6))
+    assert (answer.verdict, answer.names) == (verdict, ("hum",)), answer.reason

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from discrepancy.records.conditions import Conditions, conditions_of
+from discrepancy.records.conditions import Conditions, conditions_of, table_beside
 from indexer_env.errors import SignalError
 
 NAMES = ("a.csv", "b/c.csv")
@@ -62,6 +62,38 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, text: str, said: str) -> None
     with pytest.raises(SignalError, match=said) as caught:
         conditions_of(NAMES, table(tmp_path, text), {})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("- {file: [a.csv], load_torque: 2}\n", r"a mapping of its conditions by name, got .* for \['a\.csv'\]"),
+        ("a.csv: {on: 3}\n", r"got \{True: 3\} for 'a\.csv'; put names that YAML takes for something else in quotes"),
+        ("- {file: a.csv, load_torque: 2}\n- {file: ./a.csv, load_torque: 20}\n", r"got a second for a\.csv; keep one"),
+        ("a.csv: {motor_sped_rpm: 1500, load_torque: 2}\n", r"'motor_sped_rpm'; did you mean 'motor_speed_rpm'"),
+        ("a.csv: {motor_speed_rpm: 1500, load_torque: 2, unit: 5}\n", r"a\.csv\.unit must be a text or null, got 5"),
+        ("a.csv: {motor_speed_rpm: 1500, load_torque: 2, scale: 5}\n", r"a\.csv\.unit must be one of .* where a scale"),
+    ],
+)
+def test_a_mistake_in_yaml_is_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(SignalError, match=said) as caught:
+        conditions_of(["a.csv"], table(tmp_path, text, "records.yaml"), {})
+    assert "\n" not in str(caught.value)
+
+
+def test_yaml_takes_numbers_as_people_write_them(tmp_path: Path) -> None:
+    path = table(tmp_path, "./a.csv: {motor_speed: 1.5e2, load_torque: 2}\n", "records.yaml")
+    assert conditions_of(["a.csv"], path, {})["a.csv"].motor_speed == 150.0
+
+
+def test_a_table_in_the_folder_above_is_found(tmp_path: Path) -> None:
+    (tmp_path / "day").mkdir()
+    measured = table(tmp_path / "day", "0\n", "a.csv")
+    assert table_beside([measured], tmp_path) is None
+    above = table(tmp_path, "a.csv: {}\n", "records.yaml")
+    assert table_beside([measured], tmp_path) == above
+    beside = table(tmp_path / "day", "a.csv: {}\n", "records.yaml")
+    assert table_beside([measured], tmp_path) == beside
 
 
 def test_yaml_that_is_none_is_refused(tmp_path: Path) -> None:
