@@ -20,11 +20,11 @@ import numpy as np
 
 from discrepancy.model import Hypothesis, Jobs, Model, Parameter
 
-_DECIMATION, _CUTOFF = 10, 60.0
+DECIMATION, _CUTOFF = 10, 60.0
 """One of ten samples is kept; the position is low-passed at 60 Hz before it is differentiated twice, far above the
 closed loop's band and far below the rate at which differences amplify the encoder's steps."""
 
-_MARGIN = 30
+MARGIN = 30
 """Samples, after decimation, left out at each end: the filters' transients."""
 
 _WINDOWS = 8
@@ -249,7 +249,7 @@ def thinned(row: np.ndarray) -> np.ndarray:
     """A row (n,) at a tenth of its rate, without phase shift, its ends left out."""
     import scipy.signal
 
-    return scipy.signal.sosfiltfilt(_antialias(), row)[::_DECIMATION][_MARGIN:-_MARGIN]
+    return scipy.signal.sosfiltfilt(_antialias(), row)[::DECIMATION][MARGIN:-MARGIN]
 
 
 @functools.cache
@@ -257,7 +257,7 @@ def _antialias() -> np.ndarray:
     """The filter of `scipy.signal.decimate`, designed once."""
     import scipy.signal
 
-    return np.asarray(scipy.signal.cheby1(8, 0.05, 0.8 / _DECIMATION, output="sos"))
+    return np.asarray(scipy.signal.cheby1(8, 0.05, 0.8 / DECIMATION, output="sos"))
 
 
 def load_emps(path: Path) -> tuple[EmpsModel, EmpsModel]:

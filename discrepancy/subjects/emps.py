@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from datagen.job_paths import path_given
-from discrepancy.emps import EmpsModel, Motion, load_emps, thinned
+from discrepancy.emps import DECIMATION, MARGIN, EmpsModel, Motion, load_emps, thinned
 from discrepancy.model import Hypothesis, Model, in_turn
 from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
@@ -59,7 +59,7 @@ class EmpsSubject(Subject):
         samples = np.arange(int(counts.max()))
         inside = samples < counts[:, None]
         at = np.where(inside, first[:, None] + samples, 0)
-        step = motion.step * (len(motion.rate) / len(thinned(motion.rate)))
+        time = (MARGIN + at) * DECIMATION * motion.step
         columns = {
             "position": (thinned(motion.position), "m"),
             "speed": (np.abs(thinned(motion.rate)), "m/s"),
@@ -72,7 +72,7 @@ class EmpsSubject(Subject):
             axes.append(Axis(name, labels, binned(row[at], edges, inside)))
         held = "second cycle" if model.motion is self.held_out.motion else "first cycle"
         return View(
-            names=(held,), unit="N", groups=np.zeros(len(counts), dtype=np.int64), inside=inside, time=at * step,
+            names=(held,), unit="N", groups=np.zeros(len(counts), dtype=np.int64), inside=inside, time=time,
             measured=np.where(inside, thinned(model.force)[at], 0.0), noise=np.array([model.noise]), estimated=(False,),
             axes=tuple(axes), map_axes=("direction", "speed"),
         )  # fmt: skip
@@ -136,7 +136,7 @@ def emps_subject(config: Mapping[str, Any]) -> EmpsSubject:
     path = path_given("discrepancy", "measured", config["measured"])
     try:
         model, held_out = load_emps(path)
-    except (OSError, KeyError, ValueError, scipy.io.matlab.MatReadError) as error:
+    except (OSError, KeyError, ValueError, IndexError, scipy.io.matlab.MatReadError) as error:
         why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise SignalError(f"{path} must be the data set EMPS as published, DATA_EMPS.mat, but {why}.") from None
     return EmpsSubject(model, held_out)

@@ -45,6 +45,14 @@ def test_a_drive_leaves_its_report(run, tmp_path: Path) -> None:
     assert code == 2 and "overwrite=true" in err
 
 
+def test_a_drive_in_rows_is_refused(run, tmp_path: Path) -> None:
+    path = drive(tmp_path / "drive.mat")
+    columns = scipy.io.loadmat(path)
+    scipy.io.savemat(path, {name: row.T for name, row in columns.items() if not name.startswith("_")})
+    code, _, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'out'}")
+    assert code == 2 and "must be the data set EMPS as published" in err and "Traceback" not in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
