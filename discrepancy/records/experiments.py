@@ -15,8 +15,8 @@ from datagen.measured import STANDARD_GRAVITY
 from discrepancy.indexer import Experiment
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.records.matching import Match, matched, nominal_orders
-from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
+from discrepancy.records.speed import SPEED_TOLERANCE, by_pulse, check_period, put_right, wrong_speed
 from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -26,13 +26,8 @@ from indexer_env.signal import Signal
 _TURN = 2.0 * math.pi
 _RPM = _TURN / 60.0
 
-SPEED_TOLERANCE = 0.02
-"""Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
-this much."""
-
-_ANGLE_SLACK, _ANGLE_SPREAD = 0.05, 0.02
-"""Cam angle [rad] over the record that a stated speed may be off by before it is put right: imbalance makes the phase
-of the turns waver by up to 0.015; and the standard deviation that is left to the fit."""
+_ANGLE_SPREAD = 0.02
+"""Standard deviation of the cam angle [rad] over the record that the speed, stated or put right, leaves to the fit."""
 
 _ANGLE_TOLERANCE = 0.5
 """Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths, a low-pass
@@ -141,12 +136,13 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the "
             "unit."
         )
-    speed, start = _by_pulse(record, machine)
+    speed, start = by_pulse(record, machine)
+    slower = None
     if speed is None:
         speed = stated.motor_speed
-        _check_period(record, machine)
+        slower = check_period(record, machine)
     elif abs(speed / stated.motor_speed - 1.0) > SPEED_TOLERANCE:
-        raise _wrong_speed(record, speed, "by the pulses")
+        raise wrong_speed(record, speed, "by the pulses")
     point = OperatingPoint(speed, stated.load_torque)
     try:
         nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
@@ -157,9 +153,13 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
         ) from None
     match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
+    if slower is not None and match.likeness < _LIKENESS:
+        raise slower
     _check_likeness(record, match, sensor)
+    if slower is not None:
+        notes.append(f"{record.name} repeats itself only after several cam turns, as a machine may that is shaken hard")
     if record.pulses is None or len(record.pulses) < 2:
-        speed, said = _speed(record, speed, match, machine.reduction)
+        speed, said = put_right(record, speed, match, machine.reduction)
         notes += said
     start = stated.start_angle if start is None else start
     known_to = stated.start_uncertainty
@@ -190,52 +190,6 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     return Experiment(named, point, stated.noise, known_to, speed_known_to), notes
 
 
-def _by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
-    """Mean motor speed [rad/s] and cam angle at the first sample [rad] by the once-per-turn pulse, as far as it says
-    them."""
-    if record.pulses is None:
-        return None, None
-    table_turn = _TURN * machine.stations
-    speed = None
-    if len(record.pulses) > 1:
-        spacing = np.diff(record.pulses)
-        if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
-            raise SignalError(
-                f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
-                f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
-            )
-        speed = table_turn * machine.reduction_ratio / float(spacing.mean())
-    cam_rate = machine.reduction * (speed or record.conditions.motor_speed)
-    return speed, (record.conditions.pulse_angle - cam_rate * float(record.pulses[0])) % table_turn
-
-
-def _check_period(record: Record, machine: Machine) -> None:
-    expected = _TURN / (machine.reduction * record.conditions.motor_speed)
-    found = cam_period(record.signal.values, record.signal.sample_rate, expected)
-    if found is not None and abs(found / expected - 1.0) > SPEED_TOLERANCE:
-        raise _wrong_speed(
-            record, record.conditions.motor_speed * expected / found, f"as it repeats every {found:.4g} s"
-        )
-    if found is None and record.signal.duration > 2.2 * expected:
-        raise SignalError(
-            f"{record.name} must repeat with the cam, every {expected:.4g} s at the {_rpm(record)} stated, got nothing "
-            f"that repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the "
-            "speed, motor_speed_rpm in rpm or motor_speed in rad/s."
-        )
-
-
-def _rpm(record: Record) -> str:
-    return f"{record.conditions.motor_speed / _RPM:.5g} rpm"
-
-
-def _wrong_speed(record: Record, speed: float, how: str) -> SignalError:
-    return SignalError(
-        f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
-        f"{_rpm(record)} stated and {speed / _RPM:.5g} rpm by the record, {how}; "
-        "correct motor_speed_rpm, or the machine's reduction_ratio."
-    )
-
-
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
     if match.likeness < _LIKENESS:
         raise SignalError(
@@ -259,17 +213,6 @@ def _guess(level: float, sensor: Sensor) -> str:
         if 0.75 < level / factor < 1.33:
             return f"the unit looks like {second} where {first} is stated"
     return "check the unit, the sensor's radius and gain, and the number of stations"
-
-
-def _speed(record: Record, speed: float, match: Match, reduction: float) -> tuple[float, list[str]]:
-    """The speed [rad/s], put right where the record shows another, and the sentence that says so."""
-    if abs(match.speed - 1.0) > SPEED_TOLERANCE:
-        raise _wrong_speed(record, speed * match.speed, "by its phase from turn to turn")
-    turned = reduction * speed * record.signal.duration
-    if abs(match.speed - 1.0) * turned < _ANGLE_SLACK:
-        return speed, []
-    right = speed * match.speed
-    return right, [f"{record.name}: the mean speed is {right / _RPM:.2f} rpm by the record, {speed / _RPM:.2f} stated"]
 
 
 def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Experiment]:

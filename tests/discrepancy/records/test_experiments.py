@@ -48,6 +48,16 @@ def test_a_speed_that_is_slightly_off_is_put_right(record, nominal) -> None:
     assert any("1500.0" in note and "1510" in note for note in found.notes)
 
 
+def test_a_record_that_repeats_every_second_cam_turn_passes_at_its_speed_alone(record, nominal, values) -> None:
+    """A machine that is shaken hard may take two cam turns to repeat; so does one at twice the speed that it has."""
+    cam = 2.0 * math.pi * 1500.0 / 60.0 / 25.625
+    twice = values + 0.5 * values.std() * np.sin(0.5 * cam * np.arange(len(values)) / 1000.0)
+    found = experiments([record(twice)], nominal, Sensor())
+    assert any("run.csv repeats itself only after several cam turns" in note for note in found.notes)
+    said = refusal([record(twice, motor_speed=3000.0 * RPM)], nominal)
+    assert "3000 rpm stated" in said and "as it repeats every 2.05 s" in said
+
+
 @pytest.mark.parametrize("stated", [750.0, 1000.0, 1400.0, 1600.0, 3000.0])
 def test_a_wrong_speed_is_refused_with_the_right_one(record, nominal, stated: float) -> None:
     said = refusal([record(motor_speed=stated * RPM)], nominal)

@@ -1,0 +1,89 @@
+"""The motor speed of a record: by its pulses, by the time after which it repeats, by its phase from turn to turn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from discrepancy.records.matching import Match
+from discrepancy.records.period import LONGEST, SHORTEST, cam_period
+from discrepancy.records.reading import Record
+from indexer_env.errors import SignalError
+from indexer_env.machine import Machine
+
+_TURN = 2.0 * math.pi
+_RPM = _TURN / 60.0
+
+SPEED_TOLERANCE = 0.02
+"""Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
+this much."""
+
+_ANGLE_SLACK = 0.05
+"""Cam angle [rad] over the record that a stated speed may be off by before it is put right: imbalance makes the phase
+of the turns waver by up to 0.015."""
+
+
+def by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
+    """Mean motor speed [rad/s] and cam angle at the first sample [rad] by the once-per-turn pulse, as far as it says
+    them."""
+    if record.pulses is None:
+        return None, None
+    table_turn = _TURN * machine.stations
+    speed = None
+    if len(record.pulses) > 1:
+        spacing = np.diff(record.pulses)
+        if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
+            raise SignalError(
+                f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
+                f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
+            )
+        speed = table_turn * machine.reduction_ratio / float(spacing.mean())
+    cam_rate = machine.reduction * (speed or record.conditions.motor_speed)
+    return speed, (record.conditions.pulse_angle - cam_rate * float(record.pulses[0])) % table_turn
+
+
+def check_period(record: Record, machine: Machine) -> SignalError | None:
+    """Refuse a record that does not repeat at the speed stated; the refusal is handed back where it repeats after two
+    or more of the cam turns expected, as the right speed may show it too."""
+    expected = _TURN / (machine.reduction * record.conditions.motor_speed)
+    found = cam_period(record.signal.values, record.signal.sample_rate, expected)
+    if found is not None and abs(found / expected - 1.0) > SPEED_TOLERANCE:
+        how = f"as it repeats every {found:.4g} s"
+        wrong = wrong_speed(record, record.conditions.motor_speed * expected / found, how)
+        turns = round(found / expected)
+        if turns < 2 or abs(found / (turns * expected) - 1.0) > SPEED_TOLERANCE:
+            raise wrong
+        return wrong
+    if found is None and record.signal.duration > 2.2 * expected:
+        raise SignalError(
+            f"{record.name} must repeat with the cam, every {expected:.4g} s at the {stated_rpm(record)} stated, got "
+            f"nothing that repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the "
+            "speed, motor_speed_rpm in rpm or motor_speed in rad/s."
+        )
+    return None
+
+
+def put_right(record: Record, speed: float, match: Match, reduction: float) -> tuple[float, list[str]]:
+    """The speed [rad/s], put right where the record shows another, and the sentence that says so."""
+    if abs(match.speed - 1.0) > SPEED_TOLERANCE:
+        raise wrong_speed(record, speed * match.speed, "by its phase from turn to turn")
+    turned = reduction * speed * record.signal.duration
+    if abs(match.speed - 1.0) * turned < _ANGLE_SLACK:
+        return speed, []
+    right = speed * match.speed
+    return right, [f"{record.name}: the mean speed is {right / _RPM:.2f} rpm by the record, {speed / _RPM:.2f} stated"]
+
+
+def wrong_speed(record: Record, speed: float, how: str) -> SignalError:
+    """The refusal of a record that shows another speed [rad/s] than stated, and how it does."""
+    return SignalError(
+        f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
+        f"{stated_rpm(record)} stated and {speed / _RPM:.5g} rpm by the record, {how}; "
+        "correct motor_speed_rpm, or the machine's reduction_ratio."
+    )
+
+
+def stated_rpm(record: Record) -> str:
+    """The speed stated, as people say it."""
+    return f"{record.conditions.motor_speed / _RPM:.5g} rpm"
