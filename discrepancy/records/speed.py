@@ -56,10 +56,11 @@ def check_period(record: Record, machine: Machine) -> SignalError | None:
             raise wrong
         return wrong
     if found is None and record.signal.duration > 2.2 * expected:
+        looked_at = f"{SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s"
         raise SignalError(
             f"{record.name} must repeat with the cam, every {expected:.4g} s at the {stated_rpm(record)} stated, got "
-            f"nothing that repeats every {SHORTEST * expected:.2g} to {LONGEST * expected:.2g} s; check the sensor and the "
-            "speed, motor_speed_rpm in rpm or motor_speed in rad/s."
+            f"nothing that repeats every {looked_at}; check the sensor and the speed, motor_speed_rpm in rpm or "
+            "motor_speed in rad/s."
         )
     return None
 
