@@ -68,8 +68,6 @@ def told_apart(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple
     """
     for naming in [naming for naming in rounds[:-1] if naming.verdict == "ambiguous"]:
         k = next(k for k, one in enumerate(rounds) if one is naming)
-        if k == len(rounds) - 1:
-            continue
         effects, best = effects_of(rounds), rounds[-1].candidates[0]
         others = [*effects[:k], *effects[k + 1 :]]
         known, known_held = in_turn(model, others), in_turn(held_out, others)

@@ -112,7 +112,7 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
     for name in names:
         row = {} if table is None else _row_of(name, rows, table)
         place = f"{table}, {name}" if table else name
-        si = {key.removesuffix("_rpm").removesuffix("_deg") for key in row}
+        si = {_si(key) for key in row}
         common = {key: value for key, value in known.items() if value is not None and _si(key) not in si}
         try:
             found[name] = from_mapping(Conditions, {**common, **row}, place)
@@ -139,7 +139,7 @@ def _rows(table: Path) -> dict[str, Mapping[str, Any]]:
         return _yaml_rows(table)
     rows: dict[str, Mapping[str, Any]] = {}
     for line, row in table_rows(table, "table of records", (FILE,)):
-        name = _written(row.pop(FILE))
+        name = written(row.pop(FILE))
         if name in rows:
             raise SignalError(f"{table}, line {line}: a file must have one row, got a second for {name}; keep one.")
         rows[name] = {key: _value(key, cell, f"{table}, line {line}") for key, cell in row.items() if cell}
@@ -167,7 +167,7 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
                 f"{table} must hold, for each file, a mapping of its conditions by name, got {row!r} for {file!r}; put "
                 "names that YAML takes for something else in quotes."
             )
-        name = _written(file)
+        name = written(file)
         if name in rows:
             raise SignalError(f"{table}: a file must have one row, got a second for {name}; keep one.")
         rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in row.items()}
@@ -184,7 +184,7 @@ def _number(value: Any) -> Any:
         return value
 
 
-def _written(file: str) -> str:
+def written(file: str) -> str:
     """A file's name as a table writes it, without what says nothing."""
     return file.replace("\\", "/").removeprefix("./")
 

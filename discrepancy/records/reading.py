@@ -14,7 +14,7 @@ from datagen.file_table import common_folder, files_found
 from datagen.ingest.settings import Pulse
 from datagen.ingest.turns import pulse_edges
 from datagen.measured import read_recording
-from discrepancy.records.conditions import TABLES, Conditions, conditions_of, table_beside
+from discrepancy.records.conditions import TABLES, Conditions, conditions_of, table_beside, written
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 
@@ -94,7 +94,7 @@ def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
 
 
 def _meant(name: str, wanted: str) -> bool:
-    wanted = wanted.replace("\\", "/").removeprefix("./")
+    wanted = written(wanted)
     return name == wanted or name.endswith(f"/{wanted}") or wanted.endswith(f"/{name}")
 
 
