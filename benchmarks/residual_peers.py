@@ -154,7 +154,7 @@ def case(order: Order, number: int) -> tuple[str, dict[str, float]]:
     parts = records.fitted, records.held_out
     model, held_out = (IndexerModel(drawn.nominal, part, uncertainty=KNOWN_TO) for part in parts)
     answer = explain(model, held_out)
-    base = next(c for c in answer.rounds[0].candidates if c.name == NONE.name).place
+    base = answer.base.place
     learned, held = samples_of(model, base), samples_of(held_out, held_place(base, held_out))
     shares = {
         "named": answer.closed_share if answer.verdict in ("named", "ambiguous") else 0.0,

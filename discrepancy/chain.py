@@ -13,7 +13,7 @@ from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.held_out import held_place
 from discrepancy.locate import Where, locate
-from discrepancy.model import NONE, Hypothesis, Model, in_turn
+from discrepancy.model import Hypothesis, Model, in_turn
 from discrepancy.naming import NAMING
 from discrepancy.next_measurement import Separation, separations
 from discrepancy.problem import Point, Problem
@@ -76,8 +76,7 @@ def run_chain(subject: Subject, seed: int, begin: Callable[[str], None] = lambda
     begin(STAGES[0])
     answer = explain(subject.model, subject.held_out)
     effects = answer.effects if answer.verdict in NAMING else ()
-    base = next(c for c in answer.rounds[0].candidates if c.name == NONE.name)
-    before = _fitted(subject, base, ())
+    before = _fitted(subject, answer.base, ())
     after = before
     if effects:
         found = _fitted(subject, answer.rounds[-1].candidates[0], effects[:-1])

@@ -33,8 +33,11 @@ class Explanation:
         One of `naming.VERDICTS`.
     effects : tuple of Hypothesis
         The effects found, in the order in which they were; they count as missing only where the verdict names them.
+    first : Naming
+        What the model as it came was judged to lack most, before anything was known of further effects.
     rounds : tuple of Naming
-        What each round found; where the effect of a round was taken back, it stands there behind what took its place.
+        What each round found; where the effect of a round was taken back, it stands there behind what took its place,
+        and an ambiguous round that was judged again stands last.
     before, after : float
         Level (rms over noise) on the records held out, of the model as it came and with the effects.
     model : Model
@@ -50,6 +53,7 @@ class Explanation:
 
     verdict: str
     effects: tuple[Hypothesis, ...]
+    first: Naming
     rounds: tuple[Naming, ...]
     before: float
     after: float
@@ -71,23 +75,28 @@ class Explanation:
         return (self.before**2 - self.after**2) / gap if gap > 0.0 else math.nan
 
     @property
+    def base(self) -> Candidate:
+        """The model as it came, fitted."""
+        return _none(self.first)
+
+    @property
     def best(self) -> Candidate:
         """The last candidate with the effects found, or the base model."""
-        return self.rounds[-1].candidates[0] if self.effects else _none(self.rounds[0])
+        return self.rounds[-1].candidates[0] if self.effects else self.base
 
     @property
     def believed(self) -> Candidate:
         """The candidate whose machine is believed: the best one where the verdict names its effects, or the base
         model."""
-        return self.best if self.verdict in NAMING else _none(self.rounds[0])
+        return self.best if self.verdict in NAMING else self.base
 
 
 def explain(model: Model, held_out: Model) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
-    rounds = (name_effect(model, held_out),)
-    before, box = _none(rounds[0]).held_out, rounds[0].black_box
-    after, effects, place = before, [], _none(rounds[0]).place
-    if rounds[0].verdict in NAMING:
+    first = name_effect(model, held_out)
+    base, rounds = _none(first), (first,)
+    before, after, effects, place = base.held_out, base.held_out, [], base.place
+    if first.verdict in NAMING:
         rounds = _followed(model, held_out, rounds)
         again = corrected(model, held_out, rounds)
         rounds = told_apart(model, held_out, rounds if again is None else _followed(model, held_out, again))
@@ -96,11 +105,11 @@ def explain(model: Model, held_out: Model) -> Explanation:
     fitted = in_turn(model, effects[:-1])
     numbers = findings(fitted, place)
     found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
-    verdict, reason = _judged(rounds, found, before, after, box)
+    verdict, reason = _judged(rounds, found, before, after, first.black_box)
     if effects and verdict not in NAMING:
-        numbers = findings(model, _none(rounds[0]).place)
+        numbers = findings(model, base.place)
     return Explanation(
-        verdict, tuple(effects), rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
+        verdict, tuple(effects), first, rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
         found, numbers.calibration(len(model.parameters)),
     )  # fmt: skip
 

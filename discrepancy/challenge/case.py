@@ -16,7 +16,6 @@ from discrepancy.explain import Explanation, explain
 from discrepancy.findings import Estimate
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import read
-from discrepancy.model import NONE
 from indexer_env.effects import Effect
 from indexer_env.errors import ParameterError, SignalError
 
@@ -53,8 +52,8 @@ def _answered(drawn: Draw, answer: Explanation, notes: tuple[str, ...]) -> dict[
     return {
         "verdict": answer.verdict, "names": list(answer.names), "alike": list(answer.rounds[-1].names),
         "reason": answer.reason, "notes": list(notes), "outcome": outcome(drawn, answer),
-        "gap": _none(answer).level, "left": answer.best.level,
-        "before": answer.before, "after": answer.after, "black_box": answer.rounds[0].black_box,
+        "gap": answer.base.level, "left": answer.best.level,
+        "before": answer.before, "after": answer.after, "black_box": answer.first.black_box,
         "closed_share": None if math.isnan(answer.closed_share) else answer.closed_share,
         "ranking": [[r.name, r.probability, r.heldout_gap, r.score] for r in answer.ranking],
         "intervals": intervals(drawn, answer), "found": [dataclasses.asdict(f) for f in answer.found],
@@ -75,10 +74,6 @@ def _row_of(c: Candidate) -> list[Any]:
 
 def _told(effect: Effect) -> dict[str, Any]:
     return {"name": effect.name, **{name: getattr(effect, name) for name in HIDDEN[effect.name]}}
-
-
-def _none(answer: Explanation):
-    return next(c for c in answer.rounds[0].candidates if c.name == NONE.name)
 
 
 def outcome(drawn: Draw, answer: Explanation) -> str:
