@@ -14,7 +14,7 @@ from discrepancy.fit import Fit, fit, rested
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.problem import Point, Problem
 from discrepancy.scan import Scanner, Start
-from discrepancy.starts import LEADING, chosen, overlooked
+from discrepancy.starts import LEADING, chosen, overlooked, surveyed
 
 _SHORT, _LONG = 6, 60
 """Steps of the fits that choose among candidates, and of those that are compared."""
@@ -126,7 +126,20 @@ def finalists(
     # one that got not half as far as the best one is no rival, unless that one leaves a gap as well
     bar = 0.5 * (base + first.cost) if best.level < FLOOR else base
     rivals = [place for place in leaders if place.cost < bar]
-    return sorted([best, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
+    candidates = sorted([best, *(_finished(model, place) for place in rivals)], key=lambda c: c.score)
+    return candidates if candidates[0].level < FLOOR else _found_elsewhere(scanner, candidates)
+
+
+def _found_elsewhere(scanner: Scanner, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates, the leading ones fitted again, while none explains the records, from where all starts of their
+    effects together show the least misfit."""
+    model, found = scanner.model, {candidate.name: candidate for candidate in candidates}
+    for candidate in candidates[:LEADING]:
+        if min(c.level for c in found.values()) >= FLOOR:
+            (place,) = _leading(model, surveyed(scanner, candidate.name))
+            if Problem(model, place.hypothesis).adopted(place).cost < candidate.place.cost:
+                found[candidate.name] = min(candidate, _finished(model, place), key=lambda c: c.score)
+    return sorted(found.values(), key=lambda c: c.score)
 
 
 def _explored(

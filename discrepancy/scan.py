@@ -66,6 +66,14 @@ class Scanner:
         """All starts of a hypothesis, best first by what the linearisation promises."""
         return self._tried(hypothesis, hypothesis.starts)
 
+    def unmoved(self, hypothesis: Hypothesis, values: tuple[float, ...]) -> Start:
+        """A start beside the base model's machine, what belongs to single records at 0; it promises what it costs."""
+        problem = Problem(self.model, hypothesis)
+        base = np.where(self.problem.of_machine, self.base.z, 0.0)
+        states = self.model.states_for(hypothesis, self.base.states)
+        place = problem.point(np.concatenate([base, hypothesis.coordinates(values)]), states)
+        return Start(hypothesis, place, place.cost)
+
     def sharpened(self, start: Start) -> Start:
         """A start, its parameters moved one at a time halfway to their neighbours in the library's list as long as that
         promises more."""

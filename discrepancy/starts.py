@@ -1,4 +1,5 @@
-"""Which starts of the library are fitted: those that promise most, and those that the linearisation overlooks."""
+"""Which starts of the library are fitted: those that promise most, those that the linearisation overlooks, and those
+that leave least of all in the worst windows."""
 
 from __future__ import annotations
 
@@ -23,6 +24,9 @@ the worst windows each."""
 
 _WORST = 6
 """Windows, the base model's worst ones, in which more starts are compared."""
+
+_SURVEYED = 4
+"""Starts of an effect that are fitted once all of them have been looked at."""
 
 _OVERLOOKED, _GLANCE, _LESS = 2, 3, 0.98
 """Effects fitted although the linearisation promises little of them; windows in which they are looked for; share of the
@@ -73,6 +77,16 @@ def overlooked(scanner: Scanner, effects: Sequence[Sequence[Start]]) -> list[Sta
     left = [[_left(scanner.model, start, worst) for start in starts] for starts in effects]
     best = sorted((min(of), k) for k, of in enumerate(left) if of)
     return [effects[k][left[k].index(least)] for least, k in best[:_OVERLOOKED] if least < _LESS * base]
+
+
+def surveyed(scanner: Scanner, name: str) -> list[Start]:
+    """The starts of an effect that leave least in the base model's worst windows, of all in the library. The machine
+    stays as the base model has it and what belongs to single records at 0: where most is missing, neither the
+    linearisation nor those parameters tell anything."""
+    worst = _worst(scanner, _WORST)
+    hypotheses = scanner.model.hypotheses()[name]
+    starts = [scanner.unmoved(hypothesis, values) for hypothesis in hypotheses for values in hypothesis.starts]
+    return sorted(starts, key=lambda start: _left(scanner.model, start, worst))[:_SURVEYED]
 
 
 def _worst(scanner: Scanner, count: int) -> np.ndarray:
