@@ -109,8 +109,8 @@ def explain(model: Model, held_out: Model) -> Explanation:
     if effects and verdict not in NAMING:
         numbers = findings(model, base.place)
     return Explanation(
-        verdict, tuple(effects), first, rounds, before, after, in_turn(fitted, effects[-1:]), reason, rounds[-1].ranking,
-        found, numbers.calibration(len(model.parameters)),
+        verdict, tuple(effects), first, rounds, before, after, in_turn(fitted, effects[-1:]), reason,
+        rounds[-1].ranking, found, numbers.calibration(len(model.parameters)),
     )  # fmt: skip
 
 
