@@ -66,6 +66,10 @@ class Candidate:
         state was missed do not show in it.
     losses : ndarray (w,)
         What each window of the records fitted adds to the cost.
+    held : Point, optional
+        The place on the records held out.
+    strange : float
+        The largest level of a typical window (the median) in one of the records held out.
     """
 
     name: str
@@ -76,6 +80,8 @@ class Candidate:
     converged: bool
     typical: float
     losses: np.ndarray
+    held: Point | None = None
+    strange: float = math.nan
 
     def lead(self, other: Candidate) -> float:
         """How far another one is behind, if all windows were like the typical one (the median): what a few windows
@@ -123,6 +129,8 @@ def finalists(
         seed, tried = leaders[0], {start.hypothesis.name for start in starts}
         first, *leaders = _explored(scanner, leaders, more, tried)
         best = early if early is not None and _same(first, seed) else _finished(model, first)
+        if early is not None and early.name == best.name:
+            best = min(best, early, key=lambda c: c.score)
     # one that got not half as far as the best one is no rival, unless that one leaves a gap as well
     bar = 0.5 * (base + first.cost) if best.level < FLOOR else base
     rivals = [place for place in leaders if place.cost < bar]
@@ -256,8 +264,10 @@ def _candidate(model: Model, place: Point, converged: bool) -> Candidate:
 
 
 def tested(candidate: Candidate, held: Point, held_out: Model) -> Candidate:
+    level = held.squares / held_out.counts
+    strange = math.sqrt(max(float(np.median(level[held_out.groups == k])) for k in np.unique(held_out.groups)))
     typical = max(candidate.typical, _typical(held, held_out))
-    return dataclasses.replace(candidate, held_out=held.level(held_out), typical=typical)
+    return dataclasses.replace(candidate, held_out=held.level(held_out), typical=typical, held=held, strange=strange)
 
 
 def _typical(place: Point, model: Model) -> float:

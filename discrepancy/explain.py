@@ -139,8 +139,11 @@ def _judged(
         return last.verdict, last.reason
     for naming in rounds[:-1]:
         if naming.verdict == "ambiguous":
-            names = " and ".join(naming.names)
-            return "unexplained", f"{names} cannot be told apart, and none is needed beside what was found after them"
+            names, others = " and ".join(naming.names), " and ".join(last.names)
+            remark = f"{names} cannot be told apart"
+            if last.verdict == "ambiguous":
+                return "unexplained", f"{remark}, nor can {others} beside them"
+            return "unexplained", f"{remark}, and none earns its place beside what was found after them"
     for effect in found:
         if not effect.possible:
             return "unexplained", f"the effects found would close the gap, but {effect.why}, so one imitates another"

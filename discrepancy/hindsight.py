@@ -47,10 +47,11 @@ def corrected(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple[
         if without.place.cost - best.place.cost > MARGIN + own.score - own.place.cost:
             continue
         known, known_held = in_turn(model, effects[:k]), in_turn(held_out, effects[:k])
-        late = [without]
+        later, late = range(k + 1, len(effects)), [without]
         if k + 2 < len(effects):
-            later = range(k + 1, len(effects))
             late = [_without(known, best, _others(best, effects, k, j), effects[j]) for j in later]
+        base = np.delete(best.place.z, np.concatenate([_span(best, effects, j) for j in range(k, len(effects))]))
+        late += [_instead(known, base, rival) for j in later for rival in _rivals(rounds[j])]
         again = judged(known_held, [*rounds[k].candidates, *late], rounds[k].black_box)
         if again.verdict in NAMING and again.candidates[0].name != effect.name:
             return (*rounds[:k], again)
@@ -66,22 +67,40 @@ def told_apart(model: Model, held_out: Model, rounds: Sequence[Naming]) -> tuple
     model, held_out, rounds
         As `corrected` takes them.
     """
-    for naming in [naming for naming in rounds[:-1] if naming.verdict == "ambiguous"]:
-        k = next(k for k, one in enumerate(rounds) if one is naming)
-        effects, best = effects_of(rounds), rounds[-1].candidates[0]
-        others = [*effects[:k], *effects[k + 1 :]]
-        known, known_held = in_turn(model, others), in_turn(held_out, others)
-        own = _span(best, effects, k)
-        z = np.delete(best.place.z, own)
-        rivals = [(c.place.hypothesis, c.place.own) for c in naming.candidates[1:] if c.name in naming.names]
-        fits = [
-            refitted(known, h, np.concatenate([z, values]), known.states_for(h, best.place.states))
-            for h, values in [(effects[k], best.place.z[own]), *rivals, (NONE, np.zeros(0))]
-        ]
-        again = judged(known_held, fits, naming.black_box)
+    needless: list[Naming] = []
+    # a round that is still ambiguous waits again for those that it was put behind
+    for _ in range(len(rounds) + 1):
+        waiting = [k for k, one in enumerate(rounds[:-1]) if one.verdict == "ambiguous" and one not in needless]
+        if not waiting:
+            break
+        k = waiting[0]
+        again = _judged_again(model, held_out, rounds, k)
         if again.verdict in NAMING:
             rounds = (*rounds[:k], *rounds[k + 1 :], again)
+        else:
+            needless.append(rounds[k])
     return tuple(rounds)
+
+
+def _judged_again(model: Model, held_out: Model, rounds: Sequence[Naming], k: int) -> Naming:
+    """An ambiguous round judged with all that the others found in place."""
+    effects, best, naming = effects_of(rounds), rounds[-1].candidates[0], rounds[k]
+    others = [*effects[:k], *effects[k + 1 :]]
+    known, known_held = in_turn(model, others), in_turn(held_out, others)
+    own = _span(best, effects, k)
+    z = np.delete(best.place.z, own)
+    found = {effect.name for effect in others}
+    rivals = [(c.place.hypothesis, c.place.own) for c in _rivals(naming) if c.name not in found]
+    fits = [
+        refitted(known, h, np.concatenate([z, values]), known.states_for(h, best.place.states))
+        for h, values in [(effects[k], best.place.z[own]), *rivals, (NONE, np.zeros(0))]
+    ]
+    return judged(known_held, fits, naming.black_box)
+
+
+def _rivals(naming: Naming) -> list[Candidate]:
+    """Those that the best candidate cannot be told from."""
+    return [c for c in naming.candidates[1:] if naming.verdict == "ambiguous" and c.name in naming.names]
 
 
 def effects_of(rounds: Sequence[Naming]) -> list[Hypothesis]:
@@ -104,6 +123,13 @@ def _without(model: Model, candidate: Candidate, columns: np.ndarray, hypothesis
     """A candidate fitted again without some of its parameters, under another hypothesis."""
     z, states = np.delete(candidate.place.z, columns), model.states_for(hypothesis, candidate.place.states)
     return refitted(model, hypothesis, z, states)
+
+
+def _instead(model: Model, base: np.ndarray, rival: Candidate) -> Candidate:
+    """A rival fitted again in a model that knows less, from the model's own parameters `base`."""
+    hypothesis = rival.place.hypothesis
+    states = model.states_for(hypothesis, rival.place.states)
+    return refitted(model, hypothesis, np.concatenate([base, rival.place.own]), states)
 
 
 def _sure(effect: FoundEffect) -> bool:

@@ -161,8 +161,11 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
         return Naming(verdict, names, tuple(candidates), box, reason)
 
     if gain < MARGIN or (gap < SLIGHT and none.held_out <= 1.05 * best.held_out):
-        if gap < SLIGHT:
+        if gap < SLIGHT and none.strange**2 - 1.0 < SLIGHT:
             return answer("none", (), "the base model alone reaches the noise floor")
+        if gap < SLIGHT:
+            remark = f"leaves one held out at {none.strange:.2f} times the noise, and no effect lessens that"
+            return answer("unexplained", (), f"the base model explains the records fitted but {remark}")
         verdict = "unexplained" if none.converged else "not_converged"
         return answer(verdict, (), "the base model leaves a gap, and no effect of the library lessens it")
     near = [c.name for c in candidates[1:] if c.name != NONE.name and alike(best, c, gain)]

@@ -25,8 +25,9 @@ the worst windows each."""
 _WORST = 6
 """Windows, the base model's worst ones, in which more starts are compared."""
 
-_SURVEYED = 4
-"""Starts of an effect that are fitted once all of them have been looked at."""
+_CLOSER, _SURVEYED = 24, 4
+"""Starts of an effect that are looked at in all of these windows once each was looked at in a few; how many of them are
+fitted."""
 
 _OVERLOOKED, _GLANCE, _LESS = 2, 3, 0.98
 """Effects fitted although the linearisation promises little of them; windows in which they are looked for; share of the
@@ -86,7 +87,9 @@ def surveyed(scanner: Scanner, name: str) -> list[Start]:
     worst = _worst(scanner, _WORST)
     hypotheses = scanner.model.hypotheses()[name]
     starts = [scanner.unmoved(hypothesis, values) for hypothesis in hypotheses for values in hypothesis.starts]
-    return sorted(starts, key=lambda start: _left(scanner.model, start, worst))[:_SURVEYED]
+    for windows, kept in ((worst[:_GLANCE], _CLOSER), (worst, _SURVEYED)):
+        starts = sorted(starts, key=lambda start: _left(scanner.model, start, windows))[:kept]
+    return starts
 
 
 def _worst(scanner: Scanner, count: int) -> np.ndarray:

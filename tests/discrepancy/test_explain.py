@@ -44,6 +44,13 @@ def test_an_effect_at_its_bound_is_not_named(largest: float, verdict: str) -> No
     assert offset.value == answer.model.parameters[0].value(answer.believed.place.z[0])
 
 
+def test_records_held_out_that_are_far_off_are_not_said_to_lack_nothing() -> None:
+    answer = explain(Hum(0.0, 30.0, 5), Hum(10.0, 30.0, 6))
+    assert (answer.verdict, answer.names) == ("unexplained", ())
+    assert answer.before > 5.0 and "held out" in answer.reason
+    assert explain(Hum(0.0, 30.0, 5), Hum(0.0, 30.0, 6)).verdict == "none"
+
+
 class Spent(Hum):
     """Hum beside a wave that no library knows; once hum is known, nothing is left to look for."""
 

@@ -109,3 +109,67 @@ def test_a_machine_is_told_also_where_what_was_judged_again_is_not_named() -> No
     assert answer.verdict == "unexplained" and "bound" in answer.reason
     assert len(answer.rounds) == 2 and answer.effects[0].name == "beat"
     assert answer.believed is answer.base and len(answer.calibration.estimates) == 1
+
+
+class Pairs(Chord):
+    """Two pairs of effects, one offered after the other; a pair may be told apart by `apart` of a shape of its own."""
+
+    def __init__(self, apart: tuple[float, float], seed: int) -> None:
+        super().__init__({"tone": 10.0, "beat": 8.0}, seed)
+        x = np.linspace(0.0, 40.0, 800).reshape(4, 200)
+        self.shapes["twin"] = self.shapes["tone"] + apart[0] * np.cos(11.0 * x)
+        self.shapes["echo"] = self.shapes["beat"] + apart[1] * np.cos(13.0 * x)
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        pairs = [pair for pair in (("tone", "twin"), ("beat", "echo")) if not {*pair} & {*self.known}]
+        return {name: (effect(name),) for name in (pairs[0] if pairs else ())}
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict", "said"),
+    [
+        ((0.15, 0.0), "ambiguous", "explain the records alike"),
+        ((0.0, 0.0), "unexplained", "cannot be told apart, nor can"),
+    ],
+)
+def test_two_rounds_that_are_ambiguous(apart: tuple[float, float], verdict: str, said: str) -> None:
+    answer = explain(Pairs(apart, 9), Pairs(apart, 10))
+    assert answer.verdict == verdict and said in answer.reason
+    assert answer.rounds[-1].verdict == "ambiguous" and answer.after < 1.1
+    if verdict == "ambiguous":
+        assert answer.names[0] == "tone" and {*answer.rounds[-1].names} == {"beat", "echo"}
+
+
+class LostTwin(Twins):
+    """The first effect offered resembles the twins, which are equal and come after it."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(0.0, seed)
+        self.y -= 8.0 * self.shapes["beat"]
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        names = ("tone", "twin") if self.known == ("like",) else () if self.known else ("like",)
+        return {name: (effect(name),) for name in names}
+
+
+def test_rivals_compete_where_what_was_found_before_them_is_taken_back() -> None:
+    answer = explain(LostTwin(5), LostTwin(6))
+    assert answer.verdict == "ambiguous" and len(answer.rounds) == 1
+    assert {*answer.rounds[-1].names} == {"tone", "twin"}
+
+
+class Both(Twins):
+    """Both twins are hidden, and like each other at first."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(0.6, seed)
+        self.y += 6.0 * self.shapes["twin"] - 4.0 * self.shapes["tone"] - 8.0 * self.shapes["beat"]
+
+    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return {name: (effect(name),) for name in ("tone", "twin") if name not in self.known}
+
+
+def test_a_rival_that_was_found_itself_is_none_any_more() -> None:
+    answer = explain(Both(9), Both(10))
+    assert answer.verdict == "named" and {*answer.names} == {"tone", "twin"}, answer.reason
+    assert {row.name for row in answer.ranking} == {answer.names[-1], "none"}

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from discrepancy import candidates
 from discrepancy.candidates import finalists
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
@@ -63,3 +64,17 @@ def test_fits_that_all_end_far_off_begin_again_where_least_is_left(scanner: Scan
     assert [candidate.name for candidate in found] == ["wave"]
     assert found[0].level < 1.1 and found[0].place.values == pytest.approx((SIZE, RATE), rel=0.03)
     assert found[0].level == found[0].place.level(model)
+
+
+def test_a_finished_fit_is_kept_where_what_was_tried_after_it_ends_higher(scanner: Scanner, monkeypatch) -> None:
+    model, problem = scanner.model, Problem(scanner.model, WAVE)
+    # beside the wave there is one that nothing explains
+    model.y += 1.2 * np.sin(0.9 * model.x)
+    good, bad = (
+        problem.point(np.concatenate([[0.0], WAVE.coordinates(values)]), np.zeros((4, 0)))
+        for values in ((SIZE, RATE), (1.0, 2.0))
+    )
+    monkeypatch.setattr(candidates, "_explored", lambda *_: [bad])
+    monkeypatch.setattr(candidates, "_found_elsewhere", lambda _, found: found)
+    (found,) = finalists(scanner, [Start(WAVE, good, good.cost)], {"wave": []}, scanner.base.cost)
+    assert 1.1 < found.level < 1.6 and found.place.values == pytest.approx((SIZE, RATE), rel=0.1)
