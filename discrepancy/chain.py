@@ -11,7 +11,6 @@ import numpy as np
 from discrepancy.candidates import Candidate
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
-from discrepancy.held_out import held_place
 from discrepancy.locate import Where, locate
 from discrepancy.model import Hypothesis, Model, in_turn
 from discrepancy.naming import NAMING
@@ -99,4 +98,5 @@ def _pooled(fitted: Fitted, other: Fitted) -> Fitted:
 
 def _fitted(subject: Subject, candidate: Candidate, known: tuple[Hypothesis, ...]) -> Fitted:
     model, held_out = in_turn(subject.model, known), in_turn(subject.held_out, known)
-    return Fitted(model, candidate.place, held_out, held_place(candidate.place, held_out))
+    assert candidate.held is not None, "what was compared has a place on the records held out"
+    return Fitted(model, candidate.place, held_out, candidate.held)

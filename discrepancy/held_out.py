@@ -9,6 +9,7 @@ import numpy as np
 from discrepancy.fit import fit
 from discrepancy.model import Model
 from discrepancy.problem import Point, Problem
+from indexer_env.errors import refuse
 
 _STEPS, _MORE = 12, 3
 """Steps of a fit of start states and of what belongs to records, and those after states of other places were tried."""
@@ -29,8 +30,14 @@ def carried(place: Point, problem: Problem) -> np.ndarray:
     """Global parameters (g,) of a problem on other records: the physics of a place, what belongs to records at 0."""
     physics = np.array([not p.of_record for p in problem.parameters])
     # what belongs to records stands together, behind the machine's own; there may be more of them here or there
-    first = int(physics.argmin()) if not physics.all() else len(physics)
+    of_records = np.flatnonzero(~physics)
     records = len(place.z) - int(physics.sum())
+    apart = len(of_records) and of_records[-1] - of_records[0] >= len(of_records)
+    if apart or (records and not len(of_records)):
+        rule = "those that belong to records side by side, of the records held out as well"
+        names = ", ".join(p.name for p in problem.parameters)
+        raise refuse("Model", "parameters", rule, names, "put them behind the machine's own")
+    first = int(of_records[0]) if len(of_records) else len(physics)
     z = np.zeros(len(physics))
     z[physics] = np.delete(place.z, slice(first, first + records))
     return z

@@ -161,6 +161,11 @@ class Model(ABC):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         """(simulated - measured)/noise of each job (n, samples); 0 beyond a window's end."""
 
+    def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        """What an instrument would read of each job, over the noise; 0 beyond a window's end. To be overridden where
+        residuals leave anything out that is unknown of single windows."""
+        return self.recording(np.zeros((len(self.counts), int(self.counts.max())))).residuals(hypothesis, jobs)
+
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """Other global points (k, g) that explain the records almost as well, by a symmetry of the equations that is
         nearly exact: single steps do not lead there. None where nothing is known of such a symmetry."""

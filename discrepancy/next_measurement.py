@@ -20,7 +20,7 @@ import numpy as np
 
 from discrepancy.arrow import arrow
 from discrepancy.explain import Explanation
-from discrepancy.model import Hypothesis, Model, in_turn
+from discrepancy.model import Hypothesis, Jobs, Model, in_turn
 from discrepancy.naming import MARGIN
 from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Measurement, Subject
@@ -91,9 +91,10 @@ def _rival(model: Model, place: Point) -> _Rival:
 def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     """How much worse `other` explains the measurement, simulated with `true`, after it has adapted."""
     model, scale = measurement.model, measurement.scale
-    truth_problem, truth = _at(model, true)
-    # the imagined records are 0, so residuals are readings
-    made = model.recording(truth_problem.residuals(truth.z[None], truth.states[None])[0])
+    _, truth = _at(model, true)
+    windows = np.arange(len(model.counts))
+    jobs = Jobs(truth.z[None], np.zeros_like(windows), windows, truth.states)
+    made = model.recording(model.readings(true.hypothesis, jobs))
     problem, place = _at(made, other)
     difference, by_global, by_local = (scale * part for part in problem.linearised(place))
     system = arrow(difference, by_global, by_local, np.ones(len(difference)))

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from discrepancy.model import Hypothesis, Parameter
-from indexer_env.effects import EFFECTS
+from indexer_env.effects import EFFECTS, Effect, make_effect
 from indexer_env.filters import BRACKET_LIMIT
 from indexer_env.machine import Machine
 
@@ -100,6 +100,13 @@ def library(machine: Machine, known: tuple[str, ...], rate: float) -> dict[str, 
         fixed = [{choice: k} for k in range(machine.stations)] if choice else [{}]
         found[name] = tuple(Hypothesis(name, parameters, values, starts) for values in fixed)
     return found
+
+
+def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:
+    """The effect a hypothesis stands for at these parameter values."""
+    start = f"{hypothesis.name}."
+    own = {name.removeprefix(start): value for name, value in values.items() if name.startswith(start)}
+    return make_effect(hypothesis.name, {**own, **hypothesis.fixed})
 
 
 def _seen(name: str, move: Move, rate: float) -> Move:

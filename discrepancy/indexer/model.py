@@ -5,20 +5,20 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from datagen.measured import RATE_TOLERANCE
 from discrepancy.indexer.advance import advanced, let_slip
-from discrepancy.indexer.library import library
+from discrepancy.indexer.library import effect_of, library
 from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, windows_of
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
-from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
+from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.errors import refuse
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
@@ -99,6 +99,7 @@ class IndexerModel(Model):
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
         self._sample_rate = float(self._sample_rates[0])
         self._noise = np.array([e.noise_level for e in self.experiments])
+        self._begun = np.array([e.begun for e in self.experiments])
         self._measured = np.zeros((len(w.first), int(w.count.max())))
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             self._measured[i, :count] = self.experiments[record].signal.values[first : first + count]
@@ -148,17 +149,27 @@ class IndexerModel(Model):
         return play_grid(item, float(self._rates.max()) / self.machine.reduction, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return self._seen_by(self._difference, hypothesis, jobs)
+
+    def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return self._seen_by(self._whole, hypothesis, jobs)
+
+    def _seen_by(
+        self, reading: Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray], hypothesis: Hypothesis, jobs: Jobs
+    ) -> np.ndarray:
+        """What `reading` makes of the jobs' true accelerations (n, samples), over the noise; 0 beyond a window's
+        end."""
         extended = self._extended(hypothesis, jobs.points)
         out = self._simulate(jobs, [machine for machine, _ in extended])
         sensors: dict[Sensor, list[int]] = {}
         for p, (_, sensor) in enumerate(extended):
             sensors.setdefault(sensor, []).append(p)
         if len(sensors) == 1:
-            out = self._difference(extended[0][1], out, jobs.window)
+            out = reading(extended[0][1], out, jobs.window)
         else:
             for sensor, points in sensors.items():
                 mine = np.flatnonzero(np.isin(jobs.point, points))
-                out[mine] = self._difference(sensor, out[mine], jobs.window[mine])
+                out[mine] = reading(sensor, out[mine], jobs.window[mine])
         out /= self._noise[self.windows.record[jobs.window]][:, None]
         # NaN, of a run that failed, becomes _BAD here
         np.maximum(np.fmin(out, _BAD, out=out), -_BAD, out=out)
@@ -182,13 +193,25 @@ class IndexerModel(Model):
         taken out; may overwrite `acceleration`."""
         difference = self._read(sensor, acceleration, window)
         difference -= self._measured[window]
-        filters, hum = sensor.sections(self._sample_rate), sensor.hum_amplitude - self.sensor.hum_amplitude
+        filters, hum = sensor.sections(self._sample_rate), sensor.hum_amplitude
         if filters or hum != 0.0:
             counts = self.counts[window]
             for count in self._lengths:
                 mine, cycles = counts == count, sensor.hum_hz / self._sample_rate
-                difference[mine, :count] = without_nuisance(difference[mine, :count], filters, hum, cycles)
+                difference[mine, :count] = without_nuisance(
+                    difference[mine, :count], filters, hum, cycles, sensor.hum_third
+                )
         return difference
+
+    def _whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """Readings of true accelerations (n, samples), hum with its stated phase; may overwrite `acceleration`."""
+        hum = dataclasses.replace(sensor, offset=0.0, offset_drift=0.0)
+        return hum.with_background(self._read(sensor, acceleration, window), self._time(window, acceleration.shape[1]))
+
+    def _time(self, window: np.ndarray, samples: int) -> np.ndarray:
+        """Time (n, samples) of windows' samples since their sensor's record began [s]."""
+        time = (self.windows.first[window][:, None] + np.arange(samples)) / self._sample_rate
+        return time + self._begun[self.groups[window]][:, None]
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""
@@ -260,22 +283,14 @@ class IndexerModel(Model):
         return start, self._rates[record] * (1.0 + z[at, of_speed] * self._speed_scales[record])
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows, its filters at rest before. Overwrites `acceleration`."""
+        """The sensor's reading (n, samples) of windows without hum, its filters at rest before. Overwrites
+        `acceleration`."""
         import scipy.signal
 
         y = acceleration
         y *= sensor.scale
         for sections in sensor.sections(self._sample_rate):
             y = np.asarray(scipy.signal.sosfilt(sections, y))
-        if sensor.offset == 0.0 and sensor.offset_drift == 0.0 and self.sensor.hum_amplitude == 0.0:
+        if sensor.offset == 0.0 and sensor.offset_drift == 0.0:
             return y
-        time = (self.windows.first[window][:, None] + np.arange(y.shape[1])) / self._sample_rate
-        quiet = dataclasses.replace(sensor, hum_amplitude=self.sensor.hum_amplitude)
-        return quiet.with_background(y, time)
-
-
-def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:
-    """The effect a hypothesis stands for at these parameter values."""
-    start = f"{hypothesis.name}."
-    own = {name.removeprefix(start): value for name, value in values.items() if name.startswith(start)}
-    return make_effect(hypothesis.name, {**own, **hypothesis.fixed})
+        return dataclasses.replace(sensor, hum_amplitude=0.0).with_background(y, self._time(window, y.shape[1]))

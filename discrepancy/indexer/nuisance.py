@@ -32,7 +32,7 @@ def free_responses(cascades: Sequence[np.ndarray], samples: int) -> np.ndarray:
 
 
 def without_nuisance(
-    residuals: np.ndarray, filters: Sequence[np.ndarray], hum_amplitude: float, cycles: float
+    residuals: np.ndarray, filters: Sequence[np.ndarray], hum_amplitude: float, cycles: float, third: float = 0.0
 ) -> np.ndarray:
     """Residuals (rows, n) of equally long windows without what is unknown and tells nothing.
 
@@ -47,6 +47,8 @@ def without_nuisance(
         mains frequency wanders, so that no phase holds for a whole record.
     cycles : float
         Of hum per sample.
+    third : float
+        Its third harmonic over the fundamental, whose phase it follows (`Sensor.hum_third`).
     """
     n = residuals.shape[1]
     basis = free_responses(filters, n) if filters else np.zeros((0, n))
@@ -58,4 +60,8 @@ def without_nuisance(
         fitting = left @ np.linalg.pinv(waves)
         size = np.maximum(np.linalg.norm(fitting, axis=1, keepdims=True), 1e-300)
         left = left - hum_amplitude * (fitting / size) @ waves
+        if third != 0.0:
+            phase = 3.0 * np.arctan2(-fitting[:, :1], -fitting[:, 1:])
+            harmonic = np.sin(3.0 * angle + phase)
+            left = left + hum_amplitude * third * (harmonic - harmonic @ basis.T @ basis)
     return left * math.sqrt(n / (n - len(basis)))

@@ -50,6 +50,9 @@ class Experiment:
     speed_uncertainty : float
         Relative standard deviation with which the mean speed is known [-], > 0; a once-per-turn pulse gives it to about
         the start angle's uncertainty over the record's cam angle.
+    begun : float
+        Time of the first sample since the sensor's record began [s], >= 0, where this is a part of it: the sensor's
+        offset drifts from there.
     """
 
     signal: Signal
@@ -57,6 +60,7 @@ class Experiment:
     noise: float | None = None
     start_uncertainty: float = 2e-3
     speed_uncertainty: float = 1e-4
+    begun: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.signal, Signal):
@@ -68,6 +72,7 @@ class Experiment:
         start, speed = self.start_uncertainty, self.speed_uncertainty
         check_number("Experiment", "start_uncertainty", start, low=0.0, low_open=True, unit="rad")
         check_number("Experiment", "speed_uncertainty", speed, low=0.0, low_open=True)
+        check_number("Experiment", "begun", self.begun, low=0.0, unit="s")
 
     @property
     def noise_level(self) -> float:

@@ -219,7 +219,8 @@ def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Expe
     signal, point = experiment.signal, experiment.operating_point
     first = int(FIT_SHARE * len(signal.values))
     later = point.start_angle + machine.reduction * point.motor_speed * first / signal.sample_rate
-    parts = [(signal.values[:first], point.start_angle), (signal.values[first:], later)]
+    begun = first / signal.sample_rate
+    parts = [(signal.values[:first], point.start_angle, 0.0), (signal.values[first:], later, begun)]
     made = [
         Experiment(
             Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
@@ -227,7 +228,8 @@ def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Expe
             experiment.noise,
             experiment.start_uncertainty,
             experiment.speed_uncertainty,
+            since,
         )
-        for values, start in parts
+        for values, start, since in parts
     ]
     return made[0], made[1]

@@ -29,6 +29,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
             {"name": r.name, "probability": r.probability, "heldout_gap": r.heldout_gap, "score": r.score}
             for r in answer.ranking
         ],
+        "ranking_beside": list(answer.names[:-1]),
         "ambiguous": list(answer.rounds[-1].names) if answer.verdict == "ambiguous" else [],
         "gap": _gap(outcome.gap),
         "where": [_one(one) for one in outcome.where.significant],

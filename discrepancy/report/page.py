@@ -42,6 +42,7 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
             for effect in accepted
         ],
         ranking=_ranking(outcome),
+        beside=answer.names[:-1],
         screened=_screened(outcome),
         calibration=answer.calibration,
         gap=gap,
@@ -75,6 +76,7 @@ def _why(row: Ranked, outcome: Outcome) -> str:
 
 
 def _screened(outcome: Outcome) -> list[str]:
-    """Effects of the library that the scan ruled out before a full fit."""
-    compared = {row.name for row in outcome.answer.ranking}
-    return [name for name in outcome.after.model.hypotheses() if name not in compared]
+    """Effects of the library that the scan ruled out before a full fit, in every round."""
+    answer = outcome.answer
+    fitted = {candidate.name for naming in (answer.first, *answer.rounds) for candidate in naming.candidates}
+    return [name for name in outcome.subject.model.hypotheses() if name not in fitted]

@@ -40,6 +40,9 @@ class ShaftTorqueModel(IndexerModel):
     def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
         return acceleration - self._measured[window]
 
+    def _whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        return acceleration
+
 
 def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
     """Measurements with the sensor there is, then with a torque sensor at the highest speed measured.

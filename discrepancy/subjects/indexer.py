@@ -76,7 +76,7 @@ class IndexerSubject(Subject):
             unit=experiments[0].signal.unit,
             groups=w.record,
             inside=inside,
-            time=time,
+            time=time + np.array([e.begun for e in experiments])[w.record][:, None],
             measured=measured,
             noise=np.array([e.noise_level for e in experiments]),
             estimated=tuple(e.noise is None for e in experiments),

@@ -1,9 +1,13 @@
 """The physics of a place goes over to records held out, however many records there are here and there."""
 
 import numpy as np
+import pytest
 
 from discrepancy.held_out import carried
+from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
+from indexer_env.errors import ParameterError
+from tests.discrepancy.toy import Stateless
 
 
 def test_parameters_of_known_effects_keep_their_values(records) -> None:
@@ -21,3 +25,30 @@ def test_parameters_of_known_effects_keep_their_values(records) -> None:
     assert len(moved) == len(z) - 2
     for name, value in found.items():
         assert name.startswith("record ") or value == expected[name]
+
+
+class Straight(Stateless):
+    """y = Σ z of 2 windows of 10 samples, one of each record; parameters of records by their letters."""
+
+    def __init__(self, layout: str) -> None:
+        records = {"a": 0, "b": 1}
+        self.parameters = tuple(
+            Parameter(f"{letter}{k}", "-", 0.0, 1.0, record=records.get(letter)) for k, letter in enumerate(layout)
+        )
+        self.counts, self.groups = np.full(2, 10), np.arange(2)
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        return np.repeat(jobs.points[jobs.point].sum(axis=1, keepdims=True), 10, axis=1)
+
+
+@pytest.mark.parametrize(("fitted", "held"), [("maamb", "mamb"), ("maab", "mm"), ("amab", "amab")])
+def test_parameters_of_records_stand_together_or_are_refused(fitted: str, held: str) -> None:
+    model, held_out = Straight(fitted), Straight(held)
+    place = Problem(model, NONE).point(np.arange(float(len(fitted))), np.zeros((2, 0)))
+    with pytest.raises(ParameterError, match=r"Model\.parameters must be those that belong to records side by side"):
+        carried(place, Problem(held_out, NONE, frozen=True))
+    whole = Problem(Straight("mmab"), NONE, frozen=True)
+    assert carried(Problem(Straight("mmaab"), NONE).point(np.arange(5.0), np.zeros((2, 0))), whole)[:2].tolist() == [
+        0,
+        1,
+    ]

@@ -64,6 +64,9 @@ def test_hum_takes_the_phase_of_each_window() -> None:
         point = np.concatenate([plain[0], hypothesis.coordinates((amplitude,))])[None]
         found = humming.residuals(hypothesis, Jobs(point, jobs.point, jobs.window, jobs.states))
         assert np.sqrt((found**2).sum(axis=1) / humming.counts) == pytest.approx(left, abs=0.01)
+    # the sensor that was found, in a search of its own: no phase of it holds for a record
+    told = IndexerModel(nominal.machine, humming.experiments, Sensor(hum_amplitude=0.5, hum_phase=2.0))
+    assert told.residuals(NONE, jobs) == pytest.approx(0.0, abs=0.01)
 
 
 def test_mixed_sampling_rates_are_refused() -> None:

@@ -77,6 +77,28 @@ def test_the_proposed_measurement_once_made_names_the_hidden_effect(made, one_re
     assert costs["drive.slip"] - costs["friction.viscous"] > ENOUGH
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("friction.viscous", (10.0,)),
+        ("sensor.lowpass", (2e-3,)),
+        ("sensor.bracket_resonance", (1.6e-5, 0.02)),
+        ("sensor.mains_hum", (1.0,)),
+    ],
+)
+def test_no_measurement_separates_an_effect_from_itself(made, name: str, values: tuple[float, ...]) -> None:
+    model = made[0].model
+    hypothesis = model.hypotheses()[name][0]
+    problem = Problem(model, hypothesis)
+    z = np.concatenate([np.zeros(len(model.parameters)), hypothesis.coordinates(values)])
+    place = problem.point(z, np.zeros((len(model.counts), model.local_count(hypothesis))))
+    alike = [SimpleNamespace(name=n, place=place, level=1.0) for n in (name, "the same")]
+    answer = SimpleNamespace(rounds=[SimpleNamespace(candidates=alike, names=(name, "the same"))])
+    subject = SimpleNamespace(model=model, measurements=lambda effects: imagined(model, effects)[::36])
+    found = separations(subject, answer, (NONE,))  # type: ignore[arg-type]
+    assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
+
+
 def test_a_table_of_two_stations_is_measured_for_more_turns(one_record) -> None:
     """Seed 32: three turns of such a table are six cam turns; the shortest measurement imagined holds five or more."""
     machine = dataclasses.replace(load_machine("reference"), stations=2)

@@ -51,3 +51,6 @@ def test_hum_of_any_phase_is_taken_out_beside_what_filters_remember(filters: lis
     left = without_nuisance(-hum + 5.0 * memory, filters, 0.7, 0.05)
     assert left == pytest.approx(0.0, abs=1e-9)
     assert np.abs(without_nuisance(-hum, filters, 0.4, 0.05)).max() == pytest.approx(0.3, abs=0.05)
+    third = 0.7 * 0.3 * np.sin(3.0 * (2.0 * np.pi * 0.05 * at + phases + 0.5 * np.pi))
+    left = without_nuisance(-hum - third + 5.0 * memory, filters, 0.7, 0.05, 0.3)
+    assert left == pytest.approx(0.0, abs=2e-2)

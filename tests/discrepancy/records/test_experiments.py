@@ -6,6 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from discrepancy.indexer import IndexerModel
+from discrepancy.model import NONE
+from discrepancy.problem import Problem
 from discrepancy.records.experiments import experiments
 from indexer_env import OperatingPoint, Run, Sensor, load_machine, motion_law, simulate
 from indexer_env.errors import ParameterError, SignalError
@@ -28,6 +31,22 @@ def test_a_good_record_passes_and_its_last_third_is_held_out(record, nominal) ->
     turned = held.operating_point.start_angle - fitted.operating_point.start_angle
     assert turned == pytest.approx(12.0 * 1500.0 * RPM / 25.625)
     assert any("last third" in note for note in found.notes) and any("one speed" in note for note in found.notes)
+
+
+def test_a_drift_goes_on_where_the_last_third_is_held_out(record, nominal, values) -> None:
+    rate, late = 0.5, 12.0
+    drifting = experiments([record(values + rate * np.arange(len(values)) / 1000.0)], nominal, Sensor())
+    plain = experiments([record()], nominal, Sensor())
+    assert [part.begun for part in (*drifting.fitted, *drifting.held_out)] == [0.0, late]
+    for told, before in ((drifting.fitted, plain.fitted), (drifting.held_out, plain.held_out)):
+        one, other = IndexerModel(nominal, told, Sensor(offset_drift=rate)), IndexerModel(nominal, before)
+        assert level(one) == pytest.approx(level(other), rel=1e-3)
+        assert level(IndexerModel(nominal, told)) > 1.5 * level(other)
+
+
+def level(model: IndexerModel) -> float:
+    problem = Problem(model, NONE)
+    return problem.point(np.zeros(len(model.parameters)), np.zeros((len(model.counts), 4))).level(model)
 
 
 def test_a_record_named_to_be_held_out_is(record, nominal) -> None:

@@ -119,6 +119,23 @@ def test_a_refusal_adds_nothing(outcome: Outcome, verdict: str) -> None:
     assert yaml.safe_load(files["machine.yaml"])["effects"].keys() == {"friction.viscous"}
 
 
+def test_what_was_fitted_in_any_round_was_not_ruled_out_before(outcome: Outcome) -> None:
+    """The last round of a refused answer is one of another model, beside an effect found before."""
+    answer = outcome.answer
+    last = dataclasses.replace(answer.first, candidates=answer.first.candidates[-1:])
+    again = dataclasses.replace(
+        answer, verdict="unexplained", rounds=(answer.first, last), effects=(answer.effects[0], answer.effects[0])
+    )
+    refused = dataclasses.replace(outcome, answer=again, effects=(), after=outcome.before, next=())
+    files = report_files(refused)
+    said = re.search(r"Ruled out before a full fit.*?</p>", files["report.html"], flags=re.DOTALL)
+    fitted = {candidate.name for candidate in answer.first.candidates}
+    assert "friction.coulomb" in fitted and said is not None
+    assert not any(name in said[0] for name in fitted)
+    assert "with friction.coulomb in place, found before" in files["report.html"]
+    assert json.loads(files["report.json"])["ranking_beside"] == ["friction.coulomb"]
+
+
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert ranged(Estimate("k", "N m/rad", 8113.27, 7914.2, 8316.1, 8000.0, 0.1)) == "8110 N m/rad, 7910 to 8320"
     assert ranged(Estimate("c", "N s/m", 198.27, 172.0, 226.4, 0.0, None)) == "200 N s/m, 170 to 230"
