@@ -47,11 +47,12 @@ class Ranked:
     name : str
         An effect, or "none".
     probability : float
-        Posterior probability among the hypotheses compared, each equally probable beforehand.
+        Posterior probability among the hypotheses compared.
     heldout_gap : float or None
         Normalised rms above the noise on the records held out, √max(0, level² - 1); None where it was dropped before.
     score : float
-        Cost with the price of its parameters (twice a negative log-likelihood): lower is better.
+        Cost with the price of its parameters and of the search for it (twice a negative log-likelihood): lower is
+        better.
     """
 
     name: str

@@ -49,8 +49,9 @@ _SHARE = 0.05
 _CLEAR = 60.0
 """Lead in a typical window, times the windows, by which an effect that is down at the noise is told from another."""
 
-_TEMPER = 5.0
-"""Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats."""
+_TEMPER = 3.0
+"""Factor by which evidence is taken for less than the sum over samples says: what a model gets wrong repeats. With it
+and the margin, probabilities of cases whose answer is known came out best."""
 
 AT_NOISE = 0.11
 """Mean square above the noise of a typical window (the median), in units of it, below which nothing is left in it."""
@@ -84,8 +85,9 @@ class Naming:
 
     @property
     def ranking(self) -> tuple[Ranked, ...]:
-        """Posterior probabilities, tempered by the misfit that even the best candidate leaves."""
-        rows = [(c.name, c.score, c.held_out) for c in self.candidates]
+        """Posterior probabilities, each effect charged the margin for being searched for, tempered by the misfit that
+        even the best candidate leaves."""
+        rows = [(c.name, c.score + (0.0 if c.name == NONE.name else MARGIN), c.held_out) for c in self.candidates]
         return ranked(rows, max(1.0, self.candidates[0].level ** 2) * _TEMPER)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from discrepancy import candidates, explain
 from discrepancy.model import Hypothesis, Jobs, Parameter
+from discrepancy.naming import MARGIN
 from indexer_env.errors import ParameterError
 from tests.discrepancy.toy import Stateless
 
@@ -48,7 +49,12 @@ def test_records_held_out_that_are_far_off_are_not_said_to_lack_nothing() -> Non
     answer = explain(Hum(0.0, 30.0, 5), Hum(10.0, 30.0, 6))
     assert (answer.verdict, answer.names) == ("unexplained", ())
     assert answer.before > 5.0 and "held out" in answer.reason
-    assert explain(Hum(0.0, 30.0, 5), Hum(0.0, 30.0, 6)).verdict == "none"
+    nothing = explain(Hum(0.0, 30.0, 5), Hum(0.0, 30.0, 6))
+    assert nothing.verdict == "none"
+    # an effect is charged what a search for it may win by chance
+    assert nothing.ranking[0].name == "none" and nothing.ranking[0].probability > 0.95
+    scores = {row.name: row.score for row in nothing.ranking}
+    assert scores["hum"] - scores["none"] > MARGIN - 10.0
 
 
 class Spent(Hum):
