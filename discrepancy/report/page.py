@@ -72,7 +72,8 @@ def _why(row: Ranked, outcome: Outcome) -> str:
             return f"gains {of_none - row.score:.0f} in twice the log-likelihood, too little for a name"
     elif row.score == best:
         return f"comes nearest, but {answer.reason}"
-    return f"ruled out: {row.score - best:.0f} worse in twice the log-likelihood, its parameters and the search for it paid for"
+    behind = f"{row.score - best:.0f} worse in twice the log-likelihood"
+    return f"ruled out: {behind}, its parameters and the search for it paid for"
 
 
 def _screened(outcome: Outcome) -> list[str]:
