@@ -73,7 +73,7 @@ def _why(row: Ranked, outcome: Outcome) -> str:
     elif row.score == best:
         return f"comes nearest, but {answer.reason}"
     behind = f"{row.score - best:.0f} worse in twice the log-likelihood"
-    return f"ruled out: {behind}, its parameters and the search for it paid for"
+    return f"ruled out: {behind}{'' if row.name == NONE.name else ', its parameters and the search for it paid for'}"
 
 
 def _screened(outcome: Outcome) -> list[str]:
