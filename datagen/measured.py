@@ -83,12 +83,14 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One measured record with what belongs to it: the name of its channel and, where one was asked for, the samples of
-    the once-per-turn pulse, shape (n,), in the file's own unit, taken at the same times."""
+    """One measured record with what belongs to it: the name of its channel, where one was asked for the samples of the
+    once-per-turn pulse, shape (n,), in the file's own unit, taken at the same times, and what one of the file's numbers
+    is worth in the signal's unit."""
 
     signal: Signal
     channel: str
     pulse: np.ndarray | None
+    factor: float = 1.0
 
 
 def read_signal(
@@ -147,7 +149,7 @@ def read_recording(path: str | Path, reading: Reading, pulse_column: str | None 
     # A product that overflows is refused by the gate, with its place.
     with np.errstate(over="ignore"):
         scaled = values * factor
-    return Recording(Signal(scaled, rate, unit=unit, source=str(table.path)), column.name, pulse)
+    return Recording(Signal(scaled, rate, unit=unit, source=str(table.path)), column.name, pulse, factor)
 
 
 def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) -> tuple[Column | None, Column]:

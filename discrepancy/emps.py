@@ -269,6 +269,9 @@ def load_emps(path: Path) -> tuple[EmpsModel, EmpsModel]:
     import scipy.signal
 
     data = scipy.io.loadmat(path)
+    for name in ("t", "qm", "qg", "vir", "gtau"):
+        if not np.isfinite(data[name]).all():
+            raise ValueError(f"its {name} is not finite throughout")
     step = float(data["t"][1, 0] - data["t"][0, 0])
     force = float(data["gtau"][0, 0]) * data["vir"].ravel()
     low = scipy.signal.butter(4, _CUTOFF, fs=1.0 / step, output="sos")

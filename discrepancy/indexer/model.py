@@ -22,7 +22,7 @@ from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.errors import refuse
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
+from indexer_env.operating_point import REFERENCE_MOTOR_SPEED, OperatingPoint
 from indexer_env.sensors import Sensor
 
 _HARMONICS = 40
@@ -122,7 +122,7 @@ class IndexerModel(Model):
         phase = self._starts[w.record][:, None] + self._rates[w.record][:, None] * time
         harmonics = np.arange(1, _HARMONICS + 1) * phase[:, :, None]
         series = np.concatenate([np.ones((*phase.shape, 1)), np.cos(harmonics), np.sin(harmonics)], axis=2)
-        square = (self._rates[w.record] / self._rates.max()) ** 2
+        square = (self._rates[w.record] / (self.machine.reduction * REFERENCE_MOTOR_SPEED)) ** 2
         return np.concatenate([series, series * square[:, None, None]], axis=2)
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
@@ -141,7 +141,7 @@ class IndexerModel(Model):
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        loose = any(h.name == "base.looseness" for h in (*self.known, hypothesis))
+        loose = any(one.name == "base.looseness" for one in (*self.machine.effects, *self.known, hypothesis))
         return len(LOCAL) if loose else len(LOCAL) - 2
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:

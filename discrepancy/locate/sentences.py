@@ -66,7 +66,7 @@ def _stations(cells: list[Cell], excess: np.ndarray) -> str:
     top, middle = float(excess.max()), float(np.median(excess))
     if top < _UNEVEN * max(middle, 0.05 * top, 0.1):
         if top < 2.0 * max(float(excess.min()), 0.1):
-            return "It is much the same at every station, so it repeats with the cam and not with the table."
+            return "It is much the same at every station, so it is not locked to the table's turns."
         strong, weak = cells[int(excess.argmax())], cells[int(excess.argmin())]
         return (
             f"It changes over the table turn: largest at station {strong.label} ({strong.level:.1f} times the noise), "
@@ -82,6 +82,13 @@ def _stations(cells: list[Cell], excess: np.ndarray) -> str:
 
 def _of_lines(spots: Sequence[Spot]) -> list[str]:
     said = []
+    one_speed = all(len({round(f, 6) for f in spot.frequency}) == 1 for spot in spots)
+    if one_speed:
+        strong = sorted((s for s in spots if s.significant), key=lambda s: -s.prominence)
+        if not strong:
+            return []
+        names = _and([f"{s.name} ({s.frequency[0]:.4g} Hz)" if s.kind != "fixed frequency" else s.name for s in strong])
+        return [f"Lines stand at {names}; at one speed an order of a shaft is not told from a fixed frequency."]
     for kind in dict.fromkeys(spot.kind for spot in spots):
         strong = sorted((s for s in spots if s.kind == kind and s.significant), key=lambda s: -s.prominence)
         if not strong:

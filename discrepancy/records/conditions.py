@@ -35,13 +35,13 @@ class Conditions:
         Cam angle at the first sample [rad], counted from an index out of station 0; None: by the pulse, else by
         comparison with the nominal machine.
     start_uncertainty : float
-        Standard deviation of the cam angle that is stated or that the pulse gives [rad], > 0.
+        Standard deviation of the cam angle that is stated, or of the pulse's [rad], > 0.
     speed_uncertainty : float or None
         Relative standard deviation of the mean speed [-], > 0; None: as far as the record itself gives it.
-    pulse_angle : float
-        Cam angle at which the once-per-turn pulse stands [rad].
+    pulse_angle : float or None
+        Cam angle at which the once-per-turn pulse stands [rad]; None: 0 where the pulse gives the start angle.
     noise : float or None
-        Standard deviation of the measuring noise [unit of the record], > 0; None: estimated from the record.
+        Standard deviation of the measuring noise [the file's own numbers], > 0; None: estimated from the record.
     sensor_radius : float or None
         Radius of an accelerometer [m], > 0; None where the sensor has it or the record is in rad/s².
     held_out : bool
@@ -55,7 +55,7 @@ class Conditions:
     start_angle: float | None = None
     start_uncertainty: float = 0.002
     speed_uncertainty: float | None = None
-    pulse_angle: float = 0.0
+    pulse_angle: float | None = None
     noise: float | None = None
     sensor_radius: float | None = None
     held_out: bool = False
@@ -122,12 +122,23 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
 
 
 def table_beside(files: Sequence[Path], root: Path) -> Path | None:
-    """The table that stands beside one of the files, or above them in the folder of them all, `root`."""
-    for folder in dict.fromkeys([*(path.parent for path in files), root]):
-        for name in TABLES:
-            if (folder / name).is_file():
-                return folder / name
-    return None
+    """The table that stands beside the files, or above them in the folder of them all, `root`.
+
+    Raises
+    ------
+    ParameterError
+        Files have different ones.
+    """
+    nearest = {_nearest(folder, root): None for folder in dict.fromkeys(path.parent for path in files)}
+    found = [table for table in nearest if table is not None]
+    if len(found) > 1:
+        rule = "one table for all files, or a choice by records=TABLE"
+        raise refuse("discrepancy", "records", rule, " and ".join(map(str, found)), "put their rows into one")
+    return found[0] if found else None
+
+
+def _nearest(folder: Path, root: Path) -> Path | None:
+    return next((place / name for place in (folder, root) for name in TABLES if (place / name).is_file()), None)
 
 
 def _si(key: str) -> str:
@@ -190,7 +201,9 @@ def written(file: str) -> str:
 
 
 def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Mapping[str, Any]:
-    meant = [written for written in rows if name == written or name.endswith(f"/{written}")]
+    if name in rows:
+        return rows[name]
+    meant = [written for written in rows if name.endswith(f"/{written}")]
     if len(meant) != 1:
         got = "two or more" if meant else "none"
         raise SignalError(f"{table} must have one row for {name}, got {got}; name it in the column {FILE!r} once.")

@@ -16,7 +16,15 @@ from discrepancy.indexer import Experiment
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.reading import Record
-from discrepancy.records.speed import SPEED_TOLERANCE, by_pulse, check_period, put_right, wrong_speed
+from discrepancy.records.speed import (
+    SPEED_TOLERANCE,
+    by_pulses,
+    check_period,
+    put_right,
+    speed_known_to,
+    wrong_speed,
+)
+from discrepancy.records.start import start_of
 from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -25,19 +33,6 @@ from indexer_env.signal import Signal
 
 _TURN = 2.0 * math.pi
 _RPM = _TURN / 60.0
-
-_ANGLE_SPREAD = 0.02
-"""Standard deviation of the cam angle [rad] over the record that the speed, stated or put right, leaves to the fit."""
-
-_ANGLE_TOLERANCE = 0.5
-"""Cam angle [rad] that a stated start angle may be off by: elasticity and 20° of play make a few hundredths, a low-pass
-filter of 40 ms 0.24."""
-
-_ANGLE_NOTED = 0.1
-"""Cam angle [rad] from which on it is said."""
-
-_BY_COMPARISON = 0.01
-"""Standard deviation of a start angle found by comparison [rad]: what elasticity and play move the table by."""
 
 _LIKENESS = 0.98
 """Likeness below which a record is not of this machine; hidden effects leave it above 0.997, the
@@ -136,7 +131,7 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the "
             "unit."
         )
-    speed, start = by_pulse(record, machine)
+    speed = by_pulses(record, machine)
     slower = None
     if speed is None:
         speed = stated.motor_speed
@@ -161,33 +156,17 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     if record.pulses is None or len(record.pulses) < 2:
         speed, said = put_right(record, speed, match, machine.reduction)
         notes += said
-    start = stated.start_angle if start is None else start
-    known_to = stated.start_uncertainty
-    if start is None:
-        start, known_to = match.start_angle, _BY_COMPARISON
-        notes.append(
-            f"{record.name}: the start angle is not stated; {start:.3f} rad by comparison with the nominal machine, "
-            "its first station taken for station 0"
-        )
-    off = abs((start - match.start_angle + math.pi) % _TURN - math.pi)
-    if off > _ANGLE_TOLERANCE:
-        raise SignalError(
-            f"{record.name}: the cam angle at the first sample must agree with the record within {_ANGLE_TOLERANCE:g} "
-            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct "
-            "start_angle or pulse_angle."
-        )
-    if off > _ANGLE_NOTED:
-        notes.append(
-            f"{record.name}: the start angle stated is {off:.2f} rad from that of the nominal machine's motion; only a "
-            "sensor that reads late, as behind a slow low-pass filter, would explain it"
-        )
+    spread = speed_known_to(record, machine.reduction * speed)
+    start, known_to, said = start_of(record, machine, speed, spread, match)
+    notes += said
     named = Signal(signal.values, signal.sample_rate, unit=signal.unit, source=record.name)
     point = OperatingPoint(speed, stated.load_torque, start)
-    turned = machine.reduction * speed * signal.duration
-    by_pulses = record.pulses is not None and len(record.pulses) > 1
-    spread = math.sqrt(2.0) * known_to if by_pulses else _ANGLE_SPREAD
-    speed_known_to = stated.speed_uncertainty or spread / turned
-    return Experiment(named, point, stated.noise, known_to, speed_known_to), notes
+    if stated.noise is None and sensor.lowpass_hz is not None:
+        notes.append(
+            f"{record.name}: the noise is estimated from the record, of which the sensor's low-pass filter may have "
+            "taken a part; state noise where it comes from before the filter"
+        )
+    return Experiment(named, point, stated.noise, known_to, spread), notes
 
 
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:

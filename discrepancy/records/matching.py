@@ -59,11 +59,16 @@ def nominal_orders(machine: Machine, point: OperatingPoint, sensor: Sensor, rate
     ParameterError, SimulationError
         The machine cannot run at this point.
     """
+    from scipy.signal import freqz_sos
+
     samples = round(machine.turn_duration(point) * rate)
     run = simulate(machine, OperatingPoint(point.motor_speed, point.load_torque), Run(rate, samples))
     cam_rate = machine.reduction * point.motor_speed
     time = np.arange(samples) / rate
-    return sensor.scale * _coefficients(run.table_acceleration, time, cam_rate)
+    found = sensor.scale * _coefficients(run.table_acceleration, time, cam_rate)
+    for sections in sensor.sections(rate):
+        found = found * freqz_sos(sections, _ORDERS * cam_rate, fs=2.0 * math.pi * rate)[1]
+    return found
 
 
 def matched(values: np.ndarray, rate: float, cam_rate: float, nominal: np.ndarray) -> Match:

@@ -68,15 +68,15 @@ def read_records(
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
     names = [path.relative_to(root).as_posix() for path in paths]
     conditions = conditions_of(names, table, known)
-    for wanted in held_out:
-        if not any(_meant(name, wanted) for name in names):
-            raise refuse("discrepancy", "held_out", f"files among {', '.join(names)}", wanted)
+    kept = {name for wanted in held_out for name in _meant(names, wanted)}
     records = []
     for name, path in zip(names, paths, strict=True):
         recording = read_recording(path, conditions[name].reading, pulse.column)
         edges = None if recording.pulse is None else _edges(recording.pulse, recording.signal, pulse)
-        kept = any(_meant(name, wanted) for wanted in held_out)
-        records.append(Record(name, recording.signal, _held(conditions[name], kept), edges))
+        told = conditions[name]
+        noise = None if told.noise is None else told.noise * abs(recording.factor)
+        told = dataclasses.replace(told, noise=noise, held_out=told.held_out or name in kept)
+        records.append(Record(name, recording.signal, told, edges))
     return records
 
 
@@ -93,13 +93,15 @@ def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
     return paths, common_folder(paths)
 
 
-def _meant(name: str, wanted: str) -> bool:
-    wanted = written(wanted)
-    return name == wanted or name.endswith(f"/{wanted}") or wanted.endswith(f"/{name}")
-
-
-def _held(conditions: Conditions, kept: bool) -> Conditions:
-    return dataclasses.replace(conditions, held_out=True) if kept else conditions
+def _meant(names: Sequence[str], given: str) -> list[str]:
+    """The files meant by a name as a user writes it: the one of that name, or those whose path ends with it or that it
+    ends with."""
+    wanted = written(given)
+    meant = [name for name in names if name == wanted]
+    meant = meant or [name for name in names if name.endswith(f"/{wanted}") or wanted.endswith(f"/{name}")]
+    if not meant:
+        raise refuse("discrepancy", "held_out", f"files among {', '.join(names)}", given)
+    return meant
 
 
 def _edges(pulse: np.ndarray, signal: Signal, settings: Pulse) -> np.ndarray:

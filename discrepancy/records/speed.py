@@ -19,28 +19,35 @@ SPEED_TOLERANCE = 0.02
 """Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
 this much."""
 
+_ANGLE_SPREAD = 0.02
+"""Cam angle [rad] over the record to which its own phase gives the speed: standard deviation."""
+
 _ANGLE_SLACK = 0.05
 """Cam angle [rad] over the record that a stated speed may be off by before it is put right: imbalance makes the phase
 of the turns waver by up to 0.015."""
 
 
-def by_pulse(record: Record, machine: Machine) -> tuple[float | None, float | None]:
-    """Mean motor speed [rad/s] and cam angle at the first sample [rad] by the once-per-turn pulse, as far as it says
-    them."""
-    if record.pulses is None:
-        return None, None
-    table_turn = _TURN * machine.stations
-    speed = None
-    if len(record.pulses) > 1:
-        spacing = np.diff(record.pulses)
-        if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
-            raise SignalError(
-                f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
-                f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
-            )
-        speed = table_turn * machine.reduction_ratio / float(spacing.mean())
-    cam_rate = machine.reduction * (speed or record.conditions.motor_speed)
-    return speed, (record.conditions.pulse_angle - cam_rate * float(record.pulses[0])) % table_turn
+def by_pulses(record: Record, machine: Machine) -> float | None:
+    """Mean motor speed [rad/s] by the once-per-turn pulses; None where there are not two."""
+    if record.pulses is None or len(record.pulses) < 2:
+        return None
+    spacing = np.diff(record.pulses)
+    if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
+        raise SignalError(
+            f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
+            f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
+        )
+    return _TURN * machine.stations * machine.reduction_ratio / float(spacing.mean())
+
+
+def speed_known_to(record: Record, cam_rate: float) -> float:
+    """Relative standard deviation of the mean speed: as stated, by the first and last pulse, or by the record."""
+    stated = record.conditions
+    if stated.speed_uncertainty is not None:
+        return stated.speed_uncertainty
+    if record.pulses is None or len(record.pulses) < 2:
+        return _ANGLE_SPREAD / (cam_rate * record.signal.duration)
+    return math.sqrt(2.0) * stated.start_uncertainty / (cam_rate * float(record.pulses[-1] - record.pulses[0]))
 
 
 def check_period(record: Record, machine: Machine) -> SignalError | None:

@@ -64,7 +64,8 @@ def _records(outcome: Outcome) -> Figure:
         above.plot(time, measured + left_new, color=AFTER, label="extended model")
         below.plot(time, left_new, color=AFTER, label="extended model")
     above.set_title(
-        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst"
+        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst",
+        parse_math=False,
     )
     below.set_title("simulated - measured")
     below.set_xlabel("time since the first sample [s]")

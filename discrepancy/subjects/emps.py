@@ -136,7 +136,7 @@ def emps_subject(config: Mapping[str, Any]) -> EmpsSubject:
     path = path_given("discrepancy", "measured", config["measured"])
     try:
         model, held_out = load_emps(path)
-    except (OSError, KeyError, ValueError, IndexError, scipy.io.matlab.MatReadError) as error:
+    except (OSError, KeyError, ValueError, IndexError, NotImplementedError, scipy.io.matlab.MatReadError) as error:
         why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise SignalError(f"{path} must be the data set EMPS as published, DATA_EMPS.mat, but {why}.") from None
     return EmpsSubject(model, held_out)

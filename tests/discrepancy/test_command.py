@@ -45,6 +45,15 @@ def test_a_drive_leaves_its_report(run, tmp_path: Path) -> None:
     assert code == 2 and "overwrite=true" in err
 
 
+def test_a_drive_with_a_hole_is_refused(run, tmp_path: Path) -> None:
+    path = drive(tmp_path / "drive.mat")
+    columns = scipy.io.loadmat(path)
+    columns["vir"][700] = np.nan
+    scipy.io.savemat(path, {name: row for name, row in columns.items() if not name.startswith("_")})
+    code, _, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'report'}")
+    assert code != 0 and "its vir is not finite throughout" in err and "Traceback" not in err
+
+
 def test_a_drive_in_rows_is_refused(run, tmp_path: Path) -> None:
     path = drive(tmp_path / "drive.mat")
     columns = scipy.io.loadmat(path)

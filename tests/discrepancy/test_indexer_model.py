@@ -44,6 +44,15 @@ def test_only_a_loose_base_has_housing_states() -> None:
     loose = model.hypotheses()["base.looseness"][0]
     assert (model.local_count(NONE), model.local_count(loose)) == (4, 6)
     assert model.extended(loose).local_count(NONE) == 6
+    found = model.machine.with_effects(make_effect("base.looseness", compliance=6e-6))
+    assert IndexerModel(found, [record(8200)]).local_count(NONE) == 6
+
+
+def test_what_a_black_box_sees_does_not_hang_on_the_other_records() -> None:
+    slow = Experiment(record(12000).signal, OperatingPoint(motor_speed=120.0))
+    alone, beside = (IndexerModel(load_machine("reference"), some) for some in ([slow], [slow, record(8200)]))
+    mine = beside.features()[beside.groups == 0]
+    assert mine[:, :1000] == pytest.approx(alone.features()[:, :1000])
 
 
 def test_hum_takes_the_phase_of_each_window() -> None:

@@ -90,6 +90,15 @@ def test_a_case_that_cannot_be_made_keeps_no_other_from_its_answer(tmp_path, mon
     assert "| none | healthy | all | 2 | 2 (100 %) |" in (tmp_path / "table.md").read_text()
 
 
+def test_the_reason_is_told_where_no_case_could_be_made(tmp_path, monkeypatch) -> None:
+    def failing(order: Order, number: int) -> dict:
+        raise SimulationError("Case 0 leaves its range.")
+
+    monkeypatch.setattr(run, "solve_case", failing)
+    with pytest.raises(SimulationError, match=r"^1 of 1 cases have no answer, the first by this: Case 0"):
+        run.run_challenge((Order(1, 3),), tmp_path)
+
+
 def test_the_table_of_a_folder_without_cases_is_refused(tmp_path) -> None:
     with pytest.raises(ParameterError, match=r"challenge\.out must be a folder with solved cases, got"):
         run.run_challenge([], tmp_path / "nothing")

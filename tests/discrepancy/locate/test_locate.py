@@ -10,6 +10,8 @@ from discrepancy.fit import fit
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.indexer.parameters import read
 from discrepancy.locate.null import Null
+from discrepancy.locate.result import Spot
+from discrepancy.locate.sentences import _of_lines
 from discrepancy.locate.statistics import Prominence
 from discrepancy.locate.where import ALARMS, Law, Where, locate, located
 from discrepancy.model import NONE
@@ -67,6 +69,19 @@ def test_hum_shows_as_a_line_at_a_fixed_frequency(where) -> None:
     assert any("50 Hz" in said and "locked to no shaft" in said for said in found.sentences)
 
 
+def test_at_one_speed_no_line_is_said_to_be_locked_or_not() -> None:
+    """2 × 1500 rpm is 50 Hz."""
+    spots = [
+        Spot("50 Hz", "fixed frequency", (50.0, 50.0), 9.0, 0.001, True),
+        Spot("order 2 of the motor shaft", "motor shaft", (50.0, 50.0), 9.0, 0.001, True),
+    ]
+    (said,) = _of_lines(spots)
+    assert "order 2 of the motor shaft (50 Hz)" in said and "at one speed" in said and "locked" not in said
+    spots[1] = dataclasses.replace(spots[1], frequency=(50.0, 40.0))
+    assert len(_of_lines(spots)) == 2
+    assert _of_lines([dataclasses.replace(spots[0], significant=False)]) == []
+
+
 def test_ripple_shows_as_an_order_of_the_motor_shaft(where) -> None:
     found = where(23, make_effect("drive.speed_ripple", depth=0.01, phase=0.5))
     lines = {spot.name for spot in found.spots if spot.significant}
@@ -90,7 +105,7 @@ def test_a_pulse_in_the_dwell_shows_in_the_dwell(where) -> None:
 def test_a_cracked_roller_shows_in_one_sense(where) -> None:
     """Seed 26: the output joint is softer in one sense alone."""
     found = where(26, make_effect("roller.crack", severity=0.3))
-    assert cells(found, "sign of the torque") and any("repeats with the cam" in said for said in found.sentences)
+    assert cells(found, "sign of the torque") and any("not locked to the table" in said for said in found.sentences)
 
 
 def test_nothing_hidden_shows_nowhere(where) -> None:

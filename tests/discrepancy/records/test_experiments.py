@@ -152,6 +152,48 @@ def test_pulses_give_speed_and_start(record, nominal) -> None:
     assert "1000 rpm by the record, by the pulses" in refusal([record(pulses=slow)], nominal)
 
 
+def test_what_pulses_tell_is_as_sure_as_they_are_far_apart(record, nominal) -> None:
+    cam_rate = 1500.0 * RPM / 25.625
+    first = (-1.3 / cam_rate) % 8.2
+    found = experiments([record(pulses=np.array([first, first + 8.2]), start_angle=None)], nominal, Sensor()).fitted[0]
+    speed = math.sqrt(2.0) * 0.002 / (8.2 * cam_rate)
+    assert found.speed_uncertainty == pytest.approx(speed)
+    assert found.start_uncertainty == pytest.approx(math.hypot(0.002, first * cam_rate * speed))
+
+
+def test_a_late_pulse_counts_with_the_speed_put_right(record, nominal) -> None:
+    """The speed stated is 0.5 % too high, which the cam turns by 0.2 rad until the pulse comes."""
+    cam_rate = 1500.0 * RPM / 25.625
+    pulse = np.array([(-1.3 / cam_rate) % 8.2])
+    assert pulse[0] > 6.0
+    wrong = record(pulses=pulse, start_angle=None, motor_speed=1507.5 * RPM)
+    found = experiments([wrong], nominal, Sensor()).fitted[0]
+    assert found.operating_point.start_angle == pytest.approx(1.3, abs=0.02)
+    assert 0.002 < found.start_uncertainty < 0.05
+
+
+def test_a_stated_start_angle_goes_before_the_pulse(record, nominal) -> None:
+    """The pulse stands where the cam leaves station 3, which nobody said."""
+    cam_rate = 1500.0 * RPM / 25.625
+    first = ((3.0 * 2.0 * math.pi - 1.3) / cam_rate) % 8.2
+    one = record(pulses=np.array([first, first + 8.2]))
+    assert experiments([one], nominal, Sensor()).fitted[0].operating_point.start_angle == 1.3
+    said = refusal([record(pulses=np.array([first, first + 8.2]), pulse_angle=0.0)], nominal)
+    assert "must be one within 0.5 rad" in said and "leave one out" in said
+    both = record(pulses=np.array([first, first + 8.2]), pulse_angle=6.0 * math.pi)
+    assert experiments([both], nominal, Sensor()).fitted[0].operating_point.start_angle == 1.3
+
+
+def test_a_known_filter_does_not_shift_the_start_that_is_found(record, nominal, values) -> None:
+    sensor = Sensor(lowpass_hz=20.0, lowpass_order=2)
+    late = sensor.read(values, 1000.0).values
+    found = experiments([record(late, start_angle=None)], nominal, sensor)
+    assert found.fitted[0].operating_point.start_angle == pytest.approx(1.3, abs=0.01)
+    assert any("low-pass filter may have taken a part" in note for note in found.notes)
+    unknown = experiments([record(late, start_angle=None)], nominal, Sensor())
+    assert unknown.fitted[0].operating_point.start_angle < 1.25
+
+
 def test_a_machine_that_cannot_run_is_refused(record) -> None:
     nominal = load_machine("reference")
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)

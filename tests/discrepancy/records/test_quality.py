@@ -30,6 +30,13 @@ def test_fewer_than_two_turns_in_all_are_refused(record, nominal, values) -> Non
     check_records([record(values[:10000]), record(values[10000:])], nominal)
 
 
+def test_slow_records_need_their_noise(record, nominal, values) -> None:
+    with pytest.raises(SignalError, match=r"noise must be stated for records sampled below 200 Hz, .* got 125 Hz"):
+        check_records([record(values[::8], rate=125.0)], nominal)
+    check_records([record(values[::8], rate=125.0, noise=0.1)], nominal)
+    check_records([record(values[::5], rate=200.0)], nominal)
+
+
 def test_a_rate_too_low_for_the_vibration_is_refused(record, nominal, values) -> None:
     with pytest.raises(SignalError, match=r"must be sampled at 100 Hz or more, got 50 Hz in run\.csv"):
         check_records([record(values[::20], rate=50.0)], nominal)

@@ -54,3 +54,36 @@ def test_files_to_hold_out_are_named(bench: Path) -> None:
     assert [record.conditions.held_out for record in records] == [False, True]
     with pytest.raises(ParameterError, match=r"held_out must be files among a\.csv, b\.csv, got 'c\.csv'"):
         read_records(str(bench), None, {}, Pulse(), ["c.csv"])
+
+
+def test_noise_is_in_the_numbers_of_the_file(bench: Path) -> None:
+    """Two files in g, one of them in volts of an amplifier that is mounted the wrong way round."""
+    for name in ("a.csv", "b.csv"):
+        text = (bench / name).read_text().replace("[rad/s^2]", "")
+        (bench / name).write_text(text)
+    (bench / "records.csv").write_text(
+        "file,motor_speed_rpm,load_torque,unit,scale,noise\na.csv,1500,2,g,,0.1\nb.csv,1200,5,g,-2,0.1\n"
+    )
+    found = {record.name: record.conditions.noise for record in read_records(str(bench), None, {}, Pulse(), [])}
+    assert found == {"a.csv": pytest.approx(0.980665), "b.csv": pytest.approx(2.0 * 0.980665)}
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(bench: Path) -> None:
+    (bench / "day").mkdir()
+    (bench / "day" / "a.csv").write_text((bench / "a.csv").read_text())
+    rows = "file,motor_speed_rpm,load_torque\na.csv,1500,2\nb.csv,1200,5\n"
+    (bench / "records.csv").write_text(rows + "day/a.csv,1500,40\n")
+    files = [str(bench / name) for name in ("a.csv", "b.csv", "day/a.csv")]
+    assert loads(read_records(files, None, {}, Pulse(), [])) == {"a.csv": 2.0, "b.csv": 5.0, "day/a.csv": 40.0}
+    for wanted, kept in (("day/a.csv", ["day/a.csv"]), ("a.csv", ["a.csv"])):
+        records = read_records(files, None, {}, Pulse(), [wanted])
+        assert [record.name for record in records if record.conditions.held_out] == kept
+
+
+def test_two_tables_are_not_guessed_from(bench: Path) -> None:
+    (bench / "day").mkdir()
+    (bench / "day" / "a.csv").write_text((bench / "a.csv").read_text())
+    (bench / "day" / "records.csv").write_text("file,motor_speed_rpm,load_torque\na.csv,1500,40\n")
+    files = [str(bench / name) for name in ("a.csv", "day/a.csv")]
+    with pytest.raises(ParameterError, match=r"records must be one table for all files.*put their rows into one"):
+        read_records(files, None, {}, Pulse(), [])

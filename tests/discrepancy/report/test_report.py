@@ -85,6 +85,13 @@ def test_the_page_opens_offline_and_says_the_verdict_first(outcome: Outcome, fil
     assert "url(http" not in page and "{{" not in page
 
 
+def test_a_name_with_dollars_is_no_formula(outcome: Outcome, monkeypatch) -> None:
+    view = EmpsSubject.view
+    odd = ("run_$1_{$2.csv",)
+    monkeypatch.setattr(EmpsSubject, "view", lambda self, model: dataclasses.replace(view(self, model), names=odd))
+    assert "run_$1_{$2.csv" in report_files(outcome)["report.html"]
+
+
 def test_a_report_is_the_same_for_the_same_seed(outcome: Outcome, files: dict[str, str]) -> None:
     again = report_files(run_chain(drives(20.0), 5))
     assert again["report.json"] == files["report.json"] and again["report.html"] == files["report.html"]
