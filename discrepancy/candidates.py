@@ -145,6 +145,8 @@ def _found_elsewhere(scanner: Scanner, candidates: Sequence[Candidate]) -> list[
     for candidate in candidates[:LEADING]:
         if min(c.level for c in found.values()) >= FLOOR:
             (place,) = _leading(model, surveyed(scanner, candidate.name))
+            cautious = Problem(model, place.hypothesis, caution=CAUTIONS[0])
+            place = escaped(cautious, place, rounds=_ESCAPES[0], enough=FLOOR)
             if Problem(model, place.hypothesis).adopted(place).cost < candidate.place.cost:
                 found[candidate.name] = min(candidate, _finished(model, place), key=lambda c: c.score)
     return sorted(found.values(), key=lambda c: c.score)
