@@ -67,7 +67,7 @@ def nominal_orders(machine: Machine, point: OperatingPoint, sensor: Sensor, rate
     time = np.arange(samples) / rate
     found = sensor.scale * _coefficients(run.table_acceleration, time, cam_rate)
     for sections in sensor.sections(rate):
-        found = found * freqz_sos(sections, _ORDERS * cam_rate, fs=2.0 * math.pi * rate)[1]
+        found = found * freqz_sos(sections, _ORDERS * cam_rate, fs=2.0 * math.pi * rate)[1]  # type: ignore[arg-type]
     return found
 
 
