@@ -16,6 +16,9 @@ _DIFFERENT = 1.5
 
 _HALF = 0.5
 
+_ONE_SPEED = 0.01
+"""Spread of a line's frequencies over the records, relative, up to which these count as taken at one speed."""
+
 
 def sentences(level: float, cells: Sequence[Cell], spots: Sequence[Spot]) -> tuple[str, ...]:
     """What the significant cells and lines of a residual at this level say, axis by axis."""
@@ -82,8 +85,7 @@ def _stations(cells: list[Cell], excess: np.ndarray) -> str:
 
 def _of_lines(spots: Sequence[Spot]) -> list[str]:
     said = []
-    one_speed = all(len({round(f, 6) for f in spot.frequency}) == 1 for spot in spots)
-    if one_speed:
+    if all(max(spot.frequency) - min(spot.frequency) <= _ONE_SPEED * max(spot.frequency) for spot in spots):
         strong = sorted((s for s in spots if s.significant), key=lambda s: -s.prominence)
         if not strong:
             return []

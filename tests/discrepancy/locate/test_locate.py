@@ -73,7 +73,7 @@ def test_at_one_speed_no_line_is_said_to_be_locked_or_not() -> None:
     """2 × 1500 rpm is 50 Hz."""
     spots = [
         Spot("50 Hz", "fixed frequency", (50.0, 50.0), 9.0, 0.001, True),
-        Spot("order 2 of the motor shaft", "motor shaft", (50.0, 50.0), 9.0, 0.001, True),
+        Spot("order 2 of the motor shaft", "motor shaft", (50.0, 50.01), 9.0, 0.001, True),
     ]
     (said,) = _of_lines(spots)
     assert "order 2 of the motor shaft (50 Hz)" in said and "at one speed" in said and "locked" not in said
