@@ -163,9 +163,9 @@ def _verdict(candidates: list[Candidate], box: float) -> Naming:
         return Naming(verdict, names, tuple(candidates), box, reason)
 
     if gain < MARGIN or (gap < SLIGHT and none.held_out <= 1.05 * best.held_out):
-        if gap < SLIGHT and none.strange**2 - 1.0 < SLIGHT:
-            return answer("none", (), "the base model alone reaches the noise floor")
         if gap < SLIGHT:
+            if none.strange**2 - 1.0 < SLIGHT:
+                return answer("none", (), "the base model alone reaches the noise floor")
             remark = f"leaves one held out at {none.strange:.2f} times the noise, and no effect lessens that"
             return answer("unexplained", (), f"the base model explains the records fitted but {remark}")
         verdict = "unexplained" if none.converged else "not_converged"

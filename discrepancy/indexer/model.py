@@ -203,10 +203,20 @@ class IndexerModel(Model):
                 )
         return difference
 
+    def _filtered(self, sensor: Sensor, acceleration: np.ndarray) -> np.ndarray:
+        """What leaves the sensor's filters (n, samples), at rest before. Overwrites `acceleration`."""
+        import scipy.signal
+
+        y = acceleration
+        y *= sensor.scale
+        for sections in sensor.sections(self._sample_rate):
+            y = np.asarray(scipy.signal.sosfilt(sections, y))
+        return y
+
     def _whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
         """Readings of true accelerations (n, samples), hum with its stated phase; may overwrite `acceleration`."""
-        hum = dataclasses.replace(sensor, offset=0.0, offset_drift=0.0)
-        return hum.with_background(self._read(sensor, acceleration, window), self._time(window, acceleration.shape[1]))
+        y = self._filtered(sensor, acceleration)
+        return sensor.with_background(y, self._time(window, y.shape[1]))
 
     def _time(self, window: np.ndarray, samples: int) -> np.ndarray:
         """Time (n, samples) of windows' samples since their sensor's record began [s]."""
@@ -283,14 +293,8 @@ class IndexerModel(Model):
         return start, self._rates[record] * (1.0 + z[at, of_speed] * self._speed_scales[record])
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows without hum, its filters at rest before. Overwrites
-        `acceleration`."""
-        import scipy.signal
-
-        y = acceleration
-        y *= sensor.scale
-        for sections in sensor.sections(self._sample_rate):
-            y = np.asarray(scipy.signal.sosfilt(sections, y))
+        """The sensor's reading (n, samples) of windows without hum, as filtered. Overwrites `acceleration`."""
+        y = self._filtered(sensor, acceleration)
         if sensor.offset == 0.0 and sensor.offset_drift == 0.0:
             return y
         return dataclasses.replace(sensor, hum_amplitude=0.0).with_background(y, self._time(window, y.shape[1]))

@@ -131,7 +131,8 @@ def test_strong_effects_do_not_make_another_machine(record, nominal) -> None:
     ]
     for machine in machines:
         run = simulate(machine, OperatingPoint(start_angle=1.3), Run(samples=18000))
-        experiments([record(run.table_acceleration, motor_speed=_mean_speed(machine))], nominal, Sensor())
+        found = experiments([record(run.table_acceleration, motor_speed=_mean_speed(machine))], nominal, Sensor())
+        assert found.fitted[0].operating_point.start_angle == 1.3
 
 
 def _mean_speed(machine) -> float:
