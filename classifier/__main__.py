@@ -56,8 +56,8 @@ def results_table(result: Result) -> Table:
     return table
 
 
-def run(config: dict[str, Any]) -> None:
-    """The command, given its configuration as in conf/classifier.yaml."""
+def run(config: dict[str, Any]) -> dict[str, Any]:
+    """The command, given its configuration as in conf/train.yaml."""
     started = time.perf_counter()
     out = check_output_folder(job_folder("classifier", config["out"]), FILES, config["overwrite"])
     check_integer("classifier", "threads", config["threads"], low=1)
@@ -103,9 +103,10 @@ def run(config: dict[str, Any]) -> None:
     if in_sweep():
         console.print(f"{collect(out.parent)} runs in {out.parent / RUNS}", highlight=False, soft_wrap=True)
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s", highlight=False)
+    return {f"{subset}_misclassified_percent": result.score(subset).misclassified_percent for subset in SUBSETS}
 
 
-main = hydra_command("classifier")(run)
+main = hydra_command("train")(run)
 
 if __name__ == "__main__":
     main()

@@ -18,8 +18,8 @@ from datagen.store import REJECTED
 from indexer_env.errors import refuse
 
 
-@hydra_command("datagen")
-def main(config: dict[str, Any]) -> None:
+@hydra_command("generate")
+def main(config: dict[str, Any]) -> dict[str, Any]:
     """Generate the data set of a composed configuration and say what it holds."""
     overwrite = config["overwrite"]
     check_flag("datagen", "overwrite", overwrite)
@@ -29,6 +29,7 @@ def main(config: dict[str, Any]) -> None:
     executor = make_executor(config["executor"], config["workers"], config["address"])
     manifest = generate(order, folder, overwrite=overwrite, executor=executor)
     _say(manifest, folder)
+    return {name: manifest[name] for name in ("records", "rejected", "not_settled")}
 
 
 def _refuse_idle(order: Order) -> None:

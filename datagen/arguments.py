@@ -55,14 +55,14 @@ def malformed(error: ValueError, arguments: list[str]) -> str:
 
 
 def root_keys(config_name: str) -> list[str]:
-    """Keys that a root configuration has, its groups among them."""
+    """Keys that a root configuration has, its groups and those of the files that it takes over among them."""
     root = OmegaConf.load(config_dir() / f"{config_name}.yaml")
     assert isinstance(root, DictConfig)
-    groups = [
-        str(key).removeprefix("override ").removeprefix("/")
-        for entry in root.get("defaults", [])
-        if isinstance(entry, DictConfig)
-        for key in entry
-    ]
-    names = [str(key) for key in root if key != "defaults"] + [group for group in groups if "hydra/" not in group]
-    return [name for name in names if name != "hydra"]
+    names = [str(key) for key in root if key != "defaults"]
+    for entry in root.get("defaults", []):
+        if isinstance(entry, DictConfig):
+            groups = [str(key).removeprefix("override ").removeprefix("/") for key in entry]
+            names += [group for group in groups if "hydra/" not in group]
+        elif entry not in ("_self_", "command"):
+            names += root_keys(entry)
+    return names

@@ -15,9 +15,9 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import hydra
 from hydra._internal.utils import get_args_parser
@@ -29,6 +29,9 @@ from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryV
 
 import datagen.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from datagen.arguments import malformed, root_keys, with_files, with_key
+from indexer_cli.__main__ import version
+from indexer_cli.manual import manual
+from indexer_cli.sweep import outcome
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir
@@ -39,11 +42,14 @@ INTERRUPTED = 130
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 
+_T = TypeVar("_T")
 
-def hydra_command(
-    config_name: str, positional: str | None = None
-) -> Callable[[Callable[[dict], None]], Callable[[], None]]:
-    """Decorate `task(config: dict)` into the `main()` of a command configured by `<config_name>.yaml`.
+Task = Callable[[dict[str, Any]], Mapping[str, Any] | None]
+"""Does the work of a verb on its composed configuration; may return results by name for the table of a sweep."""
+
+
+def hydra_command(config_name: str, positional: str | None = None) -> Callable[[Task], Callable[[], None]]:
+    """Decorate `task(config)` into the `main()` of a command configured by `<config_name>.yaml`.
 
     `positional` is the key whose value may stand alone as the first argument: `check FOLDER` for `check data=FOLDER`.
 
@@ -52,30 +58,28 @@ def hydra_command(
     command ends with exit code 2.
     """
 
-    def decorate(task: Callable[[dict], None]) -> Callable[[], None]:
+    def decorate(task: Task) -> Callable[[], None]:
         traceback_wanted = composed = failed = False
         started_in = os.getpid()
 
         @functools.wraps(task)
-        def job(config: DictConfig) -> None:
+        def job(config: DictConfig) -> dict[str, Any]:
             nonlocal composed, failed
             composed = True
             if traceback_wanted:
-                task(_plain(config, config_name))
-                return
+                return outcome(task(_plain(config, config_name)))
             # Handed back to Hydra, an error would be printed with the job's overrides before `main` has it.
             try:
-                _reported(lambda: task(_plain(config, config_name)), config_name)
+                return outcome(_reported(lambda: task(_plain(config, config_name)), config_name))
             except SystemExit as stop:
                 if stop.code != BAD_INPUT or HydraConfig.get().mode is not RunMode.MULTIRUN:
                     raise
                 failed = True
+                reason = stop.__notes__[0]
                 # A launcher may run the job in another process; only an exception gets back from there.
                 if os.getpid() != started_in:
-                    number = HydraConfig.get().job.num
-                    raise IndexerError(
-                        f"Job {number} of the sweep has failed; its process says why, here or in the launcher's log."
-                    ) from None
+                    raise IndexerError(f"Job {HydraConfig.get().job.num} of the sweep has failed: {reason}") from None
+                return outcome(reason=reason)
 
         composed_job = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
 
@@ -113,6 +117,7 @@ def hydra_command(
             if failed:
                 raise SystemExit(BAD_INPUT)
 
+        vars(main).update(config_name=config_name, positional=positional)
         return main
 
     return decorate
@@ -155,9 +160,9 @@ def explain(error: Exception, config_name: str) -> str:
     return _one_line(text)
 
 
-def _reported(action: Callable[[], object], config_name: str) -> None:
+def _reported(action: Callable[[], _T], config_name: str) -> _T:
     try:
-        action()
+        return action()
     except KeyboardInterrupt as stop:
         print(": ".join(["stopped from the keyboard", *map(str, stop.args)]), file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
@@ -173,18 +178,22 @@ def _reported(action: Callable[[], object], config_name: str) -> None:
 
 def _refuse(sentence: str) -> NoReturn:
     print(f"error: {sentence}", file=sys.stderr)
-    raise SystemExit(BAD_INPUT) from None
+    stop = SystemExit(BAD_INPUT)
+    stop.add_note(sentence)
+    raise stop from None
 
 
 def _answered(config_name: str) -> bool:
-    """True for --help, which Hydra answers only where nothing is missing; an unknown flag is refused, for which
+    """True for --help and --version, of which Hydra would tell its own; an unknown flag is refused, for which
     Hydra would take eight lines."""
+    if "--version" in sys.argv[1:]:
+        print(f"indexer {version()}")
+        return True
     flags, unknown = get_args_parser().parse_known_args()
     if unknown:
         _refuse(f"the command line must hold KEY=VALUE pairs, got {unknown[0]!r}; see --help for the keys.")
     if flags.help:
-        print((config_dir() / f"{config_name}.yaml").read_text(encoding="utf-8"), end="")
-        print(f"\nChoices of the defaults and their keys: {config_dir()}")
+        print(manual(config_name))
     return flags.help
 
 

@@ -23,13 +23,14 @@ def write_example(order: Order, place: Place) -> None:
     if not rows:
         return
     row, record = rows[0], records[0]
-    place.publish("example.csv", _csv(record, row["sample_rate"], row["unit"]).encode())
+    place.publish("example.csv", record_csv(record, row["sample_rate"], row["unit"]).encode())
     truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw")}
     note = "The truth about example.csv; it is drawn apart from the items of the data set."
     place.publish("example.json", as_json({"note": note, **truth}))
 
 
-def _csv(record: np.ndarray, sample_rate: float, unit: str) -> str:
+def record_csv(record: np.ndarray, sample_rate: float, unit: str) -> str:
+    """A record (samples,) as a logger would write it: time [s] and acceleration in `unit`."""
     # Enough decimals to tell neighbouring samples apart a hundredfold: 6 at 1 kHz.
     decimals = max(0, round(np.ceil(np.log10(sample_rate)))) + 3 if sample_rate > 1.0 else 3
     lines = [f"time [s],acceleration [{unit}]"]

@@ -30,7 +30,7 @@ QUANTITY = "table_acceleration"
 """What a record is; a channel of `Run`."""
 
 NOT_OF_THE_ORDER = ("out", "overwrite", "executor", "workers", "address")
-"""Keys of conf/datagen.yaml that change no byte of a record: where the data set goes and who makes it."""
+"""Keys of conf/generate.yaml that change no byte of a record: where the data set goes and who makes it."""
 
 LARGEST_SHARD = 2**31 - 1
 """Samples in one shard: Arrow counts those of a list column in 32 bits."""
@@ -130,7 +130,7 @@ def _plain(value: Any) -> Any:
 
 
 def order_from(config: Mapping[str, Any]) -> Order:
-    """The order of a composed `conf/datagen.yaml`; raises ParameterError for whatever breaks a rule."""
+    """The order of a composed `conf/generate.yaml`; raises ParameterError for whatever breaks a rule."""
     plain = laws_moved(config)
     base = Base(
         machine_from_mapping(plain["machine"]),

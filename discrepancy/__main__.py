@@ -33,7 +33,7 @@ def _subject(config: dict[str, Any]) -> Subject:
 
 
 def run(config: dict[str, Any]) -> None:
-    """The command, given its configuration as in conf/discrepancy.yaml."""
+    """The command, given its configuration as in conf/explain.yaml."""
     started = time.perf_counter()
     check_flag("discrepancy", "overwrite", config["overwrite"])
     check_integer("discrepancy", "seed", config["seed"], low=0)
@@ -56,7 +56,7 @@ def run(config: dict[str, Any]) -> None:
     console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
 
 
-main = hydra_command("discrepancy")(run)
+main = hydra_command("explain")(run)
 
 if __name__ == "__main__":
     main()

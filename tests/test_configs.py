@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -87,7 +85,7 @@ def composed(root: Path, *overrides: str) -> dict[str, Any]:
 
 def test_configs_are_found():
     assert {path.parent.name for path in CHOICES} == set(GROUPS)
-    assert {path.stem for path in ROOTS} >= {"datagen", "classifier", "diagnose"}
+    assert {path.stem for path in ROOTS} >= {"generate", "train", "diagnose"}
 
 
 @pytest.mark.parametrize("path", FILES, ids=identity)
@@ -204,23 +202,13 @@ def test_a_root_refuses_an_unknown_key_and_an_unknown_choice(root):
 @pytest.mark.parametrize("root", ROOTS, ids=identity)
 def test_hydra_leaves_nothing_in_the_working_folder(root):
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose(root.stem, return_hydra_config=True, overrides=["campaign=table2"] * (root.stem == "datagen"))
+        config = compose(root.stem, return_hydra_config=True, overrides=["campaign=table2"] * (root.stem == "generate"))
     assert config.hydra.output_subdir is None
     assert OmegaConf.to_container(config.hydra.run, resolve=False) == {"dir": "."}
 
 
-def test_every_root_has_its_command():
-    """A console command, or a module to run, for each root; both read the root of their name."""
-    scripts = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]["scripts"]
-    commands = {name.removeprefix("indexer-"): target for name, target in scripts.items()}
-    assert {root.stem for root in ROOTS} <= set(commands)
-    for target in commands.values():
-        module, _, function = target.partition(":")
-        assert callable(getattr(importlib.import_module(module), function))
-
-
 def test_the_bench_campaign_brings_its_sensor_and_the_command_line_another():
-    root = CONF / "datagen.yaml"
+    root = CONF / "generate.yaml"
     assert composed(root, "campaign=bench")["sensor"] == plain(CONF / "sensor" / "bench.yaml")
     assert composed(root, "campaign=bench", "sensor=ideal")["sensor"] == plain(CONF / "sensor" / "ideal.yaml")
 
@@ -229,11 +217,11 @@ def test_the_bench_campaign_brings_its_sensor_and_the_command_line_another():
     ("campaign", "size"), [("table2", 126), ("bench", 200), ("random", 1000), ("wear", 1000), ("grid", 1)]
 )
 def test_count_null_is_the_campaign_s_own_size(campaign, size):
-    config = composed(CONF / "datagen.yaml", f"campaign={campaign}")
+    config = composed(CONF / "generate.yaml", f"campaign={campaign}")
     assert config["count"] is None and order_from(config).count == size
 
 
 def test_the_data_set_s_root_is_an_order_of_the_reference_machine():
-    root = CONF / "datagen.yaml"
+    root = CONF / "generate.yaml"
     order = order_from({**composed(root), "out": "x"})
     assert order.count == 1 and order.base.machine == machine_from_mapping(plain(CONF / "machine" / "reference.yaml"))

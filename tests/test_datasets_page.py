@@ -38,7 +38,7 @@ def test_a_command_of_the_page_is_an_order(command):
         arguments = arguments[1:]
     assert swept == any(re.match(r"[\w.]+=[\w.]+,", each) for each in arguments)
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = OmegaConf.to_container(compose("datagen", first_job(arguments)))
+        config = OmegaConf.to_container(compose("generate", first_job(arguments)))
     assert isinstance(config, dict)
     assert order_from({str(key): value for key, value in config.items()}).count >= 1
 

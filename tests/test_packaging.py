@@ -56,6 +56,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0] for name in names} == {
         "indexer_env",
+        "indexer_cli",
         "datagen",
         "classifier",
         "discrepancy",

@@ -61,7 +61,7 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
     # Within a command Hydra stands on the same folder already.
     standing = GlobalHydra.instance().is_initialized()
     with contextlib.nullcontext() if standing else initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = OmegaConf.to_container(compose("datagen", [*recipe.overrides, f"seed={seed}", "out=."]), resolve=True)
+        config = OmegaConf.to_container(compose("generate", [*recipe.overrides, f"seed={seed}", "out=."]), resolve=True)
     assert isinstance(config, dict)
     place = folder / f"{recipe.name}-{seed}"
     generate(order_from({str(key): value for key, value in config.items()}), place)

@@ -14,7 +14,7 @@ EXECUTORS = ("local", "ray")
 
 
 def make_executor(name: object, workers: int | None, address: str | None) -> Executor:
-    """The executor of a composed `conf/datagen.yaml`.
+    """The executor of a composed `conf/generate.yaml`.
 
     Raises
     ------

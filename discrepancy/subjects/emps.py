@@ -16,7 +16,7 @@ from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from indexer_env.errors import SignalError, refuse
 
 _KEYS = ("model", "measured", "out", "overwrite", "seed")
-"""Keys of conf/discrepancy.yaml that this model takes; the others belong to the indexing machine."""
+"""Keys of conf/explain.yaml that this model takes; the others belong to the indexing machine."""
 
 MEANINGS = {
     "friction.viscous": "Drag grows in proportion to the slide's speed.",
@@ -121,7 +121,7 @@ def _motions(motion: Motion) -> list[tuple[str, Motion]]:
 
 
 def emps_subject(config: Mapping[str, Any]) -> EmpsSubject:
-    """The subject of a composed conf/discrepancy.yaml with model=emps.
+    """The subject of a composed conf/explain.yaml with model=emps.
 
     Raises
     ------

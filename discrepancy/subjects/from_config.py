@@ -1,4 +1,4 @@
-"""The cam indexing machine as a subject, from a composed conf/discrepancy.yaml: all that refuses records is here."""
+"""The cam indexing machine as a subject, from a composed conf/explain.yaml: all that refuses records is here."""
 
 from __future__ import annotations
 

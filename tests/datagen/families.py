@@ -17,7 +17,7 @@ SHORT = ["run.samples=300", "run.warmup_turns=0"]
 
 def ordered(*overrides: str) -> Order:
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = OmegaConf.to_container(compose("datagen", ["out=x", *overrides]))
+        config = OmegaConf.to_container(compose("generate", ["out=x", *overrides]))
     assert isinstance(config, dict)
     return order_from({str(key): value for key, value in config.items()})
 

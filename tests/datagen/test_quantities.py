@@ -78,7 +78,7 @@ def column_of(path: str) -> str:
 
 def composed(*overrides: str) -> dict[str, Any]:
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = OmegaConf.to_container(compose("datagen", ["out=x", *SHORT, *overrides]))
+        config = OmegaConf.to_container(compose("generate", ["out=x", *SHORT, *overrides]))
     assert isinstance(config, dict)
     return {str(key): value for key, value in config.items()}
 

@@ -17,7 +17,7 @@ PLAIN = {recipe.name: recipe for recipe in (TABLE2, BENCH, drawn(60), drawn(60, 
 
 def order(recipe) -> Order:
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = OmegaConf.to_container(compose("datagen", [*recipe.overrides, "seed=0", "out=."]), resolve=True)
+        config = OmegaConf.to_container(compose("generate", [*recipe.overrides, "seed=0", "out=."]), resolve=True)
     assert isinstance(config, dict)
     return order_from({str(key): value for key, value in config.items()})
 

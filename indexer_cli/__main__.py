@@ -1,0 +1,68 @@
+"""`indexer VERB KEY=VALUE ...`: the one command of the project."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+from indexer_cli.completion import HOW, SHELLS, candidates
+from indexer_cli.manual import manual, overview
+from indexer_cli.verbs import VERBS
+
+_BAD_INPUT = 2
+
+
+def version() -> str:
+    """The installed version."""
+    from importlib.metadata import version as installed
+
+    return installed("indexer-diagnosis")
+
+
+def main() -> None:
+    """Answer, or hand the rest of the command line to the verb."""
+    first, *rest = sys.argv[1:] or ["--help"]
+    if first in ("--help", "-h", "help") and not rest:
+        print(overview(version()))
+    elif first == "--version":
+        print(f"indexer {version()}")
+    elif first == "--completion":
+        _completion(rest)
+    elif first == "--complete":
+        print("\n".join(candidates(rest)))
+    elif (name := rest[0] if first == "help" else first) not in VERBS:
+        _refuse(name)
+    elif first == "help" or "--help" in rest or "-h" in rest:
+        print(manual(name))
+    else:
+        sys.argv = [f"indexer {name}", *rest]
+        module = importlib.import_module(VERBS[name].module)
+        if hasattr(module, "__path__"):
+            module = importlib.import_module(f"{module.__name__}.__main__")
+        module.main()
+
+
+def _completion(rest: list[str]) -> None:
+    if not rest:
+        print(HOW)
+    elif rest[0] in SHELLS:
+        print(SHELLS[rest[0]])
+    else:
+        _say(f"--completion must be followed by {' or '.join(SHELLS)}, got {rest[0]!r}.")
+
+
+def _refuse(name: str) -> None:
+    import difflib
+
+    close = difflib.get_close_matches(name, VERBS, n=1, cutoff=0.5)
+    remedy = f"did you mean {close[0]!r}" if close else "indexer --help lists them"
+    _say(f"the first word must be a verb, got {name!r}; {remedy}.")
+
+
+def _say(sentence: str) -> None:
+    print(f"error: {sentence}", file=sys.stderr)
+    raise SystemExit(_BAD_INPUT)
+
+
+if __name__ == "__main__":
+    main()

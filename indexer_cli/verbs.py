@@ -1,0 +1,58 @@
+"""The verbs of `indexer`: which function does the work of each."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A verb.
+
+    Attributes
+    ----------
+    name : str
+        As typed; conf/<name>.yaml holds its keys and the text of its help page.
+    module : str
+        Module whose `main()` does the work; `python -m` runs it, too.
+    group : str
+        Heading under which the verb is listed.
+    """
+
+    name: str
+    module: str
+    group: str
+
+
+VERBS = {
+    verb.name: verb
+    for verb in (
+        Verb("simulate", "datagen.simulate", "Simulate"),
+        Verb("new", "datagen.new", "Simulate"),
+        Verb("generate", "datagen", "Data"),
+        Verb("ingest", "datagen.ingest", "Data"),
+        Verb("check", "datagen.check", "Data"),
+        Verb("remake", "datagen.remake", "Data"),
+        Verb("train", "classifier", "Learn and diagnose"),
+        Verb("tune", "classifier.tune", "Learn and diagnose"),
+        Verb("diagnose", "classifier.diagnose", "Learn and diagnose"),
+        Verb("transfer", "classifier.transfer", "Learn and diagnose"),
+        Verb("leaveout", "classifier.leaveout", "Learn and diagnose"),
+        Verb("export", "classifier.export", "Learn and diagnose"),
+        Verb("explain", "discrepancy", "Find what a model lacks"),
+        Verb("compare", "classifier.compare", "Experiments"),
+        Verb("study", "classifier.study", "Experiments"),
+        Verb("challenge", "discrepancy.challenge", "Experiments"),
+    )
+}
+
+
+def config_folder() -> Path:
+    """The folder of YAML files, found without importing the simulator: `indexer_env.presets.config_dir`, which a test
+    holds beside it, takes as long as loading numpy."""
+    found = importlib.util.find_spec("indexer_env")
+    assert found is not None and found.origin is not None
+    inside = Path(found.origin).parent / "conf"
+    return inside if inside.is_dir() else inside.parent.parent / "conf"

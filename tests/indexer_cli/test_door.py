@@ -1,0 +1,203 @@
+"""The command `indexer`: its list, its pages and what it answers without a verb."""
+
+import importlib
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from datagen.arguments import root_keys, with_key
+from indexer_cli.__main__ import main
+from indexer_cli.completion import candidates
+from indexer_cli.manual import keys_of, manual, overview
+from indexer_cli.verbs import VERBS, config_folder
+from indexer_cli.yaml_keys import read_page
+from indexer_env.presets import config_dir
+
+CONF = config_dir()
+ROOTS = sorted(path for path in CONF.glob("*.yaml") if not path.read_text().startswith("# @package"))
+POSITIONAL = {"check": "data", "remake": "data", "new": "what"}
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run `indexer` with these arguments: exit code, stdout, stderr."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["indexer", *arguments])
+        try:
+            main()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_verbs_and_root_configurations_are_the_same():
+    assert {path.stem for path in ROOTS} == set(VERBS)
+    assert config_folder() == CONF
+
+
+@pytest.mark.parametrize("verb", VERBS.values(), ids=lambda verb: verb.name)
+def test_a_verb_leads_to_the_main_of_its_configuration(verb):
+    module = importlib.import_module(verb.module)
+    if hasattr(module, "__path__"):
+        module = importlib.import_module(f"{verb.module}.__main__")
+    assert module.main.config_name == verb.name
+    assert module.main.positional == POSITIONAL.get(verb.name)
+
+
+def test_the_list_has_a_line_for_each_verb(call):
+    code, out, err = call()
+    assert (code, err) == (0, "")
+    for name in VERBS:
+        (line,) = [line for line in out.splitlines() if line.startswith(f"  {name} ")]
+        assert line.endswith(".") and len(line) <= 120
+    assert call("--help")[1] == out
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("generate", "--help"), ("--complete", "generate", "mach")])
+def test_help_loads_nothing_heavy(arguments):
+    """Whole seconds lie between a page and numpy, Hydra or torch."""
+    program = (
+        "import sys; from indexer_cli.__main__ import main; main(); "
+        "print([name for name in ('numpy', 'hydra', 'torch', 'yaml', 'indexer_env') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_page_has_every_part_and_every_key(name, call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    code, page, _ = call(name, "--help")
+    assert code == 0 and page == call("help", name)[1]
+    headings = ["NAME", "SYNOPSIS", "DESCRIPTION", "KEYS", "EVERY VERB", "EXIT CODES"]
+    assert [line for line in page.splitlines() if line in headings] == headings
+    shown = {line.strip().partition("=")[0].removesuffix(" (must be given)") for line in page.splitlines()}
+    config = yaml.safe_load((CONF / f"{name}.yaml").read_text())
+    for key in root_keys(name):
+        assert key in shown or f"  {key}." in page, key
+    for key, value in config.items():
+        if value == "???":
+            assert f"    {key} (must be given)" in page.splitlines()
+            assert f" {key}=..." in page.split("DESCRIPTION")[0]
+    assert max(map(len, page.splitlines())) <= 135
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_page_has_three_examples_that_compose(name):
+    lines = [line.strip() for line in read_page(CONF / f"{name}.yaml").header]
+    examples = [line for line in lines if line.startswith(f"indexer {name}")]
+    assert len(examples) == 3
+    for example in examples:
+        _, _, *arguments = shlex.split(example)
+        if "-m" in arguments or any(argument.endswith("_table.yaml") for argument in arguments):
+            continue
+        arguments = [
+            argument for argument in with_key(POSITIONAL.get(name), arguments) if "drawing.yaml" not in argument
+        ]
+        with initialize_config_dir(str(CONF), version_base="1.3"):
+            config = compose(name, arguments)
+        assert not OmegaConf.missing_keys(config), example
+
+
+FILES = sorted({*ROOTS, CONF / "recording.yaml"}) + [
+    CONF / choice.name / f"{choice.default}.yaml"
+    for root in ROOTS
+    for choice in read_page(root).choices
+    if not choice.name.startswith("override ")
+]
+
+
+@pytest.mark.parametrize("path", dict.fromkeys(FILES), ids=lambda path: str(path.relative_to(CONF)))
+def test_keys_are_read_as_yaml_reads_them_and_each_has_a_meaning(path):
+    def flat(mapping, prefix=""):
+        for key, value in mapping.items():
+            if isinstance(value, dict) and value and f"{prefix}{key}" not in written:
+                yield from flat(value, f"{prefix}{key}.")
+            else:
+                yield f"{prefix}{key}", value
+
+    page = read_page(path)
+    written = {key.name: yaml.safe_load(key.default) for key in page.keys if key.default is not None}
+    expected = dict(flat({key: value for key, value in yaml.safe_load(path.read_text()).items() if key != "defaults"}))
+    assert written == expected
+    assert [key.name for key in page.keys if key.default is not None and len(key.meaning) < 3] == []
+
+
+def test_a_line_that_is_no_key_is_refused(tmp_path):
+    (tmp_path / "odd.yaml").write_text("a: 1  # one\nnot a key\n")
+    with pytest.raises(ValueError, match="one key a line, got 'not a key'"):
+        read_page(tmp_path / "odd.yaml")
+
+
+def test_a_sign_inside_quotes_is_no_comment(tmp_path):
+    (tmp_path / "quoted.yaml").write_text("a: 'x # y'  # a text\n         # that goes on\n")
+    (key,) = read_page(tmp_path / "quoted.yaml").keys
+    assert (key.default, key.meaning) == ("'x # y'", "a text")
+    (tmp_path / "long.yaml").write_text("a: 1  # a number\n      # that goes on\n")
+    (key,) = read_page(tmp_path / "long.yaml").keys
+    assert key.meaning == "a number that goes on"
+
+
+def test_version(call):
+    code, out, _ = call("--version")
+    assert code == 0 and out.startswith("indexer ") and out.strip().rpartition(" ")[2][0].isdigit()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("generat",), "error: the first word must be a verb, got 'generat'; did you mean 'generate'."),
+        (("qqq",), "error: the first word must be a verb, got 'qqq'; indexer --help lists them."),
+        (("help", "trian"), "error: the first word must be a verb, got 'trian'; did you mean 'train'."),
+        (("--completion", "fish"), "error: --completion must be followed by bash or zsh, got 'fish'."),
+        (("train", "--bogus"), "error: the command line must hold KEY=VALUE pairs, got '--bogus'; see --help"),
+    ],
+)
+def test_a_mistake_gets_one_sentence(arguments, sentence, call):
+    code, out, err = call(*arguments)
+    assert (code, out) == (2, "") and err.startswith(sentence) and err.count("\n") == 1
+
+
+def test_completion_offers_verbs_keys_and_names():
+    assert candidates(["ge"]) == ["generate "]
+    assert set(candidates([""])) == {f"{name} " for name in VERBS}
+    assert candidates(["train", "trainer=traincg"]) == [f"trainer=traincg{end} " for end in "bfp"]
+    assert candidates(["generate", "machine.output_joint.st"]) == [
+        "machine.output_joint.stiffness=",
+        "machine.output_joint.stiffness_ratio=",
+    ]
+    assert candidates(["generate", "faults.b"]) == ["faults.backlash_deg="]
+    assert candidates(["nothing", "x"]) == [] and candidates(["train", "data=x"]) == []
+    for name in VERBS:
+        assert {f"{key}=" for key in keys_of(name)} == set(candidates([name, ""]))
+
+
+@pytest.mark.skipif(not Path("/bin/bash").exists(), reason="needs bash")
+def test_the_shell_completes(tmp_path):
+    """Bash itself, with the line of the documentation."""
+    (tmp_path / "indexer").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m indexer_cli "$@"\n')
+    (tmp_path / "indexer").chmod(0o755)
+    script = """
+    eval "$(indexer --completion bash)"
+    COMP_WORDS=(indexer generate machine=sm); COMP_CWORD=2; _indexer; echo "${COMPREPLY[@]}"
+    """
+    root = Path(__file__).parents[2]
+    env = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(root)}
+    done = subprocess.run(["/bin/bash", "-c", script], capture_output=True, text=True, check=True, env=env)
+    assert done.stdout.strip() == "machine=smooth"
+
+
+def test_the_list_and_a_page_are_texts():
+    assert overview("1.2").startswith("indexer 1.2: ")
+    assert "indexer train data=... out=... [KEY=VALUE ...]" in manual("train")
