@@ -59,9 +59,9 @@ $(BENCH): pyproject.toml constraints.txt | $(BASE)
 
 demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record; results in demo/
 	@rm -rf demo/table2 demo/model demo/diagnosis
-	$(RUN) -m datagen campaign=table2 out=demo/table2
-	$(RUN) -m classifier data=demo/table2 out=demo/model
-	$(RUN) -m classifier.diagnose model=demo/model signal=demo/table2/example.csv out=demo/diagnosis
+	$(BIN)/indexer generate campaign=table2 out=demo/table2
+	$(BIN)/indexer train data=demo/table2 out=demo/model
+	$(BIN)/indexer diagnose model=demo/model measured=demo/table2/example.csv out=demo/diagnosis
 	@echo "Pictures:"
 	@find demo -name '*.png' | sort | sed 's/^/  /'
 

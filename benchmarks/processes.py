@@ -74,7 +74,7 @@ def memory(count: int) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         done = child(["-m", "datagen", "campaign=table2", f"count={count}", f"out={folder}/table2"])
     return Row(
-        f"peak memory for {count} turns streamed to disk (python -m datagen campaign=table2)",
+        f"peak memory for {count} turns streamed to disk (indexer generate campaign=table2)",
         "< 1 GiB",
         f"{done.peak_memory / GIB:.2f} GiB, in {number(done.duration)} s with two turns of warm-up each",
         done.peak_memory < GIB,

@@ -74,7 +74,7 @@ def _check(count: int) -> Row:
     if verdict.faults:
         raise ValueError(verdict.faults[0])
     return Row(
-        "python -m datagen.check, every row of it",
+        "indexer check, every row of it",
         "",
         f"{number(count / wall)} records/s ({number(count / processor)} per second of one core's time)",
         None,

@@ -15,21 +15,21 @@ Read in this order:
     tasks/         these parts: probabilities, severities with intervals, novelty, a network on the record
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
-                   (python -m classifier.diagnose)
-    export/        a model as one ONNX file                                      (python -m classifier.export)
+                   (indexer diagnose)
+    export/        a model as one ONNX file                                      (indexer export)
     results        numbers over several seeds, their means with intervals, their tables
-    compare/       other methods, severities, novelty and robustness, measured   (python -m classifier.compare)
+    compare/       other methods, severities, novelty and robustness, measured   (indexer compare)
     groups         what records were measured with and when; data sets without a group
-    leaveout       each sensor, machine or day left out in turn                  (python -m classifier.leaveout)
-    transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
+    leaveout       each sensor, machine or day left out in turn                  (indexer leaveout)
+    transfer       a model goes on learning on another machine                   (indexer transfer)
     style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, reliability, diagnosis
     job            a training as its configuration asks for it
     runs           trainings as a table, one row each; all runs of a sweep together
     curves         errors and scores for TensorBoard
-    tune           settings sought by trials                                     (python -m classifier.tune)
-    study/         the paper's claims, worked through one by one                 (python -m classifier.study)
-    __main__       the training command                                          (python -m classifier)
+    tune           settings sought by trials                                     (indexer tune)
+    study/         the paper's claims, worked through one by one                 (indexer study)
+    __main__       the training command                                          (indexer train)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of
 the network are mean squares, and in per cent only where the name ends in ``_percent``. All numbers of a

@@ -1,4 +1,4 @@
-"""Training from the command line: ``python -m classifier data=DIR out=DIR [net.hidden=20 trainer=traingdx
+"""Training from the command line: ``indexer train data=DIR out=DIR [net.hidden=20 trainer=traingdx
 seed=0 ...]``.
 """
 

@@ -1,6 +1,6 @@
 """How well a classifier knows a sensor, machine or day that it never saw: each is left out of the training in turn.
 
-``python -m classifier.leaveout data=DIR by=machine out=DIR [seeds=5 ...]``
+``indexer leaveout data=DIR by=machine out=DIR [seeds=5 ...]``
 """
 
 from __future__ import annotations

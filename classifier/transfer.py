@@ -1,6 +1,6 @@
 """A network that was trained on one machine, usually a simulated one, goes on learning from few records of another.
 
-``python -m classifier.transfer model=DIR data=DIR out=DIR [counts=[8,16,32] seeds=5 ...]``
+``indexer transfer model=DIR data=DIR out=DIR [counts=[8,16,32] seeds=5 ...]``
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Settings sought by trials: ``python -m classifier.tune data=DIR out=DIR [trials=30 ...]``; needs the extra [tune].
+"""Settings sought by trials: ``indexer tune data=DIR out=DIR [trials=30 ...]``; needs the extra [tune].
 
 Each trial is a training whose settings Optuna proposes by the results of the earlier ones; the control error decides,
 the validation subset is only scored.

@@ -30,18 +30,18 @@ In reading order, along the data flow:
     batches        a data set -> shuffled PyTorch batches, or single records by place
     remake         a row -> its record again, bit for bit; a command
     audit/         what DATA.md promises, asserted
-    check          python -m datagen.check: the verdict on a data set
+    check          indexer check: the verdict on a data set
     formats/       measured files of all formats as named columns, one reader a file
     time_grid      a column of time -> one sampling rate, or the place where it is not even
     measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
-    ingest/        measured files -> the same kind of folder, one row a turn; python -m datagen.ingest
+    ingest/        measured files -> the same kind of folder, one row a turn; indexer ingest
     progress       a bar or log lines
     arguments      the command line around Hydra's reading of it
     job_paths      the paths and URLs that commands are given, and where each job of a sweep writes
     output_folder  result folders of commands that appear whole or not at all
     file_table     measured files that a folder, a pattern or a list names, and a table that says more about each
     command        the Hydra entry point that all commands of the project share
-    __main__       python -m datagen
+    __main__       indexer generate
 
 Units are SI and rad throughout; every numeric column carries its unit in the field metadata of the Parquet
 files. Index conventions: items and machine draws count from 0, classes from 1 as in the paper. A row is one

@@ -1,4 +1,4 @@
-"""`python -m datagen [campaign=NAME] out=FOLDER`: generate a data set."""
+"""`indexer generate [campaign=NAME] out=FOLDER`: generate a data set."""
 
 from __future__ import annotations
 

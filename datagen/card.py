@@ -172,7 +172,7 @@ import pandas; pandas.read_parquet("data")     # or Polars, DuckDB, pyarrow.data
 from datasets import load_dataset; load_dataset("parquet", data_dir="data", split="train")
 ```
 
-`python -m datagen.check FOLDER` asserts the checksums and all that is promised of the rows; `python -m datagen.remake
+`indexer check FOLDER` asserts the checksums and all that is promised of the rows; `indexer remake
 FOLDER item=N` makes a simulated row again from its own columns, bit for bit."""
 
 

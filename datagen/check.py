@@ -1,4 +1,4 @@
-"""`python -m datagen.check FOLDER_OR_URL`: assert every line of DATA.md and the checksums, and name what is at fault.
+"""`indexer check FOLDER_OR_URL`: assert every line of DATA.md and the checksums, and name what is at fault.
 
 Shards are read one after the other, so memory stays that of one. Exit codes: 0 sound, 1 faults found, 2 no data set.
 """

@@ -1,6 +1,6 @@
 """Make a row's record again from its own columns, bit for bit.
 
-`python -m datagen.remake FOLDER item=N [out=FILE.parquet]` does so with one item or several (`item=[3,17]`) and says
+`indexer remake FOLDER item=N [out=FILE.parquet]` does so with one item or several (`item=[3,17]`) and says
 where the records differ. Exit codes: 0 all equal, 1 one differs, 2 bad input.
 """
 

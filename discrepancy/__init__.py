@@ -24,7 +24,7 @@ In reading order:
     next_measurement  which measurement would tell ambiguous effects apart
     chain      the stages one after the other; `stages` says which one is under way
     report/    report.html, report.json
-    __main__   python -m discrepancy
+    __main__   indexer explain
 
 Units are SI and rad. Residuals are (simulated - measured)/noise, so a level (their rms) of 1 is the noise floor.
 Arrays are (window, sample); global parameters g, local ones l, windows w.

@@ -1,4 +1,4 @@
-"""The chain from the command line: ``python -m discrepancy measured=FILES machine=YAML out=DIR``."""
+"""The chain from the command line: ``indexer explain measured=FILES machine=YAML out=DIR``."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _CHECK, _WRITE = "read and check the records", "write the report"
 
 
 def _subject(config: dict[str, Any]) -> Subject:
-    check_choice("discrepancy", "model", config["model"], ("indexer", "emps"))
-    if config["model"] == "emps":
+    check_choice("discrepancy", "system", config["system"], ("indexer", "emps"))
+    if config["system"] == "emps":
         from discrepancy.subjects.emps import emps_subject
 
         return emps_subject(config)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import io
 import json
+import os
 import shutil
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +16,7 @@ from typing import Any
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
 
 TABLE = "sweep.csv"
 """Name of the table, in the folder of the sweep."""
@@ -25,33 +30,58 @@ def outcome(results: Mapping[str, Any] | None = None, reason: str = "") -> dict[
 
 
 class SweepTable(Callback):
-    """Hydra's callback that keeps a row of each job, in whatever process it runs, and writes the table in the end.
+    """Hydra's callback that keeps the row of each job, in whatever process it runs, and the table with it: where a
+    launcher gives up after a job that failed, the table holds all that ended.
 
     A sweep whose `out` is a URL has no folder here and leaves no table.
     """
 
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Forget the rows of an earlier sweep. Without a usable folder Hydra refuses the sweep right after this."""
+        with contextlib.suppress(OmegaConfBaseException):
+            shutil.rmtree(_folder(config) / _ROWS, ignore_errors=True)
+
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Keep the row of a job."""
-        if config.hydra.mode is not RunMode.MULTIRUN:
+        folder = _folder(config)
+        if config.hydra.mode is not RunMode.MULTIRUN or folder == Path():
             return
         given = dict(override.lstrip("+~").split("=", 1) for override in config.hydra.overrides.task if "=" in override)
         value = job_return._return_value
         said = value if isinstance(value, dict) and value.keys() == outcome().keys() else outcome(reason=str(value))
         row = {"job": config.hydra.job.num, "given": given, **said}
-        rows = Path(config.hydra.sweep.dir) / _ROWS
-        rows.mkdir(parents=True, exist_ok=True)
-        (rows / f"{row['job']}.json").write_text(json.dumps(row, default=str), encoding="utf-8")
+        (folder / _ROWS).mkdir(parents=True, exist_ok=True)
+        replace_file(folder / _ROWS / f"{row['job']}.json", json.dumps(row, default=str))
+        # Jobs may end at the same time in several processes: until the table holds every row that is there.
+        while (rows := _rows(folder)) and (write_table(rows, folder / TABLE) or rows != _rows(folder)):
+            pass
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Write the table."""
-        folder = Path(config.hydra.sweep.dir)
-        rows = [json.loads(path.read_text(encoding="utf-8")) for path in (folder / _ROWS).glob("*.json")]
-        shutil.rmtree(folder / _ROWS, ignore_errors=True)
-        if folder == Path() or not rows:
-            return
-        write_table(sorted(rows, key=lambda row: row["job"]), folder / TABLE)
-        failed = sum(bool(row["reason"]) for row in rows)
-        print(f"{len(rows)} jobs, {failed} failed: {folder / TABLE}")
+        """Say where the table is."""
+        folder = _folder(config)
+        if rows := _rows(folder):
+            failed = sum(bool(row["reason"]) for row in rows)
+            shutil.rmtree(folder / _ROWS, ignore_errors=True)
+            print(f"{len(rows)} jobs, {failed} failed: {folder / TABLE}")
+
+
+def _folder(config: DictConfig) -> Path:
+    return Path(config.hydra.sweep.dir)
+
+
+def _rows(folder: Path) -> list[dict[str, Any]]:
+    rows = [json.loads(path.read_text(encoding="utf-8")) for path in (folder / _ROWS).glob("*.json")]
+    return sorted(rows, key=lambda row: row["job"])
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a file that appears whole or not at all."""
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, prefix=f".{path.name}-", delete=False, encoding="utf-8", newline=""
+    ) as file:
+        file.write(text)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> None:
@@ -59,10 +89,11 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
     keys = dict.fromkeys(key for row in rows for key in row["given"])
     varied = [key for key in keys if len({row["given"].get(key) for row in rows}) > 1]
     results = dict.fromkeys(name for row in rows for name in row["results"])
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(["job", *varied, "outcome", *results, "reason"])
-        for row in rows:
-            given = [row["given"].get(key, "") for key in varied]
-            values = [row["results"].get(name, "") for name in results]
-            table.writerow([row["job"], *given, "failed" if row["reason"] else "done", *values, row["reason"]])
+    text = io.StringIO(newline="")
+    table = csv.writer(text)
+    table.writerow(["job", *varied, "outcome", *results, "reason"])
+    for row in rows:
+        given = [row["given"].get(key, "") for key in varied]
+        values = [row["results"].get(name, "") for name in results]
+        table.writerow([row["job"], *given, "failed" if row["reason"] else "done", *values, row["reason"]])
+    replace_file(path, text.getvalue())

@@ -32,8 +32,8 @@ def first_job(arguments: list[str]) -> list[str]:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_of_the_page_is_an_order(command):
-    program, flag, module, *arguments = shlex.split(command)
-    assert (program, flag, module) == ("python", "-m", "datagen")
+    program, verb, *arguments = shlex.split(command)
+    assert (program, verb) == ("indexer", "generate")
     if swept := arguments[0] == "-m":
         arguments = arguments[1:]
     assert swept == any(re.match(r"[\w.]+=[\w.]+,", each) for each in arguments)

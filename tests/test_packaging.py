@@ -75,9 +75,9 @@ def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> 
     assert Path(result.stdout.strip()).resolve() == (installed / "indexer_env" / "conf").resolve()
 
 
-@pytest.mark.parametrize("command", ["datagen", "datagen.ingest", "classifier", "classifier.diagnose", "discrepancy"])
-def test_wheel_commands_start_outside_the_checkout(command: str, installed: Path, tmp_path: Path) -> None:
-    result = run_outside(installed, tmp_path, "-m", command, "--help")
+@pytest.mark.parametrize("verb", [["indexer_cli", "train"], ["datagen"], ["classifier.diagnose"], ["discrepancy"]])
+def test_wheel_commands_start_outside_the_checkout(verb: list[str], installed: Path, tmp_path: Path) -> None:
+    result = run_outside(installed, tmp_path, "-m", *verb, "--help")
     assert result.returncode == 0, result.stderr
     assert "out" in result.stdout
     assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,7 @@ Read in this order:
     robustness  what is left on other machines, operating points and sensors
     studies     these by their names
     draw        pictures that several studies share
-    __main__    the command                                                      (python -m classifier.compare)
+    __main__    the command                                                      (indexer compare)
 
 Only here scikit-learn is needed, which the extra [compare] installs.
 """

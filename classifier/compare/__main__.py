@@ -1,4 +1,4 @@
-"""Comparison from the command line: ``python -m classifier.compare study=baselines out=DIR [seeds=5 ...]``."""
+"""Comparison from the command line: ``indexer compare study=baselines out=DIR [seeds=5 ...]``."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ diagnosis    the record of one turn -> class, outputs, what the model's parts sa
 incremental  samples as they come -> a report at every turn
 signals      files, patterns, folders and data sets -> signals with what is known of them
 report       reports in words, as JSON and as one table
-__main__     the command                                       (python -m classifier.diagnose)
+__main__     the command                                       (indexer diagnose)
 """
 
 from classifier.diagnose.diagnosis import Diagnosis, diagnose_turn

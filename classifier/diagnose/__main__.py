@@ -1,4 +1,4 @@
-"""Diagnosis of measured records: ``python -m classifier.diagnose model=DIR signal=FILE out=DIR``."""
+"""Diagnosis of measured records: ``indexer diagnose model=DIR measured=FILE out=DIR``."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def run(config: dict[str, Any]) -> None:
         from_mapping(RecordConditions, _stated(config["known"]), "known"),
     )
     model = load_model(path_given("diagnose", "model", config["model"]))
-    cases = cases_of(config["signal"], asked)
+    cases = cases_of(config["measured"], asked)
     if left_open := model.conditions.not_compared(asked.known):
         keys = ", ".join(left_open)
         print(f"{'assumed':<{COLUMN}}{keys} as in the training records; known.{left_open[0]}=VALUE says it")

@@ -54,8 +54,8 @@ def cases_of(signal: object, asked: Asked) -> Iterator[Case]:
     wrong = [name for name in names if not isinstance(name, str) or not name.strip()]
     if wrong or not names:
         rule = "a file, a list of files, a pattern, a folder or a data set"
-        remedy = "write signal=./NAME for a name that reads as something else"
-        raise refuse("diagnose", "signal", rule, wrong[0] if wrong else signal, remedy)
+        remedy = "write measured=./NAME for a name that reads as something else"
+        raise refuse("diagnose", "measured", rule, wrong[0] if wrong else signal, remedy)
     for name in names:
         if (Path(name) / MANIFEST).is_file():
             yield from _rows(Path(name), asked)
@@ -69,7 +69,7 @@ def _named(name: str) -> list[Path]:
     # A name without a sign of a pattern is a path that is not there: the reader says so best.
     if not Path(name).is_dir() and not set(name) & set("*?["):
         return [Path(name)]
-    return files_found("diagnose", "signal", name)[1]
+    return files_found("diagnose", "measured", name)[1]
 
 
 def _file(path: Path, asked: Asked) -> Case:

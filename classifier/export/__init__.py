@@ -4,7 +4,7 @@
     features   records -> features, the transform as a product of matrices
     parts      what the model's parts say
     model      the whole classifier as a graph, with all that a user must know in the metadata
-    __main__   the command                                             (python -m classifier.export)
+    __main__   the command                                             (indexer export)
 
 The modules need the extra [onnx]. All numbers are float64; outputs are those of `Model` to rounding.
 """

@@ -1,4 +1,4 @@
-"""A model as an ONNX file: ``python -m classifier.export model=DIR out=FILE.onnx``."""
+"""A model as an ONNX file: ``indexer export model=DIR out=FILE.onnx``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's claims, worked through again one by one (python -m classifier.study).
+"""The paper's claims, worked through again one by one (indexer study).
 
 Read in this order:
 

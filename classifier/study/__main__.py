@@ -1,4 +1,4 @@
-"""The study from the command line: ``python -m classifier.study out=DIR ['claims=[fig4,fig5]'] [size=quick]``."""
+"""The study from the command line: ``indexer study out=DIR ['claims=[fig4,fig5]'] [size=quick]``."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Recipe:
     """A kind of data set; its seed is given when it is made.
 
     name       of its folders
-    overrides  arguments of ``python -m datagen``
+    overrides  arguments of ``indexer generate``
     """
 
     name: str
@@ -34,7 +34,7 @@ class Recipe:
     def command(self, seed: int) -> str:
         """The command line that makes the same data set."""
         quoted = (f"'{part}'" if set(part) & set("[]{} +~") else part for part in self.overrides)
-        return f"python -m datagen {' '.join(quoted)} seed={seed}"
+        return f"indexer generate {' '.join(quoted)} seed={seed}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ In reading order, along the data flow:
     cut            one file -> its turns, or the sentence that refuses it or one of them
     stream         samples as they come -> turns with their records, for what is diagnosed while it runs
     publish        turns -> shards, rejected.parquet and manifest: all contact with `datagen.store`
-    __main__       python -m datagen.ingest
+    __main__       indexer ingest
 
 Files are read by `datagen.measured`, so what that refuses is refused here with the same sentence, as a row of
 rejected.parquet. docs/measured_data.md says it to users.

@@ -1,4 +1,4 @@
-"""`python -m datagen.ingest files=FOLDER out=FOLDER period=SECONDS`: measured files -> a data set."""
+"""`indexer ingest measured=FOLDER out=FOLDER period=SECONDS`: measured files -> a data set."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def main(config: dict[str, Any]) -> None:
     folder = job_folder("ingest", config["out"])
     settings = settings_from(config)
     labels = None if config["labels"] is None else path_given("ingest", "labels", config["labels"])
-    sources = sources_of(str(path_given("ingest", "files", config["files"])), labels)
+    sources = sources_of(str(path_given("ingest", "measured", config["measured"])), labels)
     kept = {key: value for key, value in config.items() if key not in PLACES}
     manifest = ingest(sources, settings, folder, config=kept, overwrite=config["overwrite"])
     _say(manifest, str(folder))

@@ -166,7 +166,7 @@ class Settings:
 
 
 _PARTS = {"pulse": Pulse, "read": Reading, "known": Known, "split": Split}
-PLACES = ("files", "labels", "out", "overwrite")
+PLACES = ("measured", "labels", "out", "overwrite")
 """Keys of the command that say where things are; they decide no byte of a shard."""
 
 

@@ -62,7 +62,7 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
     SignalError
         The labels table cannot be read as one.
     """
-    root, paths = files_found("ingest", "files", files)
+    root, paths = files_found("ingest", "measured", files)
     table = None if labels is None else labels.resolve()
     named = {path.relative_to(root).as_posix(): path for path in paths if path.resolve() != table}
     if labels is None:
@@ -72,7 +72,7 @@ def sources_of(files: str, labels: Path | None) -> list[Source]:
     missing = sorted(set(named) - set(rows))
     if missing:
         others = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        remedy = "add a row for it or narrow files=PATTERN"
+        remedy = "add a row for it or narrow measured=PATTERN"
         raise refuse("ingest", "labels", "a table with a row for each file", f"none for {missing[0]}{others}", remedy)
     return [_labelled(path, name, rows[name], labels) for name, path in named.items()]
 
@@ -81,8 +81,8 @@ def _check_folders(named: Mapping[str, Path]) -> None:
     """Refuse a file beside the folders of the classes: its folder would be a class of its own."""
     beside = [name for name in named if "/" not in name]
     if 0 < len(beside) < len(named):
-        remedy = "move it into one of them, narrow files=PATTERN or give labels=TABLE.csv"
-        raise refuse("ingest", "files", "files in folders named by their class", f"{beside[0]} beside them", remedy)
+        remedy = "move it into one of them, narrow measured=PATTERN or give labels=TABLE.csv"
+        raise refuse("ingest", "measured", "files in folders named by their class", f"{beside[0]} beside them", remedy)
 
 
 def _rows(labels: Path, named: Mapping[str, Path]) -> dict[str, dict[str, str]]:
@@ -104,7 +104,7 @@ def _match(written: str, named: Mapping[str, Path], place: str) -> str:
     found = [wanted] if wanted in named else [name for name in named if wanted and name.endswith(f"/{wanted}")]
     if len(found) != 1:
         many = f"{len(found)} files of that name" if found else "none of that name"
-        remedy = "write its path below the folder" if found else "correct the cell or files=PATTERN"
+        remedy = "write its path below the folder" if found else "correct the cell or measured=PATTERN"
         raise SignalError(f"{place}: {FILE} must name one of {len(named)} files, got {written!r}, {many}; {remedy}.")
     return found[0]
 

@@ -12,7 +12,7 @@ In reading order:
     score       all tables: by kind, size, play and effect
     plan        which cases a run solves, all groups in turns
     run         all cases, resumable one by one, on one process, several or Ray
-    __main__    python -m discrepancy.challenge
+    __main__    indexer challenge
 
 Units are SI and rad. A gap is the base model's level: rms of its residuals over the noise, 1 where nothing is hidden.
 """

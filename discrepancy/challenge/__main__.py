@@ -1,4 +1,4 @@
-"""`python -m discrepancy.challenge n=… seed=… out=FOLDER`: hide effects, search for them, score the answers."""
+"""`indexer challenge count=… seed=… out=FOLDER`: hide effects, search for them, score the answers."""
 
 from __future__ import annotations
 

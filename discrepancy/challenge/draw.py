@@ -69,8 +69,8 @@ class Order:
 
     Attributes
     ----------
-    n : int
-        Cases, >= 1; effects are taken in turn, so that n = 22 hides each of the library once.
+    count : int
+        Cases, >= 1; effects are taken in turn, so that 22 hide each of the library once.
     seed : int
         >= 0.
     kind, play : str
@@ -81,7 +81,7 @@ class Order:
         Table turns of each record, >= 0.7, so that a case's records hold two in all.
     """
 
-    n: int
+    count: int
     seed: int
     kind: str = "single"
     play: str = "healthy"
@@ -89,7 +89,7 @@ class Order:
     turns: float = 1.2
 
     def __post_init__(self) -> None:
-        check_integer("challenge", "n", self.n, low=1)
+        check_integer("challenge", "count", self.count, low=1)
         check_integer("challenge", "seed", self.seed, low=0)
         check_choice("challenge", "kind", self.kind, KINDS)
         check_choice("challenge", "play", self.play, PLAYS)

@@ -11,9 +11,9 @@ from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
 CASES = ("own", "full", "none")
-"""own: `n` cases of one kind, play and gap; full: all groups of the result table; none: the table alone."""
+"""own: `count` cases of one kind, play and gap; full: all groups of the result table; none: the table alone."""
 
-_OF_GROUP, _OF_ALL = ("n", "kind", "play", "gap"), ("seed", "turns")
+_OF_GROUP, _OF_ALL = ("count", "kind", "play", "gap"), ("seed", "turns")
 
 _EACH = len(HIDDEN)
 _LARGE, _SMALL = (3.0, 10.0), (1.0, 3.0)
@@ -57,8 +57,8 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
         raise refuse("challenge", "seed", "a whole number >= 0", None, "add seed=1")
     if which == "full":
         return tuple(Order(n, kind=kind, play=play, gap=gap, **given) for kind, play, n, gap in FULL)
-    if "n" not in given:
-        raise refuse("challenge", "n", "a whole number >= 1", None, "add n=22, or cases=full")
+    if "count" not in given:
+        raise refuse("challenge", "count", "a whole number >= 1", None, "add count=22, or cases=full")
     if "gap" in given:
         gap = given["gap"]
         if not isinstance(gap, list):
@@ -71,5 +71,5 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
 
 def interleaved(asked: Sequence[Order]) -> list[Task]:
     """All cases of all orders, so that a run that is stopped has had the same share of each."""
-    tasks = [Task(order, number) for order in asked for number in range(order.n)]
-    return sorted(tasks, key=lambda task: (task.number + 0.5) / task.order.n)
+    tasks = [Task(order, number) for order in asked for number in range(order.count)]
+    return sorted(tasks, key=lambda task: (task.number + 0.5) / task.order.count)

@@ -15,7 +15,7 @@ from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from indexer_env.errors import SignalError, refuse
 
-_KEYS = ("model", "measured", "out", "overwrite", "seed")
+_KEYS = ("system", "measured", "out", "overwrite", "seed")
 """Keys of conf/explain.yaml that this model takes; the others belong to the indexing machine."""
 
 MEANINGS = {
@@ -121,7 +121,7 @@ def _motions(motion: Motion) -> list[tuple[str, Motion]]:
 
 
 def emps_subject(config: Mapping[str, Any]) -> EmpsSubject:
-    """The subject of a composed conf/explain.yaml with model=emps.
+    """The subject of a composed conf/explain.yaml with system=emps.
 
     Raises
     ------
@@ -150,4 +150,4 @@ def _refuse_others(config: Mapping[str, Any]) -> None:
     for override in HydraConfig.get().overrides.task:
         key = override.lstrip("+~").partition("=")[0]
         if key.partition(".")[0] not in _KEYS:
-            raise refuse("discrepancy", key, "left out with model=emps, which has no such thing", override)
+            raise refuse("discrepancy", key, "left out with system=emps, which has no such thing", override)

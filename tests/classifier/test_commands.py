@@ -81,7 +81,7 @@ def test_training_again_is_refused_unless_asked(place):
 
 
 def test_diagnosis_of_a_csv_file(place, csv):
-    code, out, err = start("classifier.diagnose", "model=model", f"signal={csv}", "out=diagnosis", cwd=place)
+    code, out, err = start("classifier.diagnose", "model=model", f"measured={csv}", "out=diagnosis", cwd=place)
     assert (code, err) == (0, ""), err
     assert "3: rings at 30 Hz" in out
     names = {path.name for path in (place / "diagnosis").iterdir()}
@@ -93,7 +93,7 @@ def test_diagnosis_of_a_csv_file(place, csv):
 
 def test_diagnosis_without_a_folder_only_prints(place, csv):
     before = set(place.iterdir())
-    code, out, err = start("classifier.diagnose", "model=model", f"signal={csv}", cwd=place)
+    code, out, err = start("classifier.diagnose", "model=model", f"measured={csv}", cwd=place)
     assert (code, err) == (0, ""), err
     assert "3: rings at 30 Hz" in out
     assert set(place.iterdir()) == before
@@ -116,20 +116,20 @@ def test_diagnosis_without_a_folder_only_prints(place, csv):
         ("classifier", ("data=set", "out=new", "+net.layers=2"), "layers"),
         ("classifier", ("data=set", "out=new", "+layers=2"), "layers"),
         ("classifier", ("data=null", "out=new"), "classifier.data must be a path"),
-        ("classifier.diagnose", ("model=set", "signal=record.csv", "out=new"), "model.yaml"),
-        ("classifier.diagnose", ("model=model", "signal=nowhere.csv", "out=new"), "nowhere.csv"),
-        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.unit=5"), "read.unit"),
+        ("classifier.diagnose", ("model=set", "measured=record.csv", "out=new"), "model.yaml"),
+        ("classifier.diagnose", ("model=model", "measured=nowhere.csv", "out=new"), "nowhere.csv"),
+        ("classifier.diagnose", ("model=model", "measured=record.csv", "out=new", "read.unit=5"), "read.unit"),
         (
             "classifier.diagnose",
-            ("model=model", "signal=record.csv", "overwrite=perhaps", "out=new"),
+            ("model=model", "measured=record.csv", "overwrite=perhaps", "out=new"),
             "overwrite",
         ),
-        ("classifier.diagnose", ("model=model", "signal=short.csv", "out=new"), "short.csv"),
-        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.sample_rate=200"), "leave"),
-        ("classifier.diagnose", ("model=model", "signal=record.csv", "out=new", "read.unit=g"), "given once"),
-        ("classifier.diagnose", ("model=model", "signal=record.csv", "read=null"), "mapping"),
-        ("classifier.diagnose", ("model=model", "signal=record.csv", "overwrite=5"), "overwrite"),
-        ("classifier.diagnose", ("-m", "model=model", "signal=record.csv"), "one folder in a sweep"),
+        ("classifier.diagnose", ("model=model", "measured=short.csv", "out=new"), "short.csv"),
+        ("classifier.diagnose", ("model=model", "measured=record.csv", "out=new", "read.sample_rate=200"), "leave"),
+        ("classifier.diagnose", ("model=model", "measured=record.csv", "out=new", "read.unit=g"), "given once"),
+        ("classifier.diagnose", ("model=model", "measured=record.csv", "read=null"), "mapping"),
+        ("classifier.diagnose", ("model=model", "measured=record.csv", "overwrite=5"), "overwrite"),
+        ("classifier.diagnose", ("-m", "model=model", "measured=record.csv"), "one folder in a sweep"),
     ],
 )
 def test_bad_input_is_one_sentence_and_nothing_is_written(place, csv, monkeypatch, capsys, module, overrides, words):

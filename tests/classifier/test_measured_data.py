@@ -55,7 +55,7 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
     for machine, rate in (("new", RATE), ("fast", 2560.0)):
         write(tmp_path / f"{machine}.csv", TONES["worn"], 99, rate=rate)
     of_both = (f"sample_rate={RATE}", f"period={PERIOD}", "known.sensor_radius=0.4")
-    assert command(ingesting, "files=bench", "out=set", "pulse.column=pulse", *of_both)[0] == 0
+    assert command(ingesting, "measured=bench", "out=set", "pulse.column=pulse", *of_both)[0] == 0
 
     data = load_dataset(tmp_path / "set")
     assert data.records.shape == (60, 500) and data.unit == "m/s^2"
@@ -66,7 +66,7 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
     code, _, err = command(training, "data=set", "out=model", *small)
     assert (code, err) == (0, "")
     for name in ("new", "fast"):
-        chosen = ("model=model", f"signal={name}.csv", f"out={name}", "pulse.column=pulse")
+        chosen = ("model=model", f"measured={name}.csv", f"out={name}", "pulse.column=pulse")
         code, _, err = command(diagnosing, *chosen)
         assert code == 2 and "give known.sensor_radius=NUMBER in m" in err
         code, _, err = command(diagnosing, *chosen, "known.sensor_radius=0.3")
@@ -74,7 +74,7 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
         assert command(diagnosing, *chosen, "known.sensor_radius=0.4")[0] == 0
         told = json.loads((tmp_path / name / "diagnosis.json").read_text())
         assert (told["verdicts"], told["turns_not_diagnosed"]) == ({"worn": 3}, 0)
-    code, out, _ = command(diagnosing, "model=model", "signal=set")
+    code, out, _ = command(diagnosing, "model=model", "measured=set")
     assert code == 0 and "right        100 % of the turns" in out
 
 
@@ -88,7 +88,7 @@ def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
         rows.append(f"{number}.csv,{name},{backlash}")
     (tmp_path / "labels.csv").write_text("\n".join(rows))
     of_turns = (f"sample_rate={RATE}", f"period={PERIOD}")
-    assert command(ingesting, "files=bench", "labels=labels.csv", "out=set", *of_turns)[0] == 0
+    assert command(ingesting, "measured=bench", "labels=labels.csv", "out=set", *of_turns)[0] == 0
     data = load_dataset(tmp_path / "set")
     assert np.ptp(np.degrees(data.table.column("fault_backlash").to_numpy())) == pytest.approx(16.5)
     assert data.table.column("fault_roller_crack").null_count == len(data.records)
@@ -97,7 +97,7 @@ def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
     code, _, err = command(training, "data=set", "out=model", "restarts=2", "features.resolution_hz=2")
     assert (code, err) == (0, "")
     write(tmp_path / "new.csv", TONES["worn"], 99, amplitude=1.0 + 0.2 * 10.0)
-    assert command(diagnosing, "model=model", "signal=new.csv", "out=new")[0] == 0
+    assert command(diagnosing, "model=model", "measured=new.csv", "out=new")[0] == 0
     told = json.loads((tmp_path / "new" / "new.diagnosis.json").read_text())
     assert len(told["turns"]) == 3
     for turn in told["turns"]:
@@ -108,7 +108,7 @@ def test_a_class_that_no_validation_file_has_is_refused(command, tmp_path):
     for place, (name, tone) in enumerate(TONES.items()):
         for number in range(3 - place):
             write(tmp_path / "bench" / name / f"{number}.csv", tone, number)
-    assert command(ingesting, "files=bench", "out=set", f"sample_rate={RATE}", f"period={PERIOD}")[0] == 0
+    assert command(ingesting, "measured=bench", "out=set", f"sample_rate={RATE}", f"period={PERIOD}")[0] == 0
     code, _, err = command(training, "data=set", "out=model")
     assert code == 2 and err.startswith("error: the validation subset must hold at least one record of every class")
     assert not (tmp_path / "model").exists()

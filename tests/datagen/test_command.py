@@ -84,7 +84,7 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "count=["], "KEY=VALUE pairs, got 'count=['"),
         (["campaign=table2", "out=x", "machine=42"], "machine must be one of reference, smooth, got '42'"),
         (["campaign=table2", "out=x", "machine.effects=[friction]"], "machine.effects must be of the kind"),
-        (["campaign=table2", "out=x", "fualts.backlash=1"], "fualts must be a key of datagen"),
+        (["campaign=table2", "out=x", "fualts.backlash=1"], "fualts must be a key of generate"),
         (["campaign=table2", "out=x", "machine.input_joint.stiffness=-1"], "stiffness must be"),
         (["campaign=table2", "out=x", "machine.input_joint.backlash=1e-3"], "left to the campaign table2"),
         (["campaign=table2", "out=x", "+campaign.draws.machine.model={choice:[A,B]}"], "table2 decides it"),
@@ -117,7 +117,7 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=null"], "datagen.out must be a path, got None"),
         (["campaign=table2", "out=[a,b]"], "datagen.out must be a path"),
         (["campaign=table2", "out="], "datagen.out must be a path"),
-        (["campaign=table2", "out=x", "~seed"], "datagen.seed must be there"),
+        (["campaign=table2", "out=x", "~seed"], "generate.seed must be there"),
         (["campaign=table2", "out=x", "--count"], "KEY=VALUE pairs, got '--count'"),
         (["-m", "campaign=table2"], "out must be one folder in a sweep"),
         (["campaign=table2", "out=x", "count"], "KEY=VALUE pairs"),
@@ -133,7 +133,7 @@ def test_mistakes(call, tmp_path, arguments, sentence):
 
 def test_help_shows_every_key_though_nothing_is_given(call):
     code, out, err = call("--help")
-    assert (code, err) == (0, "") and "shard_items: 576" in out and "operating_point" in out
+    assert (code, err) == (0, "") and "shard_items=576" in out and "operating_point" in out
 
 
 def test_stopped_from_the_keyboard(call, monkeypatch):

@@ -1,4 +1,4 @@
-"""A real `python -m datagen` killed with SIGKILL at random instants of its whole life and begun again until it is done
+"""A real `indexer generate` killed with SIGKILL at random instants of its whole life and begun again until it is done
 ends with the bytes of a run that nobody stopped (seed 20)."""
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def drive(path: Path) -> Path:
 
 def test_a_drive_leaves_its_report(run, tmp_path: Path) -> None:
     path = drive(tmp_path / "drive.mat")
-    code, out, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'out'}", "seed=3")
+    code, out, err = run("system=emps", f"measured={path}", f"out={tmp_path / 'out'}", "seed=3")
     assert (code, err) == (0, ""), err
     held = sorted(file.name for file in (tmp_path / "out").iterdir())
     assert held == ["machine.yaml", "report.html", "report.json"]
@@ -41,7 +41,7 @@ def test_a_drive_leaves_its_report(run, tmp_path: Path) -> None:
     assert report["headline"] in out and report["seed"] == 3
     assert {"friction.coulomb", "friction.viscous"} <= {effect["name"] for effect in report["effects"]}
     assert "of 6: calibrate and name" in out
-    code, _, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'out'}")
+    code, _, err = run("system=emps", f"measured={path}", f"out={tmp_path / 'out'}")
     assert code == 2 and "overwrite=true" in err
 
 
@@ -50,7 +50,7 @@ def test_a_drive_with_a_hole_is_refused(run, tmp_path: Path) -> None:
     columns = scipy.io.loadmat(path)
     columns["vir"][700] = np.nan
     scipy.io.savemat(path, {name: row for name, row in columns.items() if not name.startswith("_")})
-    code, _, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'report'}")
+    code, _, err = run("system=emps", f"measured={path}", f"out={tmp_path / 'report'}")
     assert code != 0 and "its vir is not finite throughout" in err and "Traceback" not in err
 
 
@@ -58,16 +58,16 @@ def test_a_drive_in_rows_is_refused(run, tmp_path: Path) -> None:
     path = drive(tmp_path / "drive.mat")
     columns = scipy.io.loadmat(path)
     scipy.io.savemat(path, {name: row.T for name, row in columns.items() if not name.startswith("_")})
-    code, _, err = run("model=emps", f"measured={path}", f"out={tmp_path / 'out'}")
+    code, _, err = run("system=emps", f"measured={path}", f"out={tmp_path / 'out'}")
     assert code == 2 and "must be the data set EMPS as published" in err and "Traceback" not in err
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["model=emps", "measured=gone.mat", "out=x"], "must be the data set EMPS as published"),
-        (["model=emps", "measured=gone.mat", "out=x", "machine=smooth"], "machine must be left out with model=emps"),
-        (["model=crane", "measured=a", "out=x"], "model must be one of indexer, emps, got 'crane'"),
+        (["system=emps", "measured=gone.mat", "out=x"], "must be the data set EMPS as published"),
+        (["system=emps", "measured=gone.mat", "out=x", "machine=smooth"], "machine must be left out with system=emps"),
+        (["system=crane", "measured=a", "out=x"], "system must be one of indexer, emps, got 'crane'"),
         (["measured=gone", "out=x"], "measured must be a folder or pattern with measured files, got 'gone'"),
         (["measured=[gone.csv]", "out=x"], "must be files that exist"),
         (["measured=gone", "out=x", "machine=gone.yaml"], "There is no machine preset or YAML file 'gone.yaml'"),
@@ -102,7 +102,7 @@ def test_a_file_given_twice_is_refused(run, tmp_path: Path) -> None:
 @pytest.mark.skipif(not EMPS.exists(), reason="the measured data are not here")
 def test_the_measured_drive_gets_both_frictions(run, tmp_path: Path) -> None:
     """Inertia alone at the start; published: 95.1 kg, 203.5 N s/m, 20.4 N, 4.1 % of the force left."""
-    code, _, err = run("model=emps", f"measured={EMPS}", f"out={tmp_path / 'out'}")
+    code, _, err = run("system=emps", f"measured={EMPS}", f"out={tmp_path / 'out'}")
     assert code == 0, err
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     names = {effect["name"] for effect in report["effects"]} | set(report["ambiguous"])

@@ -1,4 +1,4 @@
-"""The paper's network (§4.3), as `python -m classifier` trains it."""
+"""The paper's network (§4.3), as `indexer train` trains it."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def turns(place, out):
 
 
 def test_a_folder_of_files_gives_a_report_and_a_picture_each(place, diagnosed):
-    code, out, err = diagnosed("signal=bench", "out=folder")
+    code, out, err = diagnosed("measured=bench", "out=folder")
     assert (code, err) == (0, "")
     assert "bench/b/one.csv  rings at 20 Hz  (2 of 3 turns)" in out
     names = {path.name for path in (place / "folder").iterdir()}
@@ -69,9 +69,9 @@ def test_a_folder_of_files_gives_a_report_and_a_picture_each(place, diagnosed):
 @pytest.mark.parametrize(
     ("signal", "found"),
     [
-        ("signal='bench/**/one.csv'", 2),
-        ("signal=[bench/one.csv,bench/b/one.csv]", 2),
-        ("signal=[bench,bad/dead.csv]", 4),
+        ("measured='bench/**/one.csv'", 2),
+        ("measured=[bench/one.csv,bench/b/one.csv]", 2),
+        ("measured=[bench,bad/dead.csv]", 4),
     ],
 )
 def test_patterns_and_lists_of_files(diagnosed, signal, found):
@@ -81,7 +81,7 @@ def test_patterns_and_lists_of_files(diagnosed, signal, found):
 
 
 def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
-    code, _, err = diagnosed("signal=set", "out=rows", "pictures=2")
+    code, _, err = diagnosed("measured=set", "out=rows", "pictures=2")
     assert (code, err) == (0, "")
     told = json.loads((place / "rows" / "diagnosis.json").read_text())
     assert (told["signals"], told["turns"], told["right_percent"]) == (72, 72, 100.0)
@@ -91,7 +91,7 @@ def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
 
 
 def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):
-    code, out, err = diagnosed("signal=[bad/short.csv,bench/one.csv,bad/dead.csv,nowhere.csv]", "out=mixed")
+    code, out, err = diagnosed("measured=[bad/short.csv,bench/one.csv,bad/dead.csv,nowhere.csv]", "out=mixed")
     assert code == 2
     assert len(err.strip().splitlines()) == 1
     assert err.startswith(
@@ -108,18 +108,18 @@ def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        (["signal=bad/dead.csv"], "bad/dead.csv: the turn that begins at 0 s must vary"),
-        (["signal=[bad/dead.csv,bad/short.csv]"], "2 signals, none of which could be diagnosed"),
-        (["signal=nowhere.csv"], "nowhere.csv does not exist"),
-        (["signal='nowhere/*.csv'"], "folder or pattern with measured files"),
-        (["signal=[]"], "diagnose.signal must be"),
-        (["signal=5"], "diagnose.signal must be"),
-        (["signal=bench/one.csv", "pictures=-1"], "diagnose.pictures must be a whole number >= 0"),
-        (["signal=bench/one.csv", "pulse.column=tacho"], "no numeric column 'tacho'"),
-        (["signal=bench/one.csv", "pulse.edge=up"], "pulse.edge must be one of rising, falling"),
-        (["signal=bench/one.csv", "known.sensor_radius=-1"], "known.sensor_radius must be"),
-        (["signal=bench/one.csv", "known=null"], "known must be a mapping"),
-        (["signal=bench/one.csv", "known.speed=3"], "known.speed"),
+        (["measured=bad/dead.csv"], "bad/dead.csv: the turn that begins at 0 s must vary"),
+        (["measured=[bad/dead.csv,bad/short.csv]"], "2 signals, none of which could be diagnosed"),
+        (["measured=nowhere.csv"], "nowhere.csv does not exist"),
+        (["measured='nowhere/*.csv'"], "folder or pattern with measured files"),
+        (["measured=[]"], "diagnose.measured must be"),
+        (["measured=5"], "diagnose.measured must be"),
+        (["measured=bench/one.csv", "pictures=-1"], "diagnose.pictures must be a whole number >= 0"),
+        (["measured=bench/one.csv", "pulse.column=tacho"], "no numeric column 'tacho'"),
+        (["measured=bench/one.csv", "pulse.edge=up"], "pulse.edge must be one of rising, falling"),
+        (["measured=bench/one.csv", "known.sensor_radius=-1"], "known.sensor_radius must be"),
+        (["measured=bench/one.csv", "known=null"], "known must be a mapping"),
+        (["measured=bench/one.csv", "known.speed=3"], "known.speed"),
     ],
 )
 def test_what_gives_no_diagnosis_at_all_is_one_sentence_and_nothing_is_written(place, diagnosed, overrides, words):
@@ -135,19 +135,19 @@ def test_a_model_of_known_conditions_asks_for_them(result, place, diagnosed, dat
     conditions = dataclasses.replace(result.model.conditions, motor_speed=(157.0, 157.1), machines=("bench",))
     (place / "strict").mkdir(exist_ok=True)
     save_model(dataclasses.replace(result.model, conditions=conditions), place / "strict")
-    code, out, _ = diagnosed("model=strict", "signal=bench/one.csv")
+    code, out, _ = diagnosed("model=strict", "measured=bench/one.csv")
     assert code == 0 and "motor_speed_rpm, machine as in the training records" in out
     code, out, _ = diagnosed(
-        "model=strict", "signal=bench/one.csv", "known.motor_speed_rpm=1500", "known.machine=bench"
+        "model=strict", "measured=bench/one.csv", "known.motor_speed_rpm=1500", "known.machine=bench"
     )
     assert code == 0 and "assumed" not in out
-    code, _, err = diagnosed("model=strict", "signal=bench/one.csv", "known.motor_speed_rpm=900")
+    code, _, err = diagnosed("model=strict", "measured=bench/one.csv", "known.motor_speed_rpm=900")
     assert code == 2 and "1499.24 to 1500.19 rpm within 2 %" in err and "got 900 rpm" in err
 
 
 def test_earlier_results_are_replaced_only_when_asked(place, diagnosed):
-    assert diagnosed("signal=bench/one.csv", "out=again")[0] == 0
-    code, _, err = diagnosed("signal=bench", "out=again")
+    assert diagnosed("measured=bench/one.csv", "out=again")[0] == 0
+    code, _, err = diagnosed("measured=bench", "out=again")
     assert code == 2 and "overwrite=true" in err
-    assert diagnosed("signal=bench", "out=again", "overwrite=true")[0] == 0
+    assert diagnosed("measured=bench", "out=again", "overwrite=true")[0] == 0
     assert (place / "again" / "dead-turn.diagnosis.json").is_file()

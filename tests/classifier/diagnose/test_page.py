@@ -27,12 +27,11 @@ def test_its_program_runs(result, dataset, monkeypatch, capsys):
     assert capsys.readouterr().out.splitlines() == ["0 rings at 20 Hz", "1 rings at 20 Hz"]
 
 
-@pytest.mark.parametrize("command", ["diagnose", "export", "tune", "classifier"])
+@pytest.mark.parametrize("command", ["diagnose", "export", "tune", "train"])
 def test_its_keys_are_those_of_the_configurations(command):
     config = yaml.safe_load((config_dir() / f"{command}.yaml").read_text(encoding="utf-8"))
-    module = "classifier" if command == "classifier" else f"classifier.{command}"
     groups = {"net", "trainer", "features"}
-    for line in re.findall(rf"-m {re.escape(module)} (.*)", PAGE):
+    for line in re.findall(rf"indexer {command} (.*)", PAGE):
         for key in re.findall(r"([\w.]+)=", line):
             head, _, tail = key.partition(".")
             assert head in groups or (head in config and (not tail or tail in config[head])), key

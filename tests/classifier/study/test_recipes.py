@@ -18,4 +18,4 @@ def test_a_data_set_is_made_once_and_is_what_its_command_makes(small, tmp_path):
 
 def test_the_command_line_is_quoted_for_a_shell():
     recipe = Recipe("x", ("campaign=grid", "+campaign.axes.machine.table_inertia=[4,5]"))
-    assert recipe.command(7) == "python -m datagen campaign=grid '+campaign.axes.machine.table_inertia=[4,5]' seed=7"
+    assert recipe.command(7) == "indexer generate campaign=grid '+campaign.axes.machine.table_inertia=[4,5]' seed=7"

@@ -1,4 +1,4 @@
-"""`python -m datagen.ingest`: one line makes a data set, every mistake is one sentence and exit code 2."""
+"""`indexer ingest`: one line makes a data set, every mistake is one sentence and exit code 2."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def call(tmp_path, monkeypatch, run_command):
     return functools.partial(run_command, command)
 
 
-GOOD = ("files=files", "out=set", "period=0.5", "read.signal_column=acc")
+GOOD = ("measured=files", "out=set", "period=0.5", "read.signal_column=acc")
 
 
 def test_one_line_makes_a_data_set(call, tmp_path):
@@ -33,7 +33,7 @@ def test_one_line_makes_a_data_set(call, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["files", "set"]
     manifest = read_manifest("set")
     assert manifest["classes"] == {"intact": 2, "worn": 2} and manifest["config"]["period"] == 0.5
-    assert "files" not in manifest["config"] and "out" not in manifest["config"]
+    assert "measured" not in manifest["config"] and "out" not in manifest["config"]
     assert read_shards("set").row(0)["motor_speed"] == pytest.approx(157.08, abs=0.01)
 
 
@@ -53,9 +53,9 @@ def test_a_labels_table(call, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("out=set", "period=1"), "files must be given"),
-        (("files=files", "out=set"), "ingest.period must be the duration of one turn"),
-        (("files=nowhere", "out=set", "period=1"), "ingest.files must be a folder or pattern"),
+        (("out=set", "period=1"), "measured must be given"),
+        (("measured=files", "out=set"), "ingest.period must be the duration of one turn"),
+        (("measured=nowhere", "out=set", "period=1"), "ingest.measured must be a folder or pattern"),
         ((*GOOD, "puls.column=x"), "puls"),
         ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),
         ((*GOOD, "pulse.edge=up"), "pulse.edge must be one of rising, falling"),

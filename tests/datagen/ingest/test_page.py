@@ -15,7 +15,7 @@ from datagen.ingest.settings import settings_from
 from indexer_env.presets import config_dir
 
 PAGE = (Path(__file__).parents[3] / "docs" / "measured_data.md").read_text(encoding="utf-8")
-LINES = re.findall(r"^\.venv/bin/python -m datagen\.ingest (.+)$", PAGE, flags=re.MULTILINE)
+LINES = re.findall(r"^\.venv/bin/indexer ingest (.+)$", PAGE, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize("line", LINES)

@@ -53,7 +53,7 @@ def test_a_file_beside_the_folders_is_no_class_of_its_own(bench):
 
 def test_a_pattern_names_files_below_the_folder_they_share(bench):
     assert [source.name for source in sources_of(f"{bench}/**/a.csv", None)] == ["healthy/a.csv", "worn/a.csv"]
-    with pytest.raises(ParameterError, match="files must be a folder or pattern with measured files"):
+    with pytest.raises(ParameterError, match="measured must be a folder or pattern with measured files"):
         sources_of(f"{bench}/*.mat", None)
 
 

@@ -11,7 +11,7 @@ from indexer_env.errors import ParameterError
 def test_every_effect_of_the_library_is_hidden_in_turn() -> None:
     assert set(HIDDEN) == set(MOVES)
     order = Order(len(HIDDEN), 3)
-    assert {draw(order, k).hidden[0].name for k in range(order.n)} == set(HIDDEN)
+    assert {draw(order, k).hidden[0].name for k in range(order.count)} == set(HIDDEN)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -43,12 +43,12 @@ def test_play_is_given_at_the_motor_shaft() -> None:
         ({"gap": (3.0, 2.0)}, r"challenge\.gap\[1\] must be .*3.*, got 2\.0"),
         ({"gap": (3.0,)}, r"challenge\.gap must be two numbers"),
         ({"turns": 0.1}, r"challenge\.turns must be"),
-        ({"n": 0}, r"challenge\.n must be"),
+        ({"count": 0}, r"challenge\.count must be"),
     ],
 )
 def test_a_challenge_that_cannot_be_is_refused(arguments: dict, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
-        Order(**{"n": 1, "seed": 0, **arguments})
+        Order(**{"count": 1, "seed": 0, **arguments})
 
 
 def test_the_mesh_is_never_so_uneven_that_it_shakes_the_machine_to_pieces() -> None:
