@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +10,7 @@ import pyarrow as pa
 
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
+from indexer_env.units import RPM
 
 TOLERANCE = {"sensor_radius": 0.01, "motor_speed": 0.02}
 """By which share a record's value may lie outside the range of the training records: densities grow with the square of
@@ -26,7 +26,7 @@ half of one of eight stations."""
 
 _WORDS = {
     "sensor_radius": ("the radius of the accelerometer", "m", "sensor_radius", 1.0),
-    "motor_speed": ("the speed of the motor shaft", "rpm", "motor_speed_rpm", 60.0 / (2.0 * math.pi)),
+    "motor_speed": ("the speed of the motor shaft", "rpm", "motor_speed_rpm", 1.0 / RPM),
 }
 
 

@@ -19,14 +19,15 @@ from datagen.time_grid import TIME_UNITS, check_step, even_rate
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
+from indexer_env.units import DEGREE
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²], exact by definition (3rd CGPM, 1901)."""
 
 ACCELERATION_UNITS = {
     "rad/s^2": ("rad/s^2", 1.0),
-    "deg/s^2": ("rad/s^2", math.pi / 180.0),
-    "°/s^2": ("rad/s^2", math.pi / 180.0),
+    "deg/s^2": ("rad/s^2", DEGREE),
+    "°/s^2": ("rad/s^2", DEGREE),
     "m/s^2": ("m/s^2", 1.0),
     "mm/s^2": ("m/s^2", 1e-3),
     "g": ("m/s^2", STANDARD_GRAVITY),

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from indexer_env import Machine, OperatingPoint, Run, load_machine, make_effect, simulate
+from indexer_env.units import RPM
 
 SEED = 7
-RPM = 2.0 * math.pi / 60.0
 CONDITIONS = ((1500.0, 2.0, "no"), (1200.0, 2.0, "no"), (1350.0, 20.0, "yes"))
 """Motor speed [rpm], load torque [N m], held out or not."""
 

@@ -2,7 +2,8 @@
 
 Map, in reading order
 ---------------------
-errors, checks, build      one sentence for every mistake; plain mappings to self-checking objects
+errors, checks, units      one sentence for every mistake; rpm and degrees in SI units
+build                      plain mappings to self-checking objects
 laws, law_reader           laws of chance for episodes and data sets; from YAML
 motion_law                 the cam's law β(α): four classical laws and the user's own table
 machine, operating_point   what the machine is, what it is asked to do

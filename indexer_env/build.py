@@ -6,14 +6,14 @@ Keys are the fields' names; a key that ends in ``_deg`` or ``_rpm`` is converted
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import ParameterError
+from indexer_env.units import DEGREE, RPM
 
-_UNITS = {"_deg": math.pi / 180.0, "_rpm": 2.0 * math.pi / 60.0}
+_UNITS = {"_deg": DEGREE, "_rpm": RPM}
 
 _T = TypeVar("_T")
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from indexer_env.checks import check_number
+from indexer_env.units import RPM
 
-REFERENCE_MOTOR_SPEED = 1500.0 * 2.0 * math.pi / 60.0
+REFERENCE_MOTOR_SPEED = 1500.0 * RPM
 """Nominal speed of the paper's four-pole induction motor, 1500 rpm, in rad/s (paper.txt, section 2)."""
 
 REFERENCE_LOAD_TORQUE = 2.0

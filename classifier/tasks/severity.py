@@ -15,6 +15,7 @@ from classifier.tasks.regression import FOLDS, KernelRidge, cross_fitted, fit_at
 from classifier.tasks.spectrum import Compression, Standard
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
+from indexer_env.units import DEGREE
 
 
 class Quantity(NamedTuple):
@@ -26,7 +27,7 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "backlash_deg": Quantity("fault_backlash", 180.0 / math.pi, math.inf),
+    "backlash_deg": Quantity("fault_backlash", 1.0 / DEGREE, math.inf),
     "crack": Quantity("fault_roller_crack", 1.0, 1.0),
     "looseness": Quantity("fault_screw_looseness", 1.0, 1.0),
 }

@@ -20,6 +20,7 @@ from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.units import RPM
 
 CONDITIONS = ((1500.0, 2.0, False), (1200.0, 2.0, False), (1350.0, 20.0, True))
 """Motor speed [rpm], load [N m], and whether the record is held out."""
@@ -31,7 +32,6 @@ _NOISE = 0.015
 _PULSE = 0.002
 """rad; standard deviation of the cam angle of a once-per-turn pulse, which start angle and mean speed come from."""
 
-_RPM = 2.0 * math.pi / 60.0
 _TABLE = "records.yaml"
 
 
@@ -47,7 +47,7 @@ def write_records(drawn: Draw, turns: float, folder: Path) -> None:
             sensor = effect.extend_sensor(sensor)
     noise, rows = math.nan, []
     for number, (rpm, load, held_out) in enumerate(CONDITIONS):
-        point = OperatingPoint(rpm * _RPM, load, drawn.rng.uniform(0.0, 2.0 * math.pi))
+        point = OperatingPoint(rpm * RPM, load, drawn.rng.uniform(0.0, 2.0 * math.pi))
         samples = int(turns * truth.turn_duration(point) * _RATE)
         acceleration, seen = true_motion(truth, point, samples, _RATE)
         sensor = dataclasses.replace(sensor, hum_phase=drawn.rng.uniform(0.0, 2.0 * math.pi))
@@ -60,7 +60,7 @@ def write_records(drawn: Draw, turns: float, folder: Path) -> None:
         at_start, at_end = (_PULSE * drawn.rng.standard_normal(2)).tolist()
         turned = seen.motor_speed * truth.reduction * samples / _RATE
         rows.append({
-            "file": name, "motor_speed_rpm": seen.motor_speed / _RPM * (1.0 + (at_end - at_start) / turned),
+            "file": name, "motor_speed_rpm": seen.motor_speed / RPM * (1.0 + (at_end - at_start) / turned),
             "load_torque": load, "start_angle": seen.start_angle + at_start, "start_uncertainty": _PULSE,
             "speed_uncertainty": _PULSE * math.sqrt(2.0) / turned, "held_out": held_out,
         })  # fmt: skip

@@ -30,9 +30,9 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
+from indexer_env.units import DEGREE, RPM
 
 _TURN = 2.0 * math.pi
-_RPM = _TURN / 60.0
 
 _LIKENESS = 0.98
 """Likeness below which a record is not of this machine; hidden effects leave it above 0.997, the
@@ -42,7 +42,7 @@ _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
 
 _UNITS = {
-    STANDARD_GRAVITY: "g for m/s^2", math.pi / 180.0: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
+    STANDARD_GRAVITY: "g for m/s^2", DEGREE: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
     1e-3 * STANDARD_GRAVITY: "mg for m/s^2",
 }  # fmt: skip
 """What one of the first unit is worth in the second."""
@@ -98,7 +98,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
     _check_windows("fitted", fitted, machine)
     _check_windows("held out", held, machine)
-    speeds = {round(e.operating_point.motor_speed / _RPM) for e in made}
+    speeds = {round(e.operating_point.motor_speed / RPM) for e in made}
     if len(speeds) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
     names = tuple(tuple(e.signal.source for e in part) for part in (fitted, held))

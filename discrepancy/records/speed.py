@@ -11,9 +11,9 @@ from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
 from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
+from indexer_env.units import RPM
 
 _TURN = 2.0 * math.pi
-_RPM = _TURN / 60.0
 
 SPEED_TOLERANCE = 0.02
 """Relative error of a stated speed that is put right; more is another speed. An induction motor's rated slip is about
@@ -80,18 +80,18 @@ def put_right(record: Record, speed: float, match: Match, reduction: float) -> t
     if abs(match.speed - 1.0) * turned < _ANGLE_SLACK:
         return speed, []
     right = speed * match.speed
-    return right, [f"{record.name}: the mean speed is {right / _RPM:.2f} rpm by the record, {speed / _RPM:.2f} stated"]
+    return right, [f"{record.name}: the mean speed is {right / RPM:.2f} rpm by the record, {speed / RPM:.2f} stated"]
 
 
 def wrong_speed(record: Record, speed: float, how: str) -> SignalError:
     """The refusal of a record that shows another speed [rad/s] than stated, and how it does."""
     return SignalError(
         f"{record.name}: the motor speed must be that of the record within {SPEED_TOLERANCE:.0%}, got "
-        f"{stated_rpm(record)} stated and {speed / _RPM:.5g} rpm by the record, {how}; "
+        f"{stated_rpm(record)} stated and {speed / RPM:.5g} rpm by the record, {how}; "
         "correct motor_speed_rpm, or the machine's reduction_ratio."
     )
 
 
 def stated_rpm(record: Record) -> str:
     """The speed stated, as people say it."""
-    return f"{record.conditions.motor_speed / _RPM:.5g} rpm"
+    return f"{record.conditions.motor_speed / RPM:.5g} rpm"

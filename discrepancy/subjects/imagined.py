@@ -17,8 +17,8 @@ from indexer_env.run import Run
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.simulate import simulate
+from indexer_env.units import RPM
 
-_RPM = 2.0 * math.pi / 60.0
 _SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
 """Motor speed over the highest measured, load added [N m], length [table turns]."""
 
@@ -80,7 +80,7 @@ def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Meas
 
 def _words(point: OperatingPoint, turns: int) -> str:
     length = f"{turns} turn{'s' if turns > 1 else ''} of the table"
-    return f"{point.motor_speed / _RPM:.0f} rpm, {point.load_torque:g} N m, {length}"
+    return f"{point.motor_speed / RPM:.0f} rpm, {point.load_torque:g} N m, {length}"
 
 
 def _empty(machine: Machine, point: OperatingPoint, turns: int, rate: float, unit: str, noise: float) -> Experiment:

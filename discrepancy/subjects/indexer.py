@@ -19,9 +19,9 @@ from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.units import RPM
 
 _TURN = 2.0 * math.pi
-_RPM = _TURN / 60.0
 
 PHASES = 24
 """Cells of the cam turn: 15° each, an index of half a turn has twelve."""
@@ -100,7 +100,7 @@ class IndexerSubject(Subject):
             Axis("sign of the torque", ("driving", "braking", "dwell"), np.where(inside, self._sense(phase), -1)),
         ]
         for name, values, unit in (
-            ("motor speed", [p.motor_speed / _RPM for p in points], "rpm"),
+            ("motor speed", [p.motor_speed / RPM for p in points], "rpm"),
             ("load", [p.load_torque for p in points], "N m"),
         ):
             different = sorted({round(v, 1) for v in values})
