@@ -12,7 +12,8 @@ faults                     faults of the bench as severities, which stand for ef
 presets                    machines, operating points and sensors in YAML, each number with unit and reason
 coefficients               from these objects to the plain numbers of the kernels: the only door
 kernels                    the physics as plain scalar functions, compiled; the integrator
-engine, turns, run         all cores; warm-up turn after turn; how to record
+compiled, engine           one compiled version of everything, told when it is made; all cores
+turns, run                 warm-up turn after turn; how to record
 simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them

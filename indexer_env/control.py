@@ -231,7 +231,7 @@ def checked_actions(owner: str, given: object, shape: tuple[int, ...], high: Seq
         if not good.all() and not (good := good | _within(actions, np.asarray(high))).all():
             item, place = np.argwhere(~good)[0].tolist()
             raise _out_of_box(f"{owner} (item {item})", place, float(actions[item, place]), high)
-    return actions.astype(np.float64)
+    return actions.astype(np.float64, order="C")
 
 
 def _within(values: Any, high: Any) -> Any:

@@ -1,12 +1,10 @@
-"""Runs the compiled kernel: compile once with a word to the user, then advance packs of items."""
+"""Runs the compiled kernel: advances packs of items."""
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import hashlib
 import os
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,16 +14,13 @@ import numpy as np
 
 from indexer_env import kernels
 from indexer_env.coefficients import Pack
-from indexer_env.kernels.layout import LANES
+from indexer_env.kernels.layout import COEFFICIENT_ROWS, LANES, PIECE_COLUMNS, STATE_ROWS
 
 LARGEST_DEFLECTION = 0.5
 """rad; a joint deflected by more has left the range in which the model means anything."""
 
 _LEAST_SHARED = 800
 """Blocks times steps from which on several threads are faster than one: to call them takes some 50 µs."""
-
-_NOTICE_AFTER = 3.0
-"""s of silence before the word that the kernel is being compiled; a cached kernel loads faster than that."""
 
 
 def _fingerprint() -> str:
@@ -39,9 +34,17 @@ def _fingerprint() -> str:
 
 @functools.lru_cache(maxsize=1)
 def _kernel() -> Callable[..., str]:
+    from indexer_env.compiled import one_version, read_only
     from indexer_env.kernels.integrate import entry
 
-    return entry(_fingerprint())
+    counts, times, status = read_only(0, dtype=np.int64), read_only(0), np.zeros(0, dtype=np.int64)
+    nothing = (
+        0, 0, 0, 0, np.zeros((0, STATE_ROWS)), read_only(0, COEFFICIENT_ROWS), read_only(0, PIECE_COLUMNS),
+        counts, times, times, 1, counts, LARGEST_DEFLECTION, np.zeros((0, 0, 0)), status, np.zeros(0),
+    )  # fmt: skip
+    kernel = entry(_fingerprint())
+    one_version("the simulator", 20, (kernel, nothing))
+    return kernel
 
 
 _first_call = threading.Lock()
@@ -91,8 +94,8 @@ def advance(
     status, status_time = np.zeros(n, dtype=np.int64), np.zeros(n)
     _kernel()(
         0, n, pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
-        np.asarray(n_steps, dtype=np.int64), np.asarray(steps, dtype=float), np.asarray(last_steps, dtype=float),
-        every, np.asarray(rows, dtype=np.int64), LARGEST_DEFLECTION, out, status, status_time,
+        np.ascontiguousarray(n_steps, np.int64), *(np.ascontiguousarray(each, float) for each in (steps, last_steps)),
+        every, np.ascontiguousarray(rows, np.int64), LARGEST_DEFLECTION, out, status, status_time,
     )  # fmt: skip
     return out, status, status_time
 
@@ -127,30 +130,25 @@ if hasattr(os, "register_at_fork"):
 @functools.lru_cache(maxsize=1)
 def control_kernels() -> tuple[Callable[..., int], Callable[..., int], Callable[..., int]]:
     """The compiled loops begin, end and look of a control period (kernels/control.py)."""
-    from indexer_env.kernels.control import entries
+    from indexer_env.compiled import one_version, read_only
+    from indexer_env.kernels.control import ITEM_COLUMNS, OBSERVED, TASK_NUMBERS, entries
 
-    return entries(int(_fingerprint()[:15], 16))
+    states, coefficients = np.zeros((0, STATE_ROWS)), np.zeros((0, COEFFICIENT_ROWS))
+    numbers, counts, seen = np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, OBSERVED), dtype=np.float32)
+    items, task, cams, readings = read_only(0, ITEM_COLUMNS), read_only(TASK_NUMBERS), read_only(0), np.zeros((0, 1))
+    read = (read_only(0, STATE_ROWS), read_only(0, COEFFICIENT_ROWS), items, task)
+    status, index, terminated = read_only(0, dtype=np.int64), read_only(0, dtype=np.int64), np.zeros(0, dtype=bool)
+    begin, end, look = entries(int(_fingerprint()[:15], 16))
+    one_version(
+        "the environments' loops", 2,
+        (begin, (read_only(0, 1), states, coefficients, items, task, numbers, numbers, counts)),
+        (end, (read_only(0, 2, 1), readings, *read, cams, status, counts, seen, numbers, terminated)),
+        (look, (index, read_only(0, 1), *read, seen)),
+    )  # fmt: skip
+    return begin, end, look
 
 
-def prepare_kernel(pack: Pack) -> None:
-    """Have the kernel compiled or loaded, with a word to the user if that takes long enough to be noticed."""
+def prepare_kernel() -> None:
+    """Have the kernel loaded or compiled, before threads share it."""
     with _first_call:
-        if getattr(_kernel(), "signatures", True):
-            return
-        notice = threading.Timer(_NOTICE_AFTER, _say_compiling)
-        notice.daemon = True
-        notice.start()
-        try:
-            none = np.zeros(0)
-            nothing = dataclasses.replace(pack, states=pack.states[:0], coefficients=pack.coefficients[:0])
-            advance(nothing, none, none, none, every=1, rows=none, samples=0)
-        finally:
-            notice.cancel()
-
-
-def _say_compiling() -> None:
-    print(
-        "indexer_env: compiling the simulator, once per installation (about 20 s) …",
-        file=sys.stderr,
-        flush=True,
-    )
+        _kernel()

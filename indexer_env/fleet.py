@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from indexer_env.coefficients import LawTable, Pack, start_state
+from indexer_env.coefficients import LawTable, start_state
 from indexer_env.control import ControlTask, Limits, task_numbers
 from indexer_env.engine import LARGEST_DEFLECTION, control_kernels, prepare_kernel, run_kernel
 from indexer_env.faults import Faults
@@ -135,7 +135,7 @@ class Fleet:
         self._periods[where], self._work[where], self._booked[where] = 0, 0.0, 0.0
         self._n_steps[where] = self._samples * self._every
         self._arrange(where)
-        prepare_kernel(Pack(*self._groups[0][:2], self._states, self._coefficients, self._pieces))
+        prepare_kernel()
         return self._first_readings(where, rngs)
 
     def _arrange(self, where: np.ndarray) -> None:

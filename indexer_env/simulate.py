@@ -153,7 +153,7 @@ def _run_batch(
         for members in _groups(items, max(1, len(items) // workers))
     ]
     if groups:
-        prepare_kernel(groups[0].pack)
+        prepare_kernel()
     pool = ThreadPoolExecutor(workers)
     try:
         list(pool.map(lambda group: group.run_into(batch), groups))

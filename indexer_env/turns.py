@@ -163,10 +163,12 @@ class TurnGroup:
         for _ in range(_APPROACHES):
             angle, rate = self.pack.states[:, _CAM], self.pack.states[:, _CAM_RATE]
             rest = goal - angle
-            if np.all(np.abs(rest) <= _AT_TURN_END):
+            arrived = np.abs(rest) <= _AT_TURN_END
+            if arrived.all():
                 break
             mean = (angle - start[:, _CAM]) / (self.pack.states[:, _TIME] - start[:, _TIME])
             time = np.maximum(np.where(rest > _NEAR_TURN_END, 0.5 * rest / mean, rest / rate), 0.0)
+            time[arrived] = 0.0  # an item's start must not depend on how long its neighbours take
             n_steps = np.floor(time / self.step).astype(np.int64)
             _, sound = self._advance(batch, self.items, self.pack, n_steps, time - n_steps * self.step)
             kept[np.flatnonzero(kept)[~sound]] = False
@@ -209,11 +211,17 @@ def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray,
     present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
     place = first + np.arange(present.shape[1])
     counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
-    change = np.where(counted, present - previous, 0.0)
-    size = np.where(counted, present, 0.0)
-    difference = np.sqrt((change**2).sum(axis=1) / np.maximum((size**2).sum(axis=1), np.finfo(float).tiny))
+    change = _sum_of_squares(np.where(counted, present - previous, 0.0))
+    size = _sum_of_squares(np.where(counted, present, 0.0))
+    difference = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
     decided = (cam_turn >= _LEAST_COMPARED) & (lengths >= cam_turn)
     return np.where(decided, difference, np.nan)
+
+
+def _sum_of_squares(rows: np.ndarray) -> np.ndarray:
+    """Sum (n,) of each row's squares, term after term: numpy's `sum` adds in pairs whose order hangs on the number of
+    columns, which is the group's, while zeros beside an item's own window add nothing here."""
+    return np.cumsum(rows**2, axis=1)[:, -1:].sum(axis=1)
 
 
 def _reason(name: str, status: int, when: float, state: np.ndarray) -> str:

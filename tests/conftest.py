@@ -13,13 +13,21 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 from hypothesis import settings
 
+from indexer_env.engine import prepare_kernel
+
 # No deadline: the first example may compile a kernel. Derandomised: a failure in CI is the same failure here.
 settings.register_profile("project", deadline=None, derandomize=True, database=None)
 settings.load_profile("project")
 
 
+@pytest.fixture(scope="session")
+def simulator() -> None:
+    """The simulator is compiled: no command that follows, in this process or another, has a word to say about it."""
+    prepare_kernel()
+
+
 @pytest.fixture
-def run_command(monkeypatch, capsys):
+def run_command(monkeypatch, capsys, simulator):
     """Run the `main` of a command's module with these arguments; gives exit code, stdout and stderr."""
     root = logging.getLogger()
     handlers, level = root.handlers[:], root.level

@@ -139,7 +139,7 @@ def solved(p: Plant, start_angle: float, before: int, samples: int, interval: fl
     """Table accelerations [rad/s²] and motor angles [rad] (2, samples), `before` samples run first; a run that leaves
     the physical range holds NaN from there on."""
     y, new, k = np.zeros(8), np.empty(8), np.empty((6, 8))
-    turn = math.floor(start_angle / TURN)
+    turn = float(math.floor(start_angle / TURN))
     y[0], y[1], y[6], y[7] = start_angle, p.tau * p.command, start_angle / p.tau, p.command
     y[2], slope, _ = follower(p, start_angle, turn)
     y[3] = slope * y[1]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 
 from discrepancy.challenge.equations import Bump, Joint, Plant, Wave
 from discrepancy.challenge.solver import STEPS_PER_MS, solved
+from indexer_env.compiled import one_version
 from indexer_env.effects import Effect
 from indexer_env.errors import SimulationError, refuse
 from indexer_env.machine import Machine
@@ -35,7 +37,9 @@ def true_motion(
     _check(machine)
     before = round(machine.turn_duration(point) * sample_rate)
     steps = max(1, round(1000.0 / sample_rate * STEPS_PER_MS))
-    out = solved(plant(machine, point), point.start_angle, before, samples, 1.0 / sample_rate, steps)
+    numbers, start, interval = plant(machine, point), float(point.start_angle), 1.0 / sample_rate
+    one_version("the challenge's solver", 5, (solved, (numbers, start, 0, 0, interval, steps)))
+    out = solved(numbers, start, before, samples, interval, steps)
     if not np.isfinite(out).all():
         raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(out[0]).sum())}.")
     acceleration, motor = out
@@ -77,7 +81,7 @@ def plant(machine: Machine, point: OperatingPoint) -> Plant:
     k3 = 1.0 / compliance if compliance else 0.0
     carried = machine.follower_inertia + machine.housing_inertia
     ripple = wave("drive.speed_ripple", "depth")
-    return Plant(
+    return _of_floats(Plant(
         J_C=machine.cam_inertia, J_F=machine.follower_inertia, J_t=machine.table_inertia,
         J_b=machine.housing_inertia, J_m=machine.motor_inertia, tau=tau, stations=float(machine.stations),
         share=machine.motion_share,
@@ -101,4 +105,9 @@ def plant(machine: Machine, point: OperatingPoint) -> Plant:
         command=point.motor_speed, slip=1.0 / slip if slip else 0.0,
         ripple=Wave(tau * ripple.size / ripple.order, ripple.order, ripple.phase),
         transmission=wave("drive.transmission_error", "amplitude"), mesh=wave("drive.mesh_stiffness", "depth"),
-    )  # fmt: skip
+    ))  # fmt: skip
+
+
+def _of_floats(numbers: Any) -> Any:
+    """The same with whole numbers as floats, for which alone the solver is compiled."""
+    return type(numbers)(*map(_of_floats, numbers)) if isinstance(numbers, tuple) else float(numbers)

@@ -27,7 +27,7 @@ def advanced(
 ) -> np.ndarray:
     """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; the workspace row `channel`
     (n, samples), without meaning behind an item's end, NaN where a run left the physical range."""
-    prepare_kernel(pack)
+    prepare_kernel()
     every, n = _every(sample_rates), len(counts)
     out = np.empty((n, 1, samples))
     status, when = np.zeros(n, dtype=np.int64), np.zeros(n)

@@ -25,6 +25,9 @@ _C = layout.COEFFICIENT_NAMES.index
 _S = layout.STATE_NAMES.index
 _SCALES = np.array([p.scale for p in LOCAL])
 
+_BY_KERNEL = -2.0
+"""Region below -1, for which the kernel finds those of all joints by the deflections that it sees."""
+
 _LITTLE = 2e-3
 """Play of the input joint [rad] below which a coarser grid does."""
 
@@ -70,10 +73,7 @@ def start_states(
     states[:, _S("table_angle")] = rest + d2 + housing
     states[:, _S("table_rate")] = v2 + housing_rate
     states[:, _S("housing_angle")], states[:, _S("housing_rate")] = housing, housing_rate
-    states[:, _S("region_1")] = _region(column, 1, d1, v1)
-    states[:, _S("region_2")] = _region(column, 2, d2, v2)
-    states[:, _S("region_3")] = _region(column, 3, housing, housing_rate)
-    states[:, _S("piece")] = -1.0
+    states[:, _S("region_1")], states[:, _S("piece")] = _BY_KERNEL, -1.0
     return states
 
 
@@ -94,15 +94,6 @@ def _harmonics(column: np.ndarray, motor: np.ndarray, rate: np.ndarray) -> tuple
         angle += amplitude * np.sin(order * motor + phase)
         speed += amplitude * order * rate * np.cos(order * motor + phase)
     return angle, speed
-
-
-def _region(column: np.ndarray, number: int, deflection: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Region (n,) of a joint: +1 and -1 in contact, 0 inside its play; +1 where it has no edges."""
-    edge = column[_C(f"edge_{number}")]
-    plus = deflection - edge + column[_C(f"release_{number}")] * rate >= 0.0
-    minus = -deflection - edge - column[_C(f"release_minus_{number}")] * rate >= 0.0
-    smooth = np.isneginf(edge)
-    return np.where(smooth | plus, 1.0, np.where(minus, -1.0, 0.0))
 
 
 def play_grid(item: Coefficients, motor_speed: float, *, shaken: bool) -> np.ndarray:

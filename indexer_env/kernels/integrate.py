@@ -184,6 +184,9 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
     state_rates(w, i, False, model, features)
     if state[REGION_1 // LANES] > 1.0:
         put_on_law(w, i, model, features)
+    elif state[REGION_1 // LANES] < -1.0:
+        settle_regions(w, i, features)
+        state_rates(w, i, False, model, features)
 
 
 def entry(fingerprint: str):
@@ -211,7 +214,8 @@ def entry(fingerprint: str):
         """Advance items first … stop-1 in place.
 
         states (n, STATE_ROWS) and coefficients (n, COEFFICIENT_ROWS) in layout's order; with piece < 0 the law's
-        piece is looked up, with region_1 > 1 the table is put on its law and the regions follow from the state.
+        piece is looked up; with region_1 < -1 the regions follow from the state, with region_1 > 1 the table is put on
+        its law before.
         n_steps (n,) whole steps of steps (n,) [s] are taken, then one of last_steps (n,). Every `every` steps the
         workspace rows `rows` (c,) go to out (n, c, samples) until it is full; samples that no step reaches are NaN.
         status (n,) tells RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,)

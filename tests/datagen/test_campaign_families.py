@@ -42,6 +42,22 @@ def test_an_item_depends_on_seed_and_number_alone(name):
 
 
 @pytest.mark.parametrize("name", sorted(CAMPAIGNS))
+def test_a_row_depends_on_order_seed_and_number_alone(name):
+    """Not on the items beside it, their order, the threads or the count: all columns and samples, bit for bit."""
+    slip = "+campaign.draws.effects.drive.slip"
+    slips = [f"{slip}.compliance={{uniform:[0.05,2]}}", f"{slip}.probability=0.3"] if name == "random" else []
+    order = ordered(f"campaign={name}", "seed=9", "run.samples=300", *slips)
+    items = items_of(order, min(order.count, 70))
+    rows, records, _ = produce(order, items, threads=2)
+    expected = {row["item"]: (row, record.tobytes()) for row, record in zip(rows, records, strict=True)}
+    shuffled = [items[n] for n in np.random.default_rng(9).permutation(len(items))]
+    for some, threads in ((items[:25], 1), (items[25:], 3), (items[:1], 1), (shuffled, 2)):
+        rows, records, _ = produce(order, some, threads=threads)
+        for row, record in zip(rows, records, strict=True):
+            assert (row, record.tobytes()) == expected[row["item"]]
+
+
+@pytest.mark.parametrize("name", sorted(CAMPAIGNS))
 def test_a_machine_draw_is_in_one_subset(name):
     order = ordered(f"campaign={name}", *SHORT)
     pairs = {(item.label.machine_draw, item.label.subset) for item in items_of(order)}

@@ -220,7 +220,7 @@ def test_a_filesystem_that_vanishes_is_noticed_before_the_next_shard(small, whol
     assert contents(folder) == whole
 
 
-def test_a_full_disk_ends_the_command_in_one_sentence(tmp_path):
+def test_a_full_disk_ends_the_command_in_one_sentence(tmp_path, simulator):
     """A real refusal of the system: no file may grow beyond 20 kB."""
     root = str(Path(datagen.__file__).parents[1])
     command = [sys.executable, "-m", "datagen", "campaign=table2", "out=set", "run.warmup_turns=0", "count=6"]
