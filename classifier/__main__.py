@@ -71,6 +71,12 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     if (clipped := dataset.conditions.clipped_share) > CLIPPED:
         share = f"up to {100 * clipped:.3g} % of the samples of a calibration record are clipped"
         console.print(f"{share}: the model will take records of such a sensor for sound", highlight=False)
+    if dataset.conditions.sense < 0:
+        console.print(
+            "each index begins with the deceleration: the sensor was mounted the other way round, or the table runs "
+            "backwards; the model will take this sign for sound",
+            highlight=False,
+        )
     columns = (
         TextColumn("epoch {task.completed}"),
         BarColumn(),
@@ -86,6 +92,8 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
 
         result = job.train(dataset, progress)
     console.print(results_table(result))
+    for text in result.model.shortcomings():
+        console.print(text, highlight=False, soft_wrap=True)
 
     # Drawing is loaded only now: its import takes as long as the training of a small data set.
     from classifier.pictures import draw_training

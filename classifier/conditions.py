@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from classifier.indexing import indexing_of
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.units import RPM
@@ -23,6 +24,13 @@ acceleration, whose spectrum reaches over all features."""
 CONSTANT = 0.05
 """Share of a turn [-] that may lie in one run of equal samples beyond what it does in the training records, less than
 half of one of eight stations."""
+
+STATIONS = 0.05
+"""By which share the number of indexes in a turn may lie outside that of the training records: the speed may vary by
+2 %, and the number is read to an eighth of an index."""
+
+_FIRST = {1: ("acceleration", "deceleration"), -1: ("deceleration", "acceleration")}
+"""What comes first in an index and what second, by sense."""
 
 _WORDS = {
     "sensor_radius": ("the radius of the accelerometer", "m", "sensor_radius", 1.0),
@@ -61,6 +69,10 @@ class Conditions:
     motor_speed     least and greatest speed of the motor shaft [rad/s]; None: not stated
     machines        names of the machines; (): not stated
     clipped_share, constant_share  greatest of the calibration records [-], see `datagen.quality`
+    stations        least and greatest number of indexes that a calibration record shows, see `classifier.indexing`;
+                    None: not all of them show it
+    sense           1: acceleration first in each index of all of them, −1: deceleration first, 0: not compared
+    unshown_share   share of the calibration records that do not show the indexing [-]
     """
 
     sensor_radius: tuple[float, float] | None = None
@@ -68,10 +80,14 @@ class Conditions:
     machines: tuple[str, ...] = ()
     clipped_share: float = 0.0
     constant_share: float = 0.0
+    stations: tuple[float, float] | None = None
+    sense: int = 0
+    unshown_share: float = 1.0
 
     @classmethod
-    def of_rows(cls, table: pa.Table, calibration: np.ndarray) -> Conditions:
-        """Conditions of the rows of a data set, of which the mask calibration (n,) marks those of that subset."""
+    def of_rows(cls, table: pa.Table, records: np.ndarray, calibration: np.ndarray) -> Conditions:
+        """Conditions of the rows and records (n, samples) of a data set, of which the mask calibration (n,) marks those
+        of that subset."""
         names = table.column("machine_name")
         shares = {name: table.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
         return cls(
@@ -79,6 +95,7 @@ class Conditions:
             motor_speed=_range(table, "motor_speed"),
             machines=() if names.null_count else tuple(sorted(names.unique().to_pylist())),
             **{name: float(values.max(initial=0.0)) for name, values in shares.items()},
+            **_indexing(records[calibration]),
         )
 
     def check(self, record: RecordConditions, name: str) -> None:
@@ -121,6 +138,40 @@ class Conditions:
             )
         return ""
 
+    def indexing_flaw(self, record: np.ndarray) -> str:
+        """In what a record (samples,) does not show the table's indexing as the training records do; empty where it
+        does, and where they show none."""
+        if self.stations is None:
+            return ""
+        found = indexing_of(record)
+        if not found.sense:
+            return (
+                "must show the indexing of the table as all records of the training do, got none; "
+                "check that the table runs, the sensor and its cable"
+            )
+        if not _inside(found.stations, self.stations, STATIONS):
+            low, high = (f"{value:.3g}" for value in self.stations)
+            return (
+                f"must hold {low if low == high else f'{low} to {high}'} indexes of the table within "
+                f"{100 * STATIONS:g} % as in the training, got {found.stations:.3g}; check the speed and the turns"
+            )
+        if self.sense and found.sense != self.sense:
+            first, second = _FIRST[self.sense]
+            return (
+                f"must begin each index with the {first} as in the training, got the {second} first: its sign is "
+                "reversed; is the sensor mounted the other way round"
+            )
+        return ""
+
+    def left_out(self) -> dict[str, str]:
+        """What cannot be compared of any record, with the reason, by name."""
+        if self.stations is None:
+            share = f"{100 * self.unshown_share:.3g} % of the calibration records do not show the table's indexing"
+            return {"indexing": f"not compared, {share}", "sign": f"cannot be told, {share}"}
+        if not self.sense:
+            return {"sign": "not compared, as it is not the same in all calibration records"}
+        return {}
+
     def to_dict(self) -> dict[str, Any]:
         """Plain lists and numbers, from which `from_dict` makes equal conditions."""
         return {
@@ -129,6 +180,9 @@ class Conditions:
             "machines": list(self.machines),
             "clipped_share": self.clipped_share,
             "constant_share": self.constant_share,
+            "stations": None if self.stations is None else list(self.stations),
+            "sense": self.sense,
+            "unshown_share": self.unshown_share,
         }
 
     @classmethod
@@ -138,6 +192,17 @@ class Conditions:
             key: tuple(value) if isinstance(value, list) else value for key, value in body.items()
         }
         return cls(**values)
+
+
+def _indexing(records: np.ndarray) -> dict[str, Any]:
+    """The fields of `Conditions` that calibration records (n, samples) show."""
+    found = [indexing_of(record) for record in records]
+    unshown = float(np.mean([not one.sense for one in found]))
+    if unshown > 0.0:
+        return {"unshown_share": unshown}
+    senses, stations = {one.sense for one in found}, [one.stations for one in found]
+    sense = senses.pop() if len(senses) == 1 else 0
+    return {"stations": (min(stations), max(stations)), "sense": sense, "unshown_share": 0.0}
 
 
 def _range(table: pa.Table, name: str) -> tuple[float, float] | None:

@@ -123,6 +123,6 @@ def load_dataset(path: str | Path) -> Dataset:
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },
-        conditions=Conditions.of_rows(table, subsets == "calibration"),
+        conditions=Conditions.of_rows(table, data.records, subsets == "calibration"),
         table=table,
     )

@@ -20,7 +20,8 @@ from classifier.features import make_features
 from classifier.groups import groups_of, part
 from classifier.results import RESULT_FILES, Row, markdown, mean, means, write_results
 from classifier.style import COLOURS, GREY, style
-from classifier.tasks.novelty import Novelty
+from classifier.tasks.need import NotAvailable
+from classifier.tasks.novelty import Novelty, enough
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
 from datagen.command import hydra_command
@@ -86,7 +87,10 @@ def judge(split: Split, learn: Callable[[Dataset, int], Result], seed: int) -> l
     """
     model = learn(split.rest, seed).model
     rest = model.scaled(split.rest.records)
-    novelty = Novelty.fit(split.rest, rest, model.outputs_of(rest), seed)
+    try:
+        novelty = Novelty.fit(split.rest, rest, model.outputs_of(rest), seed)
+    except NotAvailable:
+        novelty = None  # `run` says why
     validation = split.rest.rows("validation")
     rows = []
     for method, records, classes in (
@@ -151,6 +155,11 @@ def run(config: dict[str, Any]) -> None:
         console.print(f"{config['by']} {group} is not left out: {reason}")
     if not found:
         raise SignalError(f"no {config['by']} can be left out: {next(iter(without.values()))}")
+    for split in found:
+        try:
+            enough(split.rest)
+        except NotAvailable as reason:
+            console.print(f"{config['by']} {split.group}: whether it is refused as novel cannot be told, {reason}")
     rows = [row for split in found for seed in range(config["seeds"]) for row in judge(split, learn, seed)]
     rows += overall(rows)
     table = markdown(rows, METRICS)

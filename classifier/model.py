@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,17 @@ from classifier.codes import CodeBook
 from classifier.conditions import Conditions
 from classifier.features import Features, Scaling, describe_features, make_features
 from classifier.network import Mlp
-from classifier.parts import Part, known_parts
+from classifier.parts import GUARDS, Part, known_parts
 from indexer_env.checks import check_choice
 from indexer_env.errors import IndexerError, ParameterError
 
 MODEL_YAML = "model.yaml"
 MODEL_TENSORS = "model.safetensors"
-FORMAT = 2
+FORMAT = 3
+
+
+UNGUARDED = "unguarded: the model gives any record a name, noise too; train with the part range or novelty"
+"""What is said of a model without a part of GUARDS."""
 
 
 class ModelFileError(IndexerError, ValueError):
@@ -53,6 +58,7 @@ class Model:
     provenance           data set, seed, training rule, versions
     metrics              scores per subset
     parts                what it says beyond its outputs
+    left_out             what it cannot say or compare, with the reason: parts and conditions by name
     """
 
     features: Features
@@ -70,6 +76,17 @@ class Model:
     provenance: dict[str, Any]
     metrics: dict[str, Any]
     parts: tuple[Part, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def guards(self) -> tuple[str, ...]:
+        """Kinds of the parts that tell a record unlike all that was taught; (): it gives every record a name."""
+        return tuple(part.kind for part in self.parts if part.kind in GUARDS)
+
+    def shortcomings(self) -> list[str]:
+        """What the model cannot say, a line each; the last one where nothing tells a strange record."""
+        told = [f"{name}: {reason}" for name, reason in self.left_out.items()]
+        return told if self.guards else [*told, UNGUARDED]
 
     def scaled(self, records: np.ndarray) -> np.ndarray:
         """Features (n, count) as the network sees them, for records (n, samples) at the model's rate, in its unit."""
@@ -110,6 +127,7 @@ def save_model(model: Model, folder: Path) -> None:
             for label, name, code in zip(model.codes.classes, model.codes.names, model.codes.codes, strict=True)
         ],
         "parts": [{"kind": part.kind, **part.body()} for part in model.parts],
+        "left_out": dict(model.left_out),
         "metrics": model.metrics,
         "provenance": model.provenance,
     }
@@ -189,6 +207,7 @@ def _model(body: dict[str, Any], tensors: dict[str, np.ndarray]) -> Model:
         provenance=body["provenance"],
         metrics=body["metrics"],
         parts=tuple(_part(place, dict(entry), tensors) for place, entry in enumerate(body["parts"])),
+        left_out=dict(body["left_out"]),
         **record,
     )
 

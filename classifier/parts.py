@@ -14,7 +14,9 @@ import numpy as np
 from classifier.dataset import Dataset
 from classifier.tasks.confidence import Confidence
 from classifier.tasks.convolution import Convolution
-from classifier.tasks.novelty import Novelty
+from classifier.tasks.need import NotAvailable
+from classifier.tasks.novelty import NOVEL, Novelty
+from classifier.tasks.range import OUTSIDE, Range
 from classifier.tasks.severity import Severity
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
@@ -30,8 +32,8 @@ class Part(Protocol):
     kind: ClassVar[str]
 
     @classmethod
-    def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Part | None:
-        """A part fitted to a data set; None where the columns of the data set do not allow it.
+    def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Part:
+        """A part fitted to a data set. Raises NotAvailable where its records or columns do not allow it.
 
         features (n, count)  scaled as the network sees them
         outputs  (n, bits)   of the trained network, on the scale of the bits
@@ -60,11 +62,16 @@ class Part(Protocol):
         ...
 
 
-PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Novelty, Severity)}
+PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Range, Novelty, Severity)}
 """Classes of parts by their kind, in the order in which they are fitted where none is asked for by name."""
 
 ON_REQUEST: dict[str, type[Part]] = {Convolution.kind: Convolution}
 """Those that are fitted only where they are asked for: they take longer than the network itself."""
+
+
+GUARDS: dict[str, str] = {Range.kind: OUTSIDE, Novelty.kind: NOVEL}
+"""Columns that say whether a record is unlike all that was taught, by the kind of their part. Without one of these
+parts a model gives every record the nearest name."""
 
 
 def known_parts() -> dict[str, type[Part]]:
@@ -88,20 +95,26 @@ def check_kinds(kinds: object) -> Sequence[str] | None:
 
 def fit_parts(
     dataset: Dataset, features: np.ndarray, outputs: np.ndarray, kinds: Sequence[str] | None = None, seed: int = 0
-) -> tuple[Part, ...]:
-    """Parts fitted to a data set, given the scaled features (n, count) and the outputs (n, bits) of all its records.
+) -> tuple[tuple[Part, ...], dict[str, str]]:
+    """Parts fitted to a data set, given the scaled features (n, count) and the outputs (n, bits) of all its records;
+    and which of PARTS are left out, with the reason.
 
-    kinds  which; None: all of PARTS that the columns of the data set allow
+    kinds  which; None: all of PARTS that the records and columns of the data set allow
 
     Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
     """
     check_kinds(kinds)
-    fitted = []
+    fitted, left_out = [], {}
     for kind in PARTS if kinds is None else kinds:
-        part = known_parts()[kind].fit(dataset, features, outputs, seed)
-        if part is not None:
-            fitted.append(part)
-        elif kinds is not None:
-            rule = "parts that the columns of the data set allow"
-            raise refuse("classifier", "parts", rule, kind, f"leave {kind} out or use a data set that states it")
-    return tuple(fitted)
+        try:
+            fitted.append(known_parts()[kind].fit(dataset, features, outputs, seed))
+        except NotAvailable as reason:
+            if kinds is not None:
+                remedy = f"add such records to the data set, or leave {kind} out"
+                raise refuse(
+                    "classifier", "parts", f"parts that the data set allows ({reason})", kind, remedy
+                ) from None
+            left_out[kind] = f"not available, {reason}"
+    if kinds is not None:
+        left_out |= {kind: "not asked for" for kind in PARTS if kind not in kinds}
+    return tuple(fitted), left_out

@@ -191,10 +191,10 @@ def draw_diagnosis(model: Model, report: CaseReport) -> Figure:
         ax = figure.add_subplot(grid[0, :])
         ax.plot(np.arange(shown.record.size) / model.sample_rate, shown.record, color=_DARK, linewidth=0.6)
         ax.set(xlabel="time in the turn [s]", ylabel=_name(model.quantity, model.unit))
-        title = f"turn {shown.turn}: {'none of the classes taught; nearest ' if diagnosis.is_novel else ''}"
-        words = f"class {diagnosis.class_label}: {diagnosis.class_name}"
-        agreement = f"(distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f})"
-        ax.set_title(f"{title if several or diagnosis.is_novel else ''}{words} {agreement}", fontweight="bold")
+        nearest = (
+            f"nearest class {diagnosis.class_label}: distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f}"
+        )
+        ax.set_title(f"turn {shown.turn}: {diagnosis.verdict} ({nearest})", fontweight="bold")
         figure.suptitle(report.name, fontsize=9)
 
         _densities(figure.add_subplot(grid[1, 0]), model, shown.record, diagnosis)

@@ -39,6 +39,7 @@ def row_of(result: Result, config: Mapping[str, Any], run: str, seconds: float) 
         "stopped_by": training.stopped_by[kept],
         **scores,
         "parts": ", ".join(part.kind for part in result.model.parts),
+        "left_out": "; ".join(f"{name}: {reason}" for name, reason in result.model.left_out.items()),
         "seconds": seconds,
         "manifest_sha256": str(result.model.provenance["data"].get("manifest_sha256", "")),
     }

@@ -136,8 +136,9 @@ def train(
             **{subset: scores[subset][kept].to_dict() for subset in SUBSETS},
         },
     )
-    fitted = fit_parts(dataset, values, model.outputs_of(values), parts, seed)
-    return Result(replace(model, parts=fitted), kept, training, scores)
+    fitted, left_out = fit_parts(dataset, values, model.outputs_of(values), parts, seed)
+    model = replace(model, parts=fitted, left_out={**left_out, **dataset.conditions.left_out()})
+    return Result(model, kept, training, scores)
 
 
 def mean_densities(dataset: Dataset, features: Features) -> np.ndarray:

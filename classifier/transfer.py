@@ -144,7 +144,9 @@ class Learner:
             name: score(dataset.codes, outputs[dataset.rows(name)], dataset.classes[dataset.rows(name)]).to_dict()
             for name in SUBSETS
         }
-        return replace(model, metrics=scores, parts=fit_parts(dataset, scaled, outputs, seed=seed))
+        fitted, left_out = fit_parts(dataset, scaled, outputs, seed=seed)
+        left_out |= dataset.conditions.left_out()
+        return replace(model, metrics=scores, parts=fitted, left_out=left_out)
 
 
 def in_turns(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
@@ -204,8 +206,11 @@ def run(config: dict[str, Any]) -> None:
     table = markdown(rows, ((WRONG, 2), (F1, 3)))
     console = Console(highlight=False, soft_wrap=True)
     console.print(table)
+    tuned = learner.tuned(0)
+    for text in tuned.shortcomings():
+        console.print(text)
     with output_folder(out, FILES, config["overwrite"]) as folder:
-        save_model(learner.tuned(0), folder)
+        save_model(tuned, folder)
         write_results(folder, rows, table, config)
         draw(rows).savefig(folder / PICTURE)
     console.print(f"written {out}")

@@ -68,6 +68,8 @@ def run(config: dict[str, Any]) -> None:
         (folder / BEST).write_text(yaml.safe_dump(_kept(tried), sort_keys=False), encoding="utf-8")
         save_model(result.model, folder)
     validation = result.score("validation")
+    for text in result.model.shortcomings():
+        console.print(text)
     console.print(
         f"best: control error {error:.4g} %, validation error {validation.mse_percent:.4g} %, "
         f"misclassified {validation.misclassified_percent:.3g} %; written {out}"

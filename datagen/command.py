@@ -2,8 +2,8 @@
 
 `hydra_command("datagen")` reads `datagen.yaml` in the project's configuration folder and gives back a
 `main()` that works as a console script and under `python -m`. Exit codes: 0 done, 1 done and something found
-that should not be (commands that compare), 2 bad input (one line on stderr, in a sweep one for each failed job),
-130 stopped from the keyboard. With the environment variable
+that should not be (commands that compare: a difference; a diagnosis: nothing guards its model), 2 bad input (one line
+on stderr, in a sweep one for each failed job), 130 stopped from the keyboard. With the environment variable
 HYDRA_FULL_ERROR=1 the traceback is shown instead of the sentence.
 """
 
@@ -55,16 +55,17 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
 
     The task receives the composed configuration as plain dicts and lists, interpolations resolved and nothing
     missing. In a sweep (`-m`) a job that fails does not stop those after it: each says its sentence, and the
-    command ends with exit code 2.
+    command ends with the greatest of their exit codes.
     """
 
     def decorate(task: Task) -> Callable[[], None]:
-        traceback_wanted = composed = failed = False
+        traceback_wanted = composed = False
+        worst = 0
         started_in = os.getpid()
 
         @functools.wraps(task)
         def job(config: DictConfig) -> dict[str, Any]:
-            nonlocal composed, failed
+            nonlocal composed, worst
             composed = True
             if traceback_wanted:
                 return outcome(task(_plain(config, config_name)))
@@ -72,10 +73,10 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
             try:
                 return outcome(_reported(lambda: task(_plain(config, config_name)), config_name))
             except SystemExit as stop:
-                if stop.code != BAD_INPUT or HydraConfig.get().mode is not RunMode.MULTIRUN:
+                if stop.code not in (DIFFERENT, BAD_INPUT) or HydraConfig.get().mode is not RunMode.MULTIRUN:
                     raise
-                failed = True
-                reason = stop.__notes__[0]
+                worst = max(worst, stop.code)
+                reason = next(iter(getattr(stop, "__notes__", [])), f"ended with exit code {stop.code}, see --help")
                 # A launcher may run the job in another process; only an exception gets back from there.
                 if os.getpid() != started_in:
                     raise IndexerError(f"Job {HydraConfig.get().job.num} of the sweep has failed: {reason}") from None
@@ -90,8 +91,8 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
 
         @functools.wraps(task)
         def main() -> None:
-            nonlocal traceback_wanted, composed, failed, started_in
-            composed = failed = False
+            nonlocal traceback_wanted, composed, worst, started_in
+            composed, worst = False, 0
             started_in = os.getpid()
             traceback_wanted = os.environ.get(_FULL_ERROR) == "1"
             sys.argv = [sys.argv[0], *with_key(positional, sys.argv[1:])]
@@ -114,8 +115,8 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
                 del os.environ[_FULL_ERROR]
                 if before is not None:
                     os.environ[_FULL_ERROR] = before
-            if failed:
-                raise SystemExit(BAD_INPUT)
+            if worst:
+                raise SystemExit(worst)
 
         vars(main).update(config_name=config_name, positional=positional)
         return main

@@ -84,7 +84,7 @@ class Judge:
         order = [training.best, *(place for place in range(_NETWORKS) if place != training.best)]
         nothing = np.empty((len(seen.scaled), 0))
         parts = {score: Novelty.fit(dataset, seen.scaled, nothing, seed, score) for score in SCORES}
-        return cls(seen, network, training.parameters[order], {name: part for name, part in parts.items() if part})
+        return cls(seen, network, training.parameters[order], parts)
 
     def scores(self, records: np.ndarray) -> dict[str, np.ndarray]:
         """Every score (n,) of records (n, samples); higher is stranger."""

@@ -67,11 +67,10 @@ def _judged(setting: Setting, dataset: Dataset, names: dict[str, str], tests: di
             rows += [Row("robustness", name, method, metric, setting.seed, value) for metric, value in found.items()]
     seen = Seen.of(dataset)
     part = Novelty.fit(dataset, seen.scaled, np.empty((len(seen.scaled), 0)), setting.seed)
-    if part is not None:
-        for test, name in names.items():
-            records = tests[test].records
-            refused = part.assess(seen.features.apply(records), np.empty(0), records)["is_novel"]
-            rows.append(Row("robustness", name, "novelty", REFUSED, setting.seed, float(100 * refused.mean())))
+    for test, name in names.items():
+        records = tests[test].records
+        refused = part.assess(seen.features.apply(records), np.empty(0), records)["is_novel"]
+        rows.append(Row("robustness", name, "novelty", REFUSED, setting.seed, float(100 * refused.mean())))
     return rows
 
 

@@ -33,7 +33,6 @@ def run(setting: Setting) -> list[Row]:
     for data, recipe in (("drawn", drawn(setting.records)), ("varied", varied(setting.records))):
         seen = Seen.of(setting.dataset(recipe))
         part = Severity.fit(seen.dataset, seen.scaled, np.empty((len(seen.scaled), 0)), setting.seed)
-        assert part is not None
         parts[data] = (seen, part)
         validation = seen.dataset.rows("validation")
         told = part.assess(seen.scaled[validation], np.empty(0), seen.dataset.records[validation])

@@ -16,7 +16,7 @@ from classifier.conditions import RecordConditions
 from classifier.diagnose.report import COLUMN, CaseReport, line, lines, summary, summary_lines
 from classifier.diagnose.signals import Asked, Case, cases_of
 from classifier.model import Model, load_model
-from datagen.command import check_flag, hydra_command
+from datagen.command import DIFFERENT, check_flag, hydra_command
 from datagen.ingest.settings import Pulse
 from datagen.job_paths import job_folder, path_given
 from datagen.measured import Reading
@@ -52,16 +52,20 @@ def run(config: dict[str, Any]) -> None:
     if left_open := model.conditions.not_compared(asked.known):
         keys = ", ".join(left_open)
         print(f"{'assumed':<{COLUMN}}{keys} as in the training records; known.{left_open[0]}=VALUE says it")
+    for text in model.shortcomings():
+        print(f"{'without':<{COLUMN}}{text}")
     if out is None:
         reports = _told(model, cases, None, 0)
     else:
         with output_folder(out, FILES, config["overwrite"]) as folder:
             reports = _told(model, cases, folder, config["pictures"])
-            _write_summary(folder, str(config["model"]), reports)
+            _write_summary(folder, str(config["model"]), model, reports)
         print(f"{'written':<{COLUMN}}{out}")
     problems = [report.problem for report in reports if report.problem]
     if problems:
         raise SignalError(f"{len(problems)} of {len(reports)} signals could not be diagnosed; the first: {problems[0]}")
+    if not model.guards:
+        raise SystemExit(DIFFERENT)
 
 
 def _stated(known: Any) -> Any:
@@ -119,9 +123,15 @@ def _write(stem: Path, model: Model, report: CaseReport, draw: bool) -> None:
         draw_diagnosis(model, report).savefig(stem.with_name(stem.name + picture_ending))
 
 
-def _write_summary(folder: Path, model: str, reports: list[CaseReport]) -> None:
+def _write_summary(folder: Path, name: str, model: Model, reports: list[CaseReport]) -> None:
     signals = [{"signal": report.name, "verdict": report.verdict, "problem": report.problem} for report in reports]
-    told = {"model": model, **summary(reports), "signals_told": signals}
+    told = {
+        "model": name,
+        "guards": model.guards,
+        "left_out": dict(model.left_out),
+        **summary(reports),
+        "signals_told": signals,
+    }
     (folder / SUMMARY).write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     rows = [row for report in reports for row in report.rows()]
     columns = dict.fromkeys(name for row in rows for name in row)

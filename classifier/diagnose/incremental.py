@@ -36,9 +36,20 @@ class TurnReport:
     diagnosis: Diagnosis | None
     record: np.ndarray | None
 
+    @property
+    def verdict(self) -> str:
+        """The name of the class, or why there is none: see `Diagnosis.verdict`, or the problem."""
+        return f"not diagnosed: it {self.problem}" if self.diagnosis is None else self.diagnosis.verdict
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, texts, lists and mappings, for JSON; without the record."""
-        place = {"turn": self.turn, "start": self.start, "duration": self.duration, "problem": self.problem}
+        place = {
+            "turn": self.turn,
+            "start": self.start,
+            "duration": self.duration,
+            "verdict": self.verdict,
+            "problem": self.problem,
+        }
         return place | ({} if self.diagnosis is None else self.diagnosis.to_dict())
 
 
@@ -47,7 +58,8 @@ class IncrementalDiagnoser:
 
     The reports are those of the whole measurement diagnosed at once, bit for bit, in whatever pieces the samples come.
     Memory is bounded by the length of two turns. A turn whose sensor was dead, clipped or gave no number is reported
-    with this as its problem.
+    with this as its problem, as is one that does not show the table's indexing as the training records do: none at all,
+    at another rate, or with the sign reversed.
 
     model        a trained classifier
     sample_rate  of the samples [Hz]; within RATE_TOLERANCE of the model's they are taken as they are, at a higher one
@@ -107,6 +119,8 @@ class IncrementalDiagnoser:
     def _report(self, turn: StreamedTurn) -> TurnReport:
         number, self._turns = self._turns, self._turns + 1
         problem = turn.problem or self._model.conditions.flaw(turn.clipped_share, turn.constant_share)
+        if not problem and turn.record is not None:
+            problem = self._model.conditions.indexing_flaw(turn.record)
         if problem or turn.record is None:
             return TurnReport(number, turn.start, turn.duration, problem, None, None)
         diagnosis = diagnose_turn(self._model, turn.record)

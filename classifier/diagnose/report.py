@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from classifier.diagnose.diagnosis import NOVEL, Diagnosis
+from classifier.diagnose.diagnosis import Diagnosis
 from classifier.diagnose.incremental import TurnReport
+from classifier.parts import GUARDS
 
-NOVEL_WORDS = "none of the classes it was taught"
 STRONGEST = 3
 """Bands named in words; JSON holds all."""
 
@@ -48,8 +48,8 @@ class CaseReport:
 
     @property
     def verdict(self) -> str:
-        """What most of its turns are named; of two equally frequent names the one that comes first."""
-        names = Counter(_said(diagnosis) for diagnosis in self.diagnosed)
+        """The verdict on most of its turns; of two equally frequent ones that which comes first."""
+        names = Counter(diagnosis.verdict for diagnosis in self.diagnosed)
         return names.most_common(1)[0][0] if names else ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -71,14 +71,15 @@ class CaseReport:
 
 
 def _row(turn: TurnReport) -> dict[str, Any]:
-    row: dict[str, Any] = {"turn": turn.turn, "start": turn.start, "duration": turn.duration, "problem": turn.problem}
+    row: dict[str, Any] = {name: getattr(turn, name) for name in ("turn", "start", "duration", "verdict", "problem")}
     diagnosis = turn.diagnosis
     if diagnosis is None:
         return row
     row |= {name: getattr(diagnosis, name) for name in ("class_label", "class_name", "code", "distance", "margin")}
-    row |= {NOVEL: diagnosis.is_novel}
     row |= {f"output_{node}": value for node, value in enumerate(diagnosis.outputs, start=1)}
-    return row | {name: value for name, value in diagnosis.assessment.items() if not isinstance(value, list)}
+    row |= {name: value for name, value in diagnosis.assessment.items() if not isinstance(value, list)}
+    left_out = "; ".join(f"{name}: {reason}" for name, reason in diagnosis.left_out.items())
+    return row | {"is_novel": diagnosis.is_novel, "guarded": diagnosis.guarded, "left_out": left_out}
 
 
 def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
@@ -90,11 +91,12 @@ def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
         "signals_not_diagnosed": sum(bool(report.problem) for report in reports),
         "turns": sum(len(report.turns) for report in reports),
         "turns_not_diagnosed": sum(bool(turn.problem) for report in reports for turn in report.turns),
-        "verdicts": dict(Counter(_said(diagnosis) for _, diagnosis in diagnoses).most_common()),
+        "turns_unguarded": sum(not diagnosis.guarded for _, diagnosis in diagnoses),
+        "verdicts": dict(Counter(diagnosis.verdict for _, diagnosis in diagnoses).most_common()),
     }
-    known = [(report.true_class, _said(diagnosis)) for report, diagnosis in diagnoses if report.true_class is not None]
-    if known:
-        counts["right_percent"] = 100.0 * sum(true == said for true, said in known) / len(known)
+    right = [diagnosis.is_right(report.true_class) for report, diagnosis in diagnoses if report.true_class is not None]
+    if right:
+        counts["right_percent"] = 100.0 * sum(right) / len(right)
     return counts
 
 
@@ -104,6 +106,10 @@ def summary_lines(counts: dict[str, Any]) -> list[str]:
         f"{what:<{COLUMN}}{counts[what]}, {counts[f'{what}_not_diagnosed']} not diagnosed"
         for what in ("signals", "turns")
     ]
+    if counts["turns_unguarded"]:
+        text.append(
+            f"{'unguarded':<{COLUMN}}{counts['turns_unguarded']} turns, by a model that gives any record a name"
+        )
     if "right_percent" in counts:
         text.append(f"{'right':<{COLUMN}}{counts['right_percent']:.4g} % of the turns that were diagnosed")
     return text + [f"{number:>{COLUMN - 2}}  {name}" for name, number in counts["verdicts"].items()]
@@ -113,9 +119,10 @@ def line(report: CaseReport) -> str:
     """A signal in one line."""
     if report.problem:
         return f"{report.name}  not diagnosed"
-    named = [_said(diagnosis) for diagnosis in report.diagnosed]
+    named = [diagnosis.verdict for diagnosis in report.diagnosed]
     share = f"  ({named.count(report.verdict)} of {len(report.turns)} turns)" if len(report.turns) > 1 else ""
-    true = "" if report.true_class in (None, report.verdict) else f"  (is: {report.true_class})"
+    wrong = report.true_class is not None and not report.verdict.endswith(report.true_class)
+    true = f"  (is: {report.true_class})" if wrong else ""
     return f"{report.name}  {report.verdict}{share}{true}"
 
 
@@ -133,11 +140,11 @@ def lines(report: CaseReport) -> list[str]:
 
 def _words(diagnosis: Diagnosis) -> list[str]:
     outputs = "  ".join(f"{value:.4f}" for value in diagnosis.outputs)
-    nearest = f"{diagnosis.class_label}: {diagnosis.class_name}"
     strongest = sorted(diagnosis.bands, key=lambda band: -abs(band.contribution))[:STRONGEST]
     spoke = ", ".join(f"{band.low_hz:g} to {band.high_hz:g} Hz {band.contribution:+.3f}" for band in strongest)
     entries = {
-        "class": f"{NOVEL_WORDS}; nearest {nearest}" if diagnosis.is_novel else nearest,
+        "verdict": diagnosis.verdict,
+        "nearest": f"{diagnosis.class_label}: {diagnosis.class_name}",
         "code": "  ".join(f"{bit:6s}" for bit in diagnosis.code).rstrip(),
         "outputs": outputs,
         "distance": f"{diagnosis.distance:.4f} from this code",
@@ -153,7 +160,7 @@ def assessed(assessment: dict[str, Any]) -> dict[str, str]:
     to JSON."""
     words = {}
     for name, value in assessment.items():
-        if name == NOVEL or name.endswith(_INTERVAL) or isinstance(value, list):
+        if name in GUARDS.values() or name.endswith(_INTERVAL) or isinstance(value, list):
             continue
         low, high = (assessment.get(f"{name}{end}") for end in _INTERVAL)
         interval = "" if low is None or high is None else f" ({low:.3g} to {high:.3g})"
@@ -163,10 +170,6 @@ def assessed(assessment: dict[str, Any]) -> dict[str, str]:
 
 def _number(value: Any) -> str:
     return str(value) if isinstance(value, bool | str) else f"{value:.3g}"
-
-
-def _said(diagnosis: Diagnosis) -> str:
-    return NOVEL_WORDS if diagnosis.is_novel else diagnosis.class_name
 
 
 def _refused(turn: TurnReport) -> str:

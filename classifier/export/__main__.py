@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from classifier.model import load_model
+from classifier.model import UNGUARDED, load_model
 from datagen.command import check_flag, hydra_command
 from datagen.job_paths import path_given
 from indexer_env.errors import IndexerError, refuse
@@ -21,7 +21,7 @@ def run(config: dict[str, Any]) -> None:
     try:
         import onnx
 
-        from classifier.export.model import left_out, to_onnx
+        from classifier.export.model import guards, left_out, to_onnx
     except ModuleNotFoundError as error:
         if error.name not in ("onnx", "ml_dtypes", "google"):
             raise
@@ -32,8 +32,10 @@ def run(config: dict[str, Any]) -> None:
     data = onnx.ModelProto.SerializeToString(to_onnx(model, config["input"]))
     _write(out, data)
     print(f"written {out}, {len(data) / 1e6:.1f} MB")
-    if kinds := left_out(model):
-        print(f"without the parts {', '.join(kinds)}, which cannot be exported")
+    for name, reason in left_out(model, config["input"]).items():
+        print(f"without {name}: {reason}")
+    if not guards(model, config["input"]):
+        print(UNGUARDED)
 
 
 def _check_file(out: Path, overwrite: object) -> Path:

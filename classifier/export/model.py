@@ -9,9 +9,10 @@ import onnx
 
 from classifier.export.features import add_features
 from classifier.export.graph import Graph
-from classifier.export.parts import ADDERS, add_network, add_scaling, nearest_code
+from classifier.export.parts import ADDERS, Columns, add_network, add_range, add_scaling, nearest_code
 from classifier.features import describe_features
 from classifier.model import Model
+from classifier.tasks.range import Range
 from datagen.versions import versions_of
 from indexer_env.checks import check_choice
 
@@ -32,10 +33,9 @@ def to_onnx(model: Model, begin: str = "record") -> onnx.ModelProto:
     """
     check_choice("export", "input", begin, INPUTS)
     graph = Graph()
-    if begin == "record":
-        features = add_features(
-            graph, model.features, graph.input("record", model.samples), model.samples, model.sample_rate
-        )
+    record = graph.input("record", model.samples) if begin == "record" else None
+    if record is not None:
+        features = add_features(graph, model.features, record, model.samples, model.sample_rate)
     else:
         features = graph.input("features", model.network.inputs)
     scaled = add_scaling(graph, model.scaling.low, model.scaling.high, features)
@@ -47,15 +47,35 @@ def to_onnx(model: Model, begin: str = "record") -> onnx.ModelProto:
     graph.output("distance", graph.add("ReduceMin", distances, axes=[-1], keepdims=0))
     for part in model.parts:
         if part.kind in ADDERS:
-            for name, column in ADDERS[part.kind](graph, part, scaled, outputs).items():
-                kind = onnx.TensorProto.BOOL if column.flag else onnx.TensorProto.DOUBLE
-                graph.output(name, column.tensor, *column.widths, kind=kind)
+            _give_out(graph, ADDERS[part.kind](graph, part, scaled, outputs))
+        elif isinstance(part, Range) and record is not None:
+            _give_out(graph, add_range(graph, part, record))
     return graph.model(NAME, _metadata(model, begin))
 
 
-def left_out(model: Model) -> tuple[str, ...]:
-    """Kinds of the model's parts that have no nodes: the file is without their columns."""
-    return tuple(part.kind for part in model.parts if part.kind not in ADDERS)
+def _give_out(graph: Graph, columns: Columns) -> None:
+    for name, column in columns.items():
+        kind = onnx.TensorProto.BOOL if column.flag else onnx.TensorProto.DOUBLE
+        graph.output(name, column.tensor, *column.widths, kind=kind)
+
+
+def left_out(model: Model, begin: str = "record") -> dict[str, str]:
+    """What the file cannot say, with the reason: what the model cannot, its parts without nodes, and its checks of a
+    record."""
+    reasons = {Range.kind: "needs the record, not its features"} if begin == "features" else {}
+    without = {
+        part.kind: reasons.get(part.kind, "cannot be exported") for part in model.parts if not _has(part.kind, begin)
+    }
+    return {**model.left_out, **without, "sensor": "the caller checks for dead and clipped sensors, indexing and sign"}
+
+
+def guards(model: Model, begin: str = "record") -> tuple[str, ...]:
+    """Kinds of the parts of the file that tell a record unlike all that was taught."""
+    return tuple(kind for kind in model.guards if _has(kind, begin))
+
+
+def _has(kind: str, begin: str) -> bool:
+    return kind in ADDERS or (kind == Range.kind and begin == "record")
 
 
 def _metadata(model: Model, begin: str) -> dict[str, str]:
@@ -73,7 +93,9 @@ def _metadata(model: Model, begin: str) -> dict[str, str]:
         "conditions": model.conditions.to_dict(),
         "features": describe_features(model.features),
         "classes": classes,
-        "parts": [part.kind for part in model.parts if part.kind in ADDERS],
+        "parts": [part.kind for part in model.parts if _has(part.kind, begin)],
+        "guards": guards(model, begin),
+        "left_out": left_out(model, begin),
         "data": model.provenance.get("data", {}),
         "versions": versions_of((NAME, "numpy", "onnx")),
     }

@@ -11,6 +11,7 @@ from classifier.export.graph import Graph
 from classifier.network import TARGETS, Mlp
 from classifier.tasks.confidence import Confidence
 from classifier.tasks.novelty import NEIGHBOURS, Novelty
+from classifier.tasks.range import OUTSIDE, Range, octave_count
 from classifier.tasks.regression import KernelRidge
 from classifier.tasks.severity import QUANTITIES, Severity
 
@@ -96,6 +97,28 @@ def _novelty(graph: Graph, part: Novelty, scaled: str, outputs: str) -> Columns:
         score = graph.add("Div", rest, max(whitening.spread, float(np.finfo(np.float64).tiny)))
     novelty = graph.add("Div", score, part.threshold)
     return {"novelty": Column(novelty), "is_novel": Column(graph.add("Greater", novelty, 1.0), flag=True)}
+
+
+def add_range(graph: Graph, part: Range, record: str) -> Columns:
+    """Columns of the range of records (n, samples), see `classifier.tasks.range.octaves`."""
+    rest = graph.add("Sub", record, graph.add("ReduceMean", record, axes=[-1], keepdims=1))
+    squares, samples = [graph.add("ReduceMean", graph.add("Mul", rest, rest), axes=[-1], keepdims=1)], part.samples
+    for octave in range(octave_count(part.samples)):
+        places = np.arange(samples // 2)
+        even, odd = (graph.add("Gather", rest, 2 * places + side, axis=1) for side in (0, 1))
+        if octave > 0:
+            half = graph.add("Div", graph.add("Sub", even, odd), 2.0)
+            squares.append(graph.add("ReduceMean", graph.add("Mul", half, half), axes=[-1], keepdims=1))
+        rest, samples = graph.add("Div", graph.add("Add", even, odd), 2.0), samples // 2
+    least = float(np.finfo(np.float64).tiny)
+    logarithms = graph.add("Log", graph.add("Max", graph.add("Concat", *squares, axis=1), least))
+    apart = graph.add("Sub", graph.add("Div", logarithms, 2.0 * float(np.log(10.0))), part.middle)
+    farthest = graph.add("ReduceMax", graph.add("Div", graph.add("Abs", apart), part.reach), axes=[-1], keepdims=0)
+    level = graph.add(
+        "Pow", 10.0, graph.add("Squeeze", graph.add("Gather", apart, np.array([0]), axis=1), np.array([1]))
+    )
+    outside = Column(graph.add("Greater", farthest, 1.0), flag=True)
+    return {"level": Column(level), "range": Column(farthest), OUTSIDE: outside}
 
 
 def _kernels(graph: Graph, regression: KernelRidge, inputs: str) -> str:

@@ -1,11 +1,13 @@
 """What a trained classifier says beyond the class: the parts that are stored with it (`classifier.parts`).
 
+    need         records that hang together, and the error of a part that has too few
     spectrum     scaled features -> compressed and whitened ones, on which severities and novelty are judged
     conformal    intervals that hold a stated share of new records
     confidence   probabilities of classes and faults, by a temperature
     regression   kernel ridge regression in closed form, and its errors on machines left out
     severity     backlash in degrees, crack and looseness, each with its interval
-    novelty      whether a record is like those of the training at all
+    novelty      whether a record is like those of the training at all, by its spectrum
+    range        the same by its level and octaves, which few records are enough for
     decimate     records at a lower rate and of unit size, for what sees the record itself
     convolution  what a convolutional network names by the record itself, fitted on request
 

@@ -12,11 +12,16 @@ from scipy.special import logsumexp
 
 from classifier.codes import CodeBook
 from classifier.dataset import Dataset
+from classifier.tasks.need import count_independent, need
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 
 _EDGE = 1e-6
 """Outputs count as at least this far from 0 and 1; linear outputs may lie beyond."""
+
+LEAST = 20
+"""Independent control records with which a temperature can be fitted: it makes the mean confidence the share that
+is right, whose standard error is then 0.11 at most, a bin of a reliability diagram; with 2 records it is 0.35."""
 
 TEMPERATURES = (0.05, 50.0)
 """Range in which a temperature is sought [-]."""
@@ -80,7 +85,8 @@ class Confidence:
 
     @classmethod
     def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Confidence:
-        """Fitted to the outputs (n, bits) of the control records; never None, as every data set has classes."""
+        """Fitted to the outputs (n, bits) of the control records. Raises NotAvailable where they are too few."""
+        need("independent control records", LEAST, count_independent(dataset, "control"))
         control = dataset.rows("control")
         return cls.of_control(dataset.codes, outputs[control], dataset.classes[control])
 

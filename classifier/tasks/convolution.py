@@ -12,8 +12,9 @@ import torch
 from torch import Tensor, nn
 
 from classifier.dataset import Dataset
-from classifier.tasks.confidence import fit_temperature, softmax
+from classifier.tasks.confidence import LEAST, fit_temperature, softmax
 from classifier.tasks.decimate import RATE, Decimated
+from classifier.tasks.need import count_independent, need
 
 
 def layers(classes: int) -> nn.Sequential:
@@ -117,7 +118,9 @@ class Convolution:
 
     @classmethod
     def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Convolution:
-        """Trained on the calibration records; never None, as every data set has classes."""
+        """Trained on the calibration records; its probabilities need as many control records as `Confidence`, else it
+        raises NotAvailable."""
+        need("independent control records", LEAST, count_independent(dataset, "control"))
         seen, control = Learning().fit(dataset, seed), dataset.rows("control")
         positions = dataset.codes.positions(dataset.classes[control])
         temperature = fit_temperature(seen.logits(dataset.records[control]), positions)

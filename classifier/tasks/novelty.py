@@ -5,7 +5,7 @@ rather than given the nearest name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,11 +13,15 @@ from scipy.spatial import KDTree
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import conformal_quantile, least_records
+from classifier.tasks.need import count_independent, independent, need
 from classifier.tasks.spectrum import Compression, Whitening
 from indexer_env.checks import check_choice, check_number
 
 ACCEPTED = 0.95
 """Share of records like those of the training that are accepted."""
+
+NOVEL = "is_novel"
+"""Column that says whether a record is none of the classes."""
 
 NEIGHBOURS = 5
 """Calibration records whose mean distance is the score "neighbours"."""
@@ -41,7 +45,12 @@ class Novelty:
     threshold    the score that a share `accepted` of records like those of the training stays below
 
     The threshold is the conformal quantile of the scores of the control records, so the share holds for new records of
-    machines drawn as those were. Raises ParameterError.
+    machines drawn as those were. Where these are too few for it, calibration and control records are one, and each is
+    scored by what was fitted to the others (`independent` ones left out together): cross-conformal, whose share is
+    nearly that, and 1 − 2 (1 − accepted) at the least.
+    Source: R. F. Barber, E. J. Candès, A. Ramdas, R. J. Tibshirani, Ann. Statist. 49 (2021) 486–507.
+
+    Raises ParameterError.
     """
 
     kind: ClassVar[str] = "novelty"
@@ -67,20 +76,28 @@ class Novelty:
         seed: int,
         score: str = SCORES[0],
         accepted: float = ACCEPTED,
-    ) -> Novelty | None:
-        """Fitted to scaled features (n, count) of all records; None where the control records are too few."""
-        calibration, control = features[dataset.rows("calibration")], features[dataset.rows("control")]
-        if len(control) < least_records(accepted) or len(calibration) <= NEIGHBOURS:
-            return None
-        compression = Compression.fit(calibration)
-        compressed = compression.apply(calibration)
+    ) -> Novelty:
+        """Fitted to scaled features (n, count) of all records. Raises NotAvailable where control and calibration
+        records together are too few."""
+        calibration, control = dataset.rows("calibration"), dataset.rows("control")
+        if enough(dataset, accepted):
+            raw = cls._raw(features[calibration], score, accepted)
+            scores = raw.scores(features[control])
+        else:
+            both = calibration | control
+            raw = cls._raw(features[both], score, accepted)
+            scores = _cross_fitted(features[both], independent(dataset, both), score, accepted)
+        return replace(raw, threshold=conformal_quantile(scores, accepted))
+
+    @classmethod
+    def _raw(cls, reference: np.ndarray, score: str, accepted: float) -> Novelty:
+        """Fitted to scaled features (m, count) of reference records, without a threshold."""
+        compression = Compression.fit(reference)
+        compressed = compression.apply(reference)
         whitening = Whitening.fit(compressed)
         components = whitening.apply(compressed)
-        reference = components if score == "neighbours" else components[:0]
-        raw = cls(score, accepted, compression, whitening, reference, 0.0)
-        return cls(
-            score, accepted, compression, whitening, reference, conformal_quantile(raw.scores(control), accepted)
-        )
+        kept = components if score == "neighbours" else components[:0]
+        return cls(score, accepted, compression, whitening, kept, 0.0)
 
     def scores(self, features: np.ndarray) -> np.ndarray:
         """Scores (n,) of scaled features (n, count); higher is stranger."""
@@ -95,7 +112,7 @@ class Novelty:
     def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records: novelty (n,), the score over its threshold, and is_novel (n,), true above 1."""
         novelty = self.scores(features) / self.threshold
-        return {"novelty": novelty, "is_novel": novelty > 1.0}
+        return {"novelty": novelty, NOVEL: novelty > 1.0}
 
     @classmethod
     def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Novelty:
@@ -126,3 +143,24 @@ class Novelty:
             "axes": self.whitening.axes,
             "reference": self.reference,
         }
+
+
+def enough(dataset: Dataset, accepted: float = ACCEPTED) -> bool:
+    """Whether a data set has control records enough to set a threshold apart from the calibration records; raises
+    NotAvailable where even both together are too few."""
+    check_number("Novelty", "accepted", accepted, low=0.0, high=1.0, low_open=True, high_open=True)
+    least = least_records(accepted)
+    if count_independent(dataset, "control") >= least and dataset.rows("calibration").sum() > NEIGHBOURS:
+        return True
+    count = count_independent(dataset, "calibration", "control")
+    need("independent records of calibration and control", least, count)
+    return False
+
+
+def _cross_fitted(features: np.ndarray, groups: np.ndarray, score: str, accepted: float) -> np.ndarray:
+    """Scores (n,) of scaled features (n, count), each group's by what is fitted to the others."""
+    scores = np.empty(len(features))
+    for group in np.unique(groups):
+        inside = groups == group
+        scores[inside] = Novelty._raw(features[~inside], score, accepted).scores(features[inside])
+    return scores

@@ -11,6 +11,7 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import conformal_quantile, least_records
+from classifier.tasks.need import NotAvailable, count_independent, need
 from classifier.tasks.regression import FOLDS, KernelRidge, cross_fitted, fit_at
 from classifier.tasks.spectrum import Compression, Standard
 from indexer_env.checks import check_number
@@ -98,13 +99,16 @@ class Severity:
     @classmethod
     def fit(
         cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int, coverage: float = COVERAGE
-    ) -> Severity | None:
-        """Fitted to scaled features (n, count) of all records; None where no severity is stated and varies, or the
-        records are too few for a regression and its interval."""
+    ) -> Severity:
+        """Fitted to scaled features (n, count) of all records. Raises NotAvailable where no severity is stated and
+        varies, or the records are too few for a regression and its interval."""
         values = severities_of(dataset)
+        if not values:
+            columns = ", ".join(quantity.column for quantity in QUANTITIES.values())
+            raise NotAvailable(f"no severity that every row states and that varies (columns {columns})")
         calibration, control = dataset.rows("calibration"), dataset.rows("control")
-        if not values or calibration.sum() < _LEAST_RECORDS or control.sum() < least_records(coverage):
-            return None
+        need("independent calibration records", _LEAST_RECORDS, count_independent(dataset, "calibration"))
+        need("independent control records", least_records(coverage), count_independent(dataset, "control"))
         names, truth = tuple(values), np.stack(list(values.values()), axis=1)
         span = truth[calibration].max(axis=0)
         compression = Compression.fit(features[calibration])
