@@ -54,8 +54,8 @@ def test_a_labels_table(call, tmp_path):
     ("arguments", "said"),
     [
         (("out=set", "period=1"), "files must be given"),
-        (("files=files", "out=set"), "ingest.period must be the duration of one turn"),
-        (("files=nowhere", "out=set", "period=1"), "ingest.files must be a folder or pattern"),
+        (("files=files", "out=set"), "error: period must be the duration of one turn"),
+        (("files=nowhere", "out=set", "period=1"), "error: files must be a folder or pattern"),
         ((*GOOD, "puls.column=x"), "puls"),
         ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),
         ((*GOOD, "pulse.edge=up"), "pulse.edge must be one of rising, falling"),
