@@ -4,6 +4,7 @@ Read in this order:
 
     codes          classes <-> binary codes of the outputs; the nearest code wins
     features       records -> features of the spectrum (PSD, FFT); scaling fitted on the calibration subset alone
+    feature_choice which features suit simulated and which suit measured records, where none are given
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks

@@ -16,6 +16,7 @@ from rich.table import Table
 from classifier.conditions import CLIPPED
 from classifier.curves import TENSORBOARD, summary_writer, write_curves
 from classifier.dataset import SUBSETS, load_dataset
+from classifier.feature_choice import chosen, told
 from classifier.job import Job
 from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.runs import RUNS, collect, row_of, write_runs
@@ -77,6 +78,8 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
             "backwards; the model will take this sign for sound",
             highlight=False,
         )
+    if line := told(job.features, chosen(job.features, dataset), dataset):
+        console.print(line, highlight=False, soft_wrap=True)
     columns = (
         TextColumn("epoch {task.completed}"),
         BarColumn(),

@@ -55,6 +55,12 @@ class Dataset:
                     f"got none of class {missing[0]}; generate more records."
                 )
 
+    @property
+    def measured(self) -> bool:
+        """Whether all records are measured ones."""
+        named = self.table.column_names
+        return "kind" in named and set(self.table.column("kind").unique().to_pylist()) == {"measured"}
+
     def rows(self, subset: str) -> np.ndarray:
         """Mask (n,) of the rows of one subset."""
         return self.subsets == subset

@@ -8,7 +8,7 @@ that does depend on other records is `Scaling`, and it is fitted on the calibrat
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any, ClassVar
@@ -86,7 +86,7 @@ class Psd(Features):
         check_number("Psd", "maximum_hz", self.maximum_hz, low=0.0, low_open=True, unit="Hz")
         check_choice("Psd", "scale", self.scale, ("linear", "log"))
         if self.resolution_hz > self.maximum_hz:
-            raise refuse("Psd", "resolution_hz", f"<= maximum_hz = {self.maximum_hz:g} Hz", self.resolution_hz)
+            raise refuse("Psd", "resolution_hz", f"<= Psd.maximum_hz = {self.maximum_hz:g} Hz", self.resolution_hz)
 
     def segment(self, sample_rate: float) -> int:
         """Samples in one segment at a sample rate [Hz]."""
@@ -154,7 +154,7 @@ class Fft(Features):
         check_number("Fft", "duration_s", self.duration_s, low=0.0, low_open=True, unit="s")
         check_number("Fft", "maximum_hz", self.maximum_hz, low=0.0, low_open=True, unit="Hz")
         if self.maximum_hz * self.duration_s < 1.0:
-            raise refuse("Fft", "maximum_hz", f">= 1 / duration_s = {1 / self.duration_s:g} Hz", self.maximum_hz)
+            raise refuse("Fft", "maximum_hz", f">= 1 / Fft.duration_s = {1 / self.duration_s:g} Hz", self.maximum_hz)
 
     def segment(self, sample_rate: float) -> int:
         """Samples that are transformed at a sample rate [Hz]."""
@@ -221,13 +221,13 @@ def _lines(owner: str, samples: int, maximum_hz: float, sample_rate: float) -> n
 FEATURES: dict[str, type[Features]] = {kind.kind: kind for kind in (Psd, Fft)}
 
 
-def make_features(mapping: Mapping[str, Any]) -> Features:
-    """Features from a plain mapping ``{"kind": ..., parameters}``, as in conf/features. Raises
+def make_features(mapping: Mapping[str, Any], kinds: Sequence[str] = tuple(FEATURES)) -> Features:
+    """Features from a plain mapping ``{"kind": ..., parameters}``; `kinds` are those a refusal names. Raises
     ParameterError.
     """
     parameters = dict(mapping)
     kind = parameters.pop("kind", None)
-    check_choice("features", "kind", kind, tuple(FEATURES))
+    check_choice("features", "kind", kind, kinds)
     return from_mapping(FEATURES[kind], parameters, owner="features")
 
 

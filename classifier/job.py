@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from classifier.dataset import Dataset
-from classifier.features import Features, make_features
+from classifier.feature_choice import FeatureChoice, chosen, make_choice
 from classifier.parts import check_kinds
 from classifier.train import Result, train
 from classifier.trainers import Trainer, make_trainer
@@ -29,7 +29,7 @@ class Job:
     """A training before its data set is read; the fields are those of `train`."""
 
     net: Net
-    features: Features
+    features: FeatureChoice
     trainer: Trainer
     parts: Sequence[str] | None
     seed: int
@@ -41,7 +41,7 @@ class Job:
         """The training of a configuration with these keys. Raises ParameterError for what breaks a rule."""
         return cls(
             net=from_mapping(Net, config["net"], owner="net"),
-            features=make_features(config["features"]),
+            features=make_choice(config["features"]),
             trainer=make_trainer(config["trainer"]),
             parts=check_kinds(config["parts"]),
             **{key: config[key] for key in ("seed", "restarts", "device")},
@@ -50,4 +50,6 @@ class Job:
     def train(self, dataset: Dataset, progress: Callable[[int, float], None] | None = None) -> Result:
         """Train on a data set; as `classifier.train.train`."""
         settings = {key: getattr(self, key) for key in ("seed", "restarts", "device", "parts")}
-        return train(dataset, self.features, self.trainer, **asdict(self.net), **settings, progress=progress)
+        return train(
+            dataset, chosen(self.features, dataset), self.trainer, **asdict(self.net), **settings, progress=progress
+        )

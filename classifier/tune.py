@@ -40,6 +40,7 @@ def run(config: dict[str, Any]) -> None:
     out = check_output_folder(job_folder("tune", config["out"]), FILES, config["overwrite"])
     for name in ("trials", "threads"):
         check_integer("tune", name, config[name], low=1)
+    check_integer("tune", "seed", config["seed"], low=0, high=2**32 - 1)
     optuna = _optuna()
     search = check_search(config["search"], config)
     Job.of(config)

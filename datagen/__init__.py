@@ -37,6 +37,7 @@ In reading order, along the data flow:
     ingest/        measured files -> the same kind of folder, one row a turn; indexer ingest
     progress       a bar or log lines
     arguments      the command line around Hydra's reading of it
+    typed_keys     parameters as objects name them -> keys of a command's line
     job_paths      the paths and URLs that commands are given, and where each job of a sweep writes
     output_folder  result folders of commands that appear whole or not at all
     file_table     measured files that a folder, a pattern or a list names, and a table that says more about each

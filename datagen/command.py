@@ -29,6 +29,7 @@ from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryV
 
 import datagen.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from datagen.arguments import malformed, root_keys, with_files, with_key
+from datagen.typed_keys import as_typed, dotted
 from indexer_cli.__main__ import version
 from indexer_cli.manual import manual
 from indexer_cli.sweep import outcome
@@ -71,7 +72,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
                 return outcome(task(_plain(config, config_name)))
             # Handed back to Hydra, an error would be printed with the job's overrides before `main` has it.
             try:
-                return outcome(_reported(lambda: task(_plain(config, config_name)), config_name))
+                return outcome(_reported(lambda: task(_plain(config, config_name)), config_name, config))
             except SystemExit as stop:
                 if stop.code not in (DIFFERENT, BAD_INPUT) or HydraConfig.get().mode is not RunMode.MULTIRUN:
                     raise
@@ -130,8 +131,15 @@ def check_flag(command: str, key: str, value: object) -> None:
         raise refuse(command, key, "true or false", value)
 
 
-def explain(error: Exception, config_name: str) -> str:
-    """One sentence for an error of the project, of Hydra's composition or of OmegaConf."""
+def explain(error: Exception, config_name: str, config: DictConfig | None = None) -> str:
+    """One sentence for an error of the project, of Hydra's composition or of OmegaConf, which names parameters by their
+    keys in the composed configuration, where there is one."""
+    plain = {} if config is None else OmegaConf.to_container(config)
+    assert isinstance(plain, dict)
+    return as_typed(_explained(error, config_name), config_name, dotted(plain) | set(root_keys(config_name)))
+
+
+def _explained(error: Exception, config_name: str) -> str:
     if isinstance(error, IndexerError):
         return str(error)
     if isinstance(error, InterpolationToMissingValueError):
@@ -161,14 +169,14 @@ def explain(error: Exception, config_name: str) -> str:
     return _one_line(text)
 
 
-def _reported(action: Callable[[], _T], config_name: str) -> _T:
+def _reported(action: Callable[[], _T], config_name: str, config: DictConfig | None = None) -> _T:
     try:
         return action()
     except KeyboardInterrupt as stop:
         print(": ".join(["stopped from the keyboard", *map(str, stop.args)]), file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     except (IndexerError, HydraException, OmegaConfBaseException) as error:
-        _refuse(explain(error, config_name))
+        _refuse(explain(error, config_name, config))
     except OSError as error:
         where = f"{error.filename} " if error.filename else "a file "
         _refuse(f"{where}cannot be used ({error.strerror or error}); check the path, its permissions and the disk.")

@@ -165,7 +165,8 @@ def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) ->
     if len(likely) > 1:
         names = ", ".join(repr(column.name) for column in likely)
         raise SignalError(
-            f"{table.path} has {len(likely)} columns that may be the record ({names}); name one (signal_column=NAME)."
+            f"{table.path} has {len(likely)} columns that may be the record ({names}); "
+            "name one (read.signal_column=NAME)."
         )
     return time, likely[0]
 
@@ -204,7 +205,7 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
         what = f"the time column {stated.name!r}" if isinstance(stated, Column) else f"{stated:g} Hz in the file"
         raise SignalError(
             f"{table.path} must have its sampling rate from one place, got {what} and {given:g} Hz; "
-            "leave sample_rate out."
+            "leave read.sample_rate out."
         )
     if isinstance(stated, Column):
         return even_rate(table, stated, column, values)
@@ -216,8 +217,8 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
         return float(given)
     names = ", ".join(repr(other.name) for other in table.columns)
     raise SignalError(
-        f"{table.path} has no time column among {names}; name it (time_column=NAME) or give the sampling rate "
-        "(sample_rate=HZ)."
+        f"{table.path} has no time column among {names}; name it (read.time_column=NAME) or give the sampling "
+        "rate (read.sample_rate=HZ)."
     )
 
 
@@ -236,23 +237,23 @@ def _unit(table: MeasuredTable, column: Column, reading: Reading) -> tuple[str, 
     if column.full_scale and scale is None:
         raise SignalError(
             f"{place}: samples are shares of a full scale that the file does not know; give it and its unit "
-            "(scale=NUMBER unit=UNIT)."
+            "(read.scale=NUMBER read.unit=UNIT)."
         )
     if scale is None and column.unit and given and _normal(column.unit) != _normal(given):
         raise SignalError(
             f"{place}: the unit must be given once, got {column.unit!r} in the header and "
-            f"{given!r}; leave unit out or correct the header."
+            f"{given!r}; leave read.unit out or correct the header."
         )
     written = given if scale is not None else column.unit or given
     if written is None:
         raise SignalError(
             f"{place}: no unit; write it into the header as "
-            f"{column.name + ' [UNIT]'!r} or give it (unit=UNIT), one of {_KNOWN_UNITS}."
+            f"{column.name + ' [UNIT]'!r} or give it (read.unit=UNIT), one of {_KNOWN_UNITS}."
         )
     if _normal(written) not in ACCELERATION_UNITS:
         raise SignalError(
             f"{place}: the unit must be one of {_KNOWN_UNITS}, got {written!r}; "
-            "correct the header or give unit and scale."
+            "correct the header or give read.unit and read.scale."
         )
     unit, factor = ACCELERATION_UNITS[_normal(written)]
     return unit, factor * (1.0 if scale is None else scale)

@@ -43,7 +43,7 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
     if len(seconds) != len(values):
         raise SignalError(
             f"{table.path}: the time column {time.name!r} must be as long as {signal.name!r}, got {len(seconds)} and "
-            f"{len(values)} samples; name the time column of that channel (time_column=NAME)."
+            f"{len(values)} samples; name the time column of that channel (read.time_column=NAME)."
         )
     if len(seconds) < 2:
         raise SignalError(f"{table.path} holds one sample; record at least one turn of the table.")

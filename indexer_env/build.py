@@ -55,7 +55,7 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
     try:
         return cls(**values)
     except ParameterError as error:
-        raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.", 1)) from None
+        raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.")) from None
 
 
 def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]:

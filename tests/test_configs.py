@@ -13,7 +13,7 @@ from hydra import compose, initialize_config_dir
 from hydra.errors import ConfigCompositionException, MissingConfigException
 from omegaconf import OmegaConf
 
-from classifier.features import make_features
+from classifier.feature_choice import make_choice
 from classifier.network import Mlp
 from classifier.study.lab import Size
 from classifier.trainers import make_trainer
@@ -37,7 +37,7 @@ GROUPS: dict[str, Callable[[Mapping[str, Any]], object]] = {
     "faults_law": fault_law,
     "diagnosis": task_from_mapping,
     "campaign": make_campaign,
-    "features": make_features,
+    "features": make_choice,
     "net": lambda mapping: from_mapping(Mlp, {"inputs": 101, "outputs": 5, **mapping}, owner="net"),
     "trainer": make_trainer,
     "size": lambda mapping: from_mapping(Size, mapping, owner="size"),

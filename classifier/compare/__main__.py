@@ -8,14 +8,13 @@ from typing import Any
 import torch
 from rich.console import Console
 
-from classifier.compare.studies import STUDIES
-from classifier.compare.study import Setting
+from classifier.compare.study import Setting, Study
 from classifier.results import RESULT_FILES, Row, differences, markdown, write_results
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder, path_given
 from datagen.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
-from indexer_env.errors import refuse
+from indexer_env.errors import IndexerError, refuse
 
 LEAST_RECORDS = 200
 """Machines with which every class is likely to be in every subset."""
@@ -24,8 +23,7 @@ LEAST_RECORDS = 200
 def run(config: dict[str, Any]) -> None:
     """The command, given its configuration as in conf/compare.yaml."""
     started = time.perf_counter()
-    check_choice("compare", "study", config["study"], STUDIES)
-    study = STUDIES[config["study"]]
+    study = _study(config["study"])
     pictures = tuple(f"{name}.png" for name in study.pictures)
     files = (*RESULT_FILES, *pictures)
     out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
@@ -51,6 +49,20 @@ def run(config: dict[str, Any]) -> None:
         for name, draw in study.pictures.items():
             draw(rows).savefig(folder / f"{name}.png")
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s")
+
+
+def _study(name: object) -> Study:
+    try:
+        from classifier.compare.studies import STUDIES
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "sklearn":
+            raise
+        raise IndexerError(
+            "classifier.compare must have the package scikit-learn, got none; run: "
+            "pip install 'indexer-diagnosis[compare]'."
+        ) from None
+    check_choice("compare", "study", name, STUDIES)
+    return STUDIES[str(name)]
 
 
 def chosen_methods(given: object, known: tuple[str, ...]) -> tuple[str, ...]:

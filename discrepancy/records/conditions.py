@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,8 +118,20 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
         try:
             found[name] = from_mapping(Conditions, {**common, **row}, place)
         except ParameterError as error:
-            raise SignalError(str(error)) from None
+            raise SignalError(_owned(str(error), place, common)) from None
     return found
+
+
+def _owned(sentence: str, place: str, common: Mapping[str, Any]) -> str:
+    """The sentence about a row, with what all files have in common named as the command is given it."""
+    for key in common:
+        for name in (key, _si(key)):
+            sentence = re.sub(rf"(?<!\w){re.escape(f'{place}.{name}')}(?!\w)", f"known.{key}", sentence)
+    absent = f"{place} lacks "
+    if sentence.startswith(absent):
+        remedy = "give each for all files by known.NAME=VALUE (known.motor_speed_rpm) or in the table of records"
+        return f"{sentence.partition(';')[0]}; {remedy}."
+    return sentence
 
 
 def table_beside(files: Sequence[Path], root: Path) -> Path | None:

@@ -115,7 +115,7 @@ def test_diagnosis_without_a_folder_only_prints(place, csv):
         ("classifier", ("data=set", "out=set"), "other files"),
         ("classifier", ("data=set", "out=new", "+net.layers=2"), "layers"),
         ("classifier", ("data=set", "out=new", "+layers=2"), "layers"),
-        ("classifier", ("data=null", "out=new"), "classifier.data must be a path"),
+        ("classifier", ("data=null", "out=new"), "data must be a path"),
         ("classifier.diagnose", ("model=set", "measured=record.csv", "out=new"), "model.yaml"),
         ("classifier.diagnose", ("model=model", "measured=nowhere.csv", "out=new"), "nowhere.csv"),
         ("classifier.diagnose", ("model=model", "measured=record.csv", "out=new", "read.unit=5"), "read.unit"),

@@ -162,8 +162,8 @@ def test_settings_of_another_rule_may_be_sought():
         (tune, ("out=new", "search=null"), "tune.search must be a mapping"),
         (tune, ("out=set",), "other files"),
         (training, ("out=new", "tensorboard=5"), "classifier.tensorboard must be true or false"),
-        (training, ("out=new", "parts=novelty"), "classifier.parts must be a list of"),
-        (training, ("out=new", "parts=[noveltie]"), "classifier.parts must be one of"),
+        (training, ("out=new", "parts=novelty"), "error: parts must be a list of"),
+        (training, ("out=new", "parts=[noveltie]"), "error: parts must be one of"),
     ],
 )
 def test_bad_input_is_one_sentence_and_nothing_is_written(place, start, command, overrides, words):

@@ -56,7 +56,7 @@ def test_a_sweep_writes_one_data_set_per_job(call, tmp_path):
 def test_in_a_sweep_the_other_jobs_live(call):
     code, _, err = call("-m", "campaign=table2", "out=sweep", "seed=-1,2", *SHORT)
     assert code == BAD_INPUT
-    assert err.startswith("error: datagen.seed must be") and err.count("\n") == 1
+    assert err.startswith("error: seed must be") and err.count("\n") == 1
     assert read_manifest("sweep/1")["seed"] == 2
 
 
@@ -78,7 +78,7 @@ def test_in_a_sweep_the_other_jobs_live(call):
             "write +machine.effects=",
         ),
         (["campaign=table2", "out=x", "+machine.effects={friction.colomb:{torque:3}}"], "'friction.coulomb'"),
-        (["campaign=table2", "out=x", "count=six"], "datagen.count must be a whole number"),
+        (["campaign=table2", "out=x", "count=six"], "error: count must be a whole number"),
         (["campaign=table2", "out=x", "seed=1,2"], "seed must be one value, got '1,2'"),
         (["campaign=table2", "out=x", "overwrite=maybe"], "overwrite must be true or false"),
         (["campaign=table2", "out=x", "count=["], "KEY=VALUE pairs, got 'count=['"),
@@ -106,18 +106,18 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["out=x", "+campaign.axes.faults.backlash_deg=[0,5]", "faults.backlash_deg=3"], "left to the campaign grid"),
         (["campaign=bench", "out=x", "campaign.backlash_deg=[0,{uniform:[1,2]}]"], "must be a list of values"),
         (["campaign=bench", "out=x", "campaign.roller=[[intact],cracked]"], "a choice of values and laws"),
-        (["out=x", "count=2"], "datagen.count must be <= 1 where nothing is drawn"),
+        (["out=x", "count=2"], "error: count must be <= 1 where nothing is drawn"),
         (["out=x", "faults.roller=broken"], "faults.roller must be one of intact, cracked, got 'broken'"),
         (["out=x", "faults.roller=cracked", "faults.roller_crack=0.2"], "left out where roller_crack is given"),
         (["campaign=table2", "out=x", "run.step=0.02", "run.sample_rate=50", "count=6"], "to resolve the fastest mode"),
         (["campaign=table2", "out=x", "run.samples=1000000000"], "samples in one file"),
-        (["campaign=table2", "out=x", "machine.name=5"], "Machine.name must be a text, got 5"),
-        (["campaign=table2", "out=x", "sensor.lowpass_hz=600"], "Sensor.lowpass_hz must be below 500 Hz"),
+        (["campaign=table2", "out=x", "machine.name=5"], "error: machine.name must be a text, got 5"),
+        (["campaign=table2", "out=x", "sensor.lowpass_hz=600"], "error: sensor.lowpass_hz must be below 500 Hz"),
         (["campaign=table2", "out=x", "run.samples=3"], "at least 16 samples, got 3"),
-        (["campaign=table2", "out=null"], "datagen.out must be a path, got None"),
-        (["campaign=table2", "out=[a,b]"], "datagen.out must be a path"),
-        (["campaign=table2", "out="], "datagen.out must be a path"),
-        (["campaign=table2", "out=x", "~seed"], "generate.seed must be there"),
+        (["campaign=table2", "out=null"], "error: out must be a path, got None"),
+        (["campaign=table2", "out=[a,b]"], "error: out must be a path"),
+        (["campaign=table2", "out="], "error: out must be a path"),
+        (["campaign=table2", "out=x", "~seed"], "error: seed must be there"),
         (["campaign=table2", "out=x", "--count"], "KEY=VALUE pairs, got '--count'"),
         (["-m", "campaign=table2"], "out must be one folder in a sweep"),
         (["campaign=table2", "out=x", "count"], "KEY=VALUE pairs"),

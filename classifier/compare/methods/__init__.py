@@ -2,7 +2,7 @@
 
     base        what a method is
     mlp         the paper's network on PSD features, linear or logarithmic
-    logistic    logistic regression on the same features (scikit-learn)
+    logistic    logistic regression on the same features
     boosting    gradient-boosted trees on the same features (scikit-learn)
     decimate    records at a lower rate, for the next two
     kernels     MiniRocket's random convolutions of the record, judged by logistic regression

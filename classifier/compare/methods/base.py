@@ -45,10 +45,3 @@ class ScaledFeatures:
     def apply(self, records: np.ndarray) -> np.ndarray:
         """Scaled features (n, count) of records (n, samples)."""
         return self.scaling.apply(self.features.compute(records, self.sample_rate))
-
-
-def cross_entropy(logits: np.ndarray, positions: np.ndarray) -> float:
-    """Mean over records of −ln p of the true class, from logits (n, classes) and positions (n,) of true classes."""
-    from scipy.special import log_softmax
-
-    return float(-log_softmax(logits, axis=1)[np.arange(len(positions)), positions].mean())

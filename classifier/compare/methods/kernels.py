@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from sklearn.pipeline import Pipeline
 
 from classifier.compare.methods.base import Fitted, Method
-from classifier.compare.methods.logistic import best_logistic, linear_logits
 from classifier.dataset import Dataset
 from classifier.tasks.decimate import RATE, Decimated
+from classifier.tasks.logistic import LogisticRegression
 
 LENGTH = 9
 PLACES = np.array(list(itertools.combinations(range(LENGTH), 3)))
@@ -114,10 +113,10 @@ class FittedMiniRocket(Fitted):
 
     decimated: Decimated
     convolutions: Convolutions
-    pipeline: Pipeline
+    regression: LogisticRegression
 
     def logits(self, records: np.ndarray) -> np.ndarray:
-        return linear_logits(self.pipeline, self.convolutions.apply(self.decimated.apply(records)))
+        return self.regression.logits(self.convolutions.apply(self.decimated.apply(records)))
 
 
 @dataclass(frozen=True)
@@ -134,4 +133,4 @@ class MiniRocket(Method):
         decimated = Decimated.fit(dataset, RATE)
         records = decimated.apply(dataset.records)
         convolutions = Convolutions.fit(records[dataset.rows("calibration")], self.features, seed)
-        return FittedMiniRocket(decimated, convolutions, best_logistic(convolutions.apply(records), dataset))
+        return FittedMiniRocket(decimated, convolutions, LogisticRegression.fit(convolutions.apply(records), dataset))

@@ -8,6 +8,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from classifier.compare import __main__ as command
+from classifier.compare import studies
 from classifier.compare.draw import dots, matrix
 from classifier.compare.study import Study
 from classifier.results import Row
@@ -33,7 +34,7 @@ def study(monkeypatch):
 
     pictures = {"dots": lambda rows: dots(rows, "error [%]"), "matrix": lambda rows: matrix(rows, ["error [%]"])}
     monkeypatch.setitem(
-        command.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures, ("error [%]", "a"))
+        studies.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures, ("error [%]", "a"))
     )
 
 
@@ -84,5 +85,5 @@ def test_every_study_runs(study, tmp_path_factory, tmp_path):
     command.run(configured(study=study, out=tmp_path / "out", data=data, seeds=2, records=300, methods=methods))
     rows = pq.read_table(tmp_path / "out" / "results.parquet").to_pylist()
     assert {row["seed"] for row in rows} == {0, 1}
-    shown = {metric for metric, _ in command.STUDIES[study].metrics}
+    shown = {metric for metric, _ in studies.STUDIES[study].metrics}
     assert shown <= {row["metric"] for row in rows}

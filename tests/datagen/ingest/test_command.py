@@ -54,8 +54,8 @@ def test_a_labels_table(call, tmp_path):
     ("arguments", "said"),
     [
         (("out=set", "period=1"), "measured must be given"),
-        (("measured=files", "out=set"), "ingest.period must be the duration of one turn"),
-        (("measured=nowhere", "out=set", "period=1"), "ingest.measured must be a folder or pattern"),
+        (("measured=files", "out=set"), "error: period must be the duration of one turn"),
+        (("measured=nowhere", "out=set", "period=1"), "error: measured must be a folder or pattern"),
         ((*GOOD, "puls.column=x"), "puls"),
         ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),
         ((*GOOD, "pulse.edge=up"), "pulse.edge must be one of rising, falling"),

@@ -1,0 +1,203 @@
+"""What a command prints names each parameter by the key that is typed on its line; every command explains itself
+without any extra."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from classifier.features import FEATURES
+from classifier.network import Mlp
+from datagen.measured import Reading
+from datagen.typed_keys import OWNERS, as_typed, dotted
+from discrepancy.indexer.windows import Experiment
+from discrepancy.records.conditions import Conditions
+from indexer_env.faults import Faults
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import config_dir
+from indexer_env.run import Run
+from indexer_env.sensors import Sensor
+
+PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+COMMANDS = {
+    name.removeprefix("indexer-"): importlib.import_module(target.partition(":")[0])
+    for name, target in PROJECT["scripts"].items()
+}
+CLASSES = {
+    kind.__name__: kind
+    for kind in (Machine, OperatingPoint, Sensor, Faults, Run, Conditions, Experiment, Mlp, *FEATURES.values())
+}
+
+
+@functools.cache
+def keys_of(command: str, *overrides: str) -> set[str]:
+    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+        config = OmegaConf.to_container(compose(command, list(overrides)))
+    assert isinstance(config, dict)
+    return dotted(config)
+
+
+# -------------------------------------------------------------------------------- the table
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("owner", CLASSES)
+def test_a_parameter_of_an_object_is_named_by_its_key(command, owner):
+    """Of all fields of the classes that OWNERS names, in each command whose configuration has their section."""
+    features = ["features=fft"] if owner == "Fft" and "features" in keys_of(command) else []
+    keys = keys_of(command, *features)
+    for field in dataclasses.fields(CLASSES[owner]):
+        for section in OWNERS[owner]:
+            typed = [f"{section}.{field.name}{unit}" for unit in ("", "_rpm", "_deg")]
+            found = [key for key in typed if key in keys]
+            if found:
+                assert as_typed(f"{owner}.{field.name} must", command, keys) == f"{found[0]} must"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_s_own_keys_stand_alone(command):
+    for key in keys_of(command):
+        if "." not in key:
+            assert as_typed(f"{command}.{key} must be", command, keys_of(command)) == f"{key} must be"
+
+
+@pytest.mark.parametrize(
+    ("said", "command", "extra", "typed"),
+    [
+        ("give it (read.unit=UNIT)", "ingest", (), "give it (read.unit=UNIT)"),
+        ("give it (read.unit=UNIT)", "discrepancy", ("out=x", "measured=x"), "give it (known.unit=UNIT)"),
+        ("Machine.output_joint.damping must", "datagen", (), "machine.output_joint.damping must"),
+        (
+            "friction.coulomb.torque must",
+            "datagen",
+            ("+machine.effects={friction.coulomb:{torque:1}}",),
+            "machine.effects.friction.coulomb.torque must",
+        ),
+        ("motion_law.name must be", "datagen", ("machine.motion_law=round",), "machine.motion_law must be"),
+        ("classifier.parts must be", "tune", (), "parts must be"),
+        # What has no key is left: a file, a method's argument, the parameter of an object that is not configured.
+        ("/tmp/read.unit and read.csv", "discrepancy", ("out=x", "measured=x"), "/tmp/read.unit and read.csv"),
+        ("Sensor.read.sample_rate must", "datagen", (), "Sensor.read.sample_rate must"),
+        ("Psd.scale must", "diagnose", (), "Psd.scale must"),
+    ],
+)
+def test_where_parameters_lie(said, command, extra, typed):
+    assert as_typed(said, command, keys_of(command, *extra)) == typed
+
+
+def test_a_file_s_own_reading_is_named_as_its_class_has_it():
+    """The sentences of `datagen.measured` say read.NAME; each NAME is a field of Reading and a key of ingest."""
+    source = (Path(__file__).parents[1] / "datagen" / "measured.py").read_text()
+    names = {field.name for field in dataclasses.fields(Reading)}
+    said = {part.split("=")[0].split()[0].rstrip(".,;)\"'") for part in source.split("read.")[1:]}
+    assert said & names >= {"signal_column", "time_column", "sample_rate", "unit", "scale"}
+    assert {f"read.{name}" for name in names} <= keys_of("ingest")
+
+
+# -------------------------------------------------------------------------------- the commands
+
+
+@pytest.fixture
+def call(run_command, tmp_path, monkeypatch):
+    """Run a command in a folder with a measured file of two channels; gives exit code and what it complained of."""
+    monkeypatch.chdir(tmp_path)
+    values = np.random.default_rng(0).normal(size=(1200, 2))
+    (tmp_path / "files" / "a").mkdir(parents=True)
+    rows = [f"{index / 1000:.3f},{x:.4f},{y:.4f}" for index, (x, y) in enumerate(values)]
+    (tmp_path / "files" / "a" / "a.csv").write_text("\n".join(["time [s],acc x [g],acc y [g]", *rows]))
+
+    def run(command: str, *arguments: str) -> tuple[int, str]:
+        code, _, err = run_command(COMMANDS[command], *arguments)
+        return code, err
+
+    return run
+
+
+TRAINING = ("data=none", "out=x")
+RECORDS = ("measured=files", "out=x", "known.motor_speed_rpm=1500", "known.load_torque=2")
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "key"),
+    [
+        ("datagen", ("out=x", "count=0"), "count"),
+        ("datagen", ("out=x", "operating_point.motor_speed_rpm=-1"), "operating_point.motor_speed_rpm"),
+        ("datagen", ("out=x", "machine.input_joint.stiffness=-1"), "machine.input_joint.stiffness"),
+        ("datagen", ("out=x", "sensor.lowpass_hz=600"), "sensor.lowpass_hz"),
+        ("datagen", ("out=x", "run.step=-1"), "run.step"),
+        ("datagen", ("out=x", "+machine.effects.friction.coulomb.torque=a"), "machine.effects.friction.coulomb.torque"),
+        ("ingest", ("files=files", "out=x", "period=1"), "read.signal_column=NAME"),
+        ("ingest", ("files=files", "out=x", "period=-1"), "period"),
+        ("ingest", ("files=files", "out=x", "period=1", "known.motor_speed_rpm=-1"), "known.motor_speed_rpm"),
+        ("check", ("data=none", "remake=-1"), "remake"),
+        ("remake", ("data=none", "item=x"), "item"),
+        ("classifier", (*TRAINING, "features.resolution_hz=-2"), "features.resolution_hz"),
+        ("classifier", (*TRAINING, "trainer.momentum=3"), "trainer.momentum"),
+        ("classifier", (*TRAINING, "parts=some"), "parts"),
+        ("tune", (*TRAINING, "seed=a"), "seed"),
+        ("tune", (*TRAINING, "parts=some"), "parts"),
+        ("leaveout", (*TRAINING, "by=sensor", "features.scale=loud"), "features.scale"),
+        ("leaveout", (*TRAINING, "by=3"), "by"),
+        ("transfer", ("model=none", *TRAINING, "counts=3"), "counts"),
+        ("compare", ("study=baselines", "out=x", "records=3"), "records"),
+        ("export", ("model=none", "out=x.txt"), "out"),
+        ("diagnose", ("model=none", "signal=files", "known.motor_speed_rpm=-1"), "known.motor_speed_rpm"),
+        ("study", ("out=x", "claims=none"), "claims"),
+        ("challenge", ("out=x", "n=0", "seed=1"), "n"),
+        ("discrepancy", (*RECORDS, "known.noise=-1"), "known.noise"),
+        ("discrepancy", (*RECORDS, "known.start_angle_deg=a"), "known.start_angle_deg"),
+        ("discrepancy", RECORDS, "known.signal_column=NAME"),
+        ("discrepancy", RECORDS[:2], "known.NAME=VALUE"),
+    ],
+)
+def test_a_refusal_names_the_key_as_it_is_typed(call, command, arguments, key):
+    code, err = call(command, *arguments)
+    words = err.replace("(", " ").replace(")", " ").replace(",", " ").split()
+    assert code == 2 and key in [word.rstrip(".;") for word in words], err
+
+
+def without_extras(command: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command, where whatever only an extra installs cannot be imported."""
+    needed = {dependency.split(">")[0].lower() for dependency in PROJECT["dependencies"]}
+    extras = {"sklearn", "optuna", "onnx", "onnxruntime", "tensorboard", "ray", "s3fs", "h5py", "nptdms", "pyuff"}
+    extras |= {"soundfile", "minari", "stable_baselines3", "pygame", "jax", "pandas", "polars"}
+    assert not extras & needed
+    probe = (
+        f"import runpy, sys; sys.modules.update(dict.fromkeys({sorted(extras)!r})); "
+        f"sys.argv = {['command', *arguments]!r}; "
+        f"runpy.run_module({COMMANDS[command].__name__!r}, run_name='__main__')"
+    )
+    root = Path(__file__).parents[1]
+    call = [sys.executable, "-c", probe]
+    return subprocess.run(call, cwd=root, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_needs_no_extra(command):
+    done = without_extras(command, "--help")
+    assert (done.returncode, done.stderr) == (0, "") and "out:" in done.stdout + "out:" * (command == "check")
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "extra"),
+    [
+        ("compare", ("study=baselines", "out=nothing-is-written"), "compare"),
+        ("tune", ("data=none", "out=nothing-is-written"), "tune"),
+        ("export", ("model=none", "out=nothing-is-written.onnx"), "onnx"),
+    ],
+)
+def test_without_an_extra_a_command_says_what_to_install(command, arguments, extra):
+    done = without_extras(command, *arguments)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert f"pip install 'indexer-diagnosis[{extra}]'" in done.stderr
