@@ -2,11 +2,12 @@
 
 Read in this order:
 
-    settings   data and choices under which a claim is judged: the paper's, a harder one, and others
+    verdicts   intervals over data sets, lines with the range that the paper allows, the rule for every verdict
+    settings   data and choices under which a claim is judged: the most likely one first, then what it hangs on
     recipes    data sets as command lines of `datagen`, made once and kept
     trials     many trainings of one kind on one data set, a row for each network
     lab        size, seeds and folder of a study: what a claim works with
-    verdicts   intervals over data seeds, statements with their rules, verdicts
+    measured   records that stand for measured ones
     claims/    one claim each: what the paper says, how it is worked out, judged and drawn
     work       each claim done once; its results, picture and finding in a folder of its own
     report     one page with every figure beside the paper's words

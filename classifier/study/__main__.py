@@ -12,6 +12,7 @@ from rich.table import Table
 from classifier.study.claims import CLAIMS, chosen
 from classifier.study.lab import Lab, Size
 from classifier.study.report import write_report
+from classifier.study.verdicts import deciding
 from classifier.study.work import open_study, stored, work_on
 from datagen.command import hydra_command
 from datagen.job_paths import job_folder
@@ -40,9 +41,10 @@ def main(config: dict[str, Any]) -> None:
     # Told in the order of the paper, those of earlier runs among them.
     findings = [found[key] for key in CLAIMS if key in found]
     report = write_report(lab, findings)
-    table = Table("claim", "where", "verdict")
+    table = Table("claim", "where", "the paper", "here", "verdict")
     for finding in findings:
-        table.add_row(finding.claim.title, finding.claim.where, str(finding.verdict))
+        line = deciding(finding.main)
+        table.add_row(finding.claim.title, finding.claim.where, line.paper, line.found, str(finding.verdict))
     console.print(table)
     console.print(f"report: {report}")
 

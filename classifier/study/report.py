@@ -1,4 +1,4 @@
-"""One page for all claims: each figure beside what the paper says, the verdict and the numbers behind it."""
+"""One page for all claims: a table that is read in a minute, and each figure with the numbers behind it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ from typing import Any
 
 import jinja2
 
+from classifier.study import verdicts
 from classifier.study.lab import Lab
 from classifier.study.verdicts import LEVEL
 from classifier.study.work import STUDY_JSON, Finding
 
 REPORT_HTML, VERDICTS_MD = "report.html", "verdicts.md"
+
+QUICK = 5
+"""Trainings of each kind below which a study only shows that it runs."""
 
 
 def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
@@ -25,14 +29,16 @@ def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
     values = {
         "sections": [_section(finding, lab) for finding in findings],
         "level": round(100 * LEVEL),
+        "rule": " ".join((verdicts.__doc__ or "").split("The rule. ")[1].split()),
         "size": lab.size,
         "seeds": lab.seeds,
-        "quick": lab.size.trainings < 10,
+        "quick": lab.size.trainings < QUICK,
         "versions": json.loads((lab.folder / STUDY_JSON).read_text(encoding="utf-8"))["versions"],
     }
     loader, strict = jinja2.FileSystemLoader(Path(__file__).parent), jinja2.StrictUndefined
     for name in (REPORT_HTML, VERDICTS_MD):
         templates = jinja2.Environment(loader=loader, autoescape=name == REPORT_HTML, undefined=strict)
+        templates.globals["conjunction"] = verdicts.conjunction
         text = templates.get_template(f"{name}.j2").render(values)
         (lab.folder / name).write_text(text, encoding="utf-8")
     return lab.folder / REPORT_HTML
@@ -41,13 +47,15 @@ def write_report(lab: Lab, findings: Iterable[Finding]) -> Path:
 def _section(finding: Finding, lab: Lab) -> dict[str, Any]:
     picture = io.BytesIO()
     finding.picture().savefig(picture, format="png")
+    settings = {setting.key: setting for setting in finding.claim.settings}
     return {
         "claim": finding.claim,
         "verdict": finding.verdict,
+        "deciding": verdicts.deciding(finding.main),
+        "elsewhere": finding.elsewhere,
         "picture": base64.b64encode(picture.getvalue()).decode(),
-        "main": [(setting, finding.outcomes[setting.key]) for setting in finding.main],
-        "others": [(setting, finding.outcomes[setting.key]) for setting in finding.others],
-        "trainings": finding.trainings,
+        "main": finding.main,
+        "settings": [(settings[key], lines) for key, lines in finding.lines.items()],
         "minutes": finding.minutes,
-        "commands": dict.fromkeys(setting.recipe.command(lab.seed) for setting in finding.main),
+        "commands": finding.claim.settings[0].commands(lab.seed),
     }

@@ -1,46 +1,85 @@
-"""The settings under which claims are judged: the paper's own, a harder one on which methods can be told apart, and
-others that show whether a verdict hangs on what the paper leaves open.
+"""The settings under which claims are judged: the first of a claim is the most likely bench of the paper and gives the
+verdict, the others change what the paper leaves open and show what the verdict hangs on.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
 from classifier.study.recipes import Recipe
 
+STEPS = 10
+"""Steps of the play between none and that of the faulty classes, fig. 11."""
+
+BACKLASHES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Targets of the bench's third node for its five backlashes."""
+
 
 @dataclass(frozen=True)
 class Setting:
-    """Data and choices of a study of one claim.
+    """How one claim is worked out.
 
-    words     what is particular about it
-    recipe    of its data sets
-    main      whether the claim's verdict rests on it; the others show what it hangs on, with fewer trainings
-    patience  epochs without a lower control error before a training stops
-    scale     of the PSD, "linear" or "log"
-    scaled    whether features are taken to [0, 1] before training
-    levels    target of the bench's third node for each of its five backlashes
-    judge_stops  the validation records stop the training too, and all others are calibration records
-    sweep     records of the class without other faults, at plays of joint 2 from none to that of the faulty classes
+    key    a few words, its name in tables
+    words  what is particular about it
     """
 
     key: str
     words: str
+
+    def commands(self, seed: int) -> tuple[str, ...]:
+        """Command lines that make its data set of a seed."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Training(Setting):
+    """Data and choices of a training.
+
+    recipe    of the data sets
+    patience  epochs without a lower control error before a training stops
+    scaled    whether features are taken to [0, 1] before training
+    scale     of the PSD, "linear" or "log"
+    """
+
     recipe: Recipe
-    main: bool = False
-    patience: int = 20
-    scale: str = "linear"
+    patience: int = 6
     scaled: bool = True
-    levels: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 1.0)
+    scale: str = "linear"
+
+    def commands(self, seed: int) -> tuple[str, ...]:
+        """The data set's."""
+        return (self.recipe.command(seed),)
+
+
+@dataclass(frozen=True)
+class Simulated(Training):
+    """The simulated case, paper §4.
+
+    sweep  records of Model B with linear joints, at plays of joint 2 from none to that of the faulty classes
+    """
+
+    sweep: Recipe = dataclasses.field(kw_only=True)
+
+
+@dataclass(frozen=True)
+class OnBench(Training):
+    """The bench, paper §5.
+
+    targets      of the third node for each of the five backlashes
+    judge_stops  the validation records stop the training too, and all others are calibration records
+    """
+
+    targets: tuple[float, ...] = BACKLASHES
     judge_stops: bool = False
-    sweep: Recipe | None = None
 
 
-def _table2(key: str, words: str, *, faults: tuple[float, float] = (1e-3, 0.6), share: float = 0.1, noise: float = 0.0,
-            name: str = "", **choices: Any) -> Setting:  # fmt: skip
-    """A setting of the simulated case: play [rad] and stiffness ratio of joint 2 in the faulty classes, half-width of
-    the draws, signal-to-noise ratio [dB], 0 for none.
+def table2(
+    name: str, *, faults: tuple[float, float] = (1e-3, 0.6), share: float = 0.1, noise: float = 0.0
+) -> dict[str, Any]:
+    """Recipes of the simulated case: play [rad] and stiffness ratio of joint 2 in the faulty classes, half-width of the
+    draws, signal-to-noise ratio [dB], 0 for none.
     """
     play, ratio = faults
     quantities = [f"{joint}_joint.{quantity}" for joint in ("input", "output") for quantity in ("stiffness", "damping")]
@@ -49,69 +88,76 @@ def _table2(key: str, words: str, *, faults: tuple[float, float] = (1e-3, 0.6), 
     sizes = (f"campaign.output_backlash={play:g}", f"campaign.stiffness_ratio={ratio:g}")
     noisy = (f"sensor.noise_snr_db={noise:g}",) if noise else ()
     plays = ",".join(f"{play * step / STEPS:g}" for step in range(STEPS + 1))
-    name = name or f"table2-{key}"
-    return Setting(
-        key,
-        words,
-        Recipe(name, ("campaign=table2", *draws, *sizes, *noisy)),
-        sweep=Recipe(
-            f"{name}-sweep",
-            (
-                "campaign=grid",
-                "campaign.repeats=12",
-                "machine.input_joint.backlash=0",
-                f"+campaign.axes.machine.output_joint.backlash=[{plays}]",
-                *(f"+{draw}" for draw in draws[: len(quantities)]),
-                *noisy,
-            ),
-        ),
-        **choices,
+    sweep = (
+        "campaign=grid",
+        "campaign.repeats=12",
+        "machine.input_joint.backlash=0",
+        f"+campaign.axes.machine.output_joint.backlash=[{plays}]",
+        *(f"+{draw}" for draw in draws[: len(quantities)]),
+        *noisy,
     )
+    recipe = Recipe(f"table2-{name}", ("campaign=table2", *draws, *sizes, *noisy))
+    return {"recipe": recipe, "sweep": Recipe(f"table2-{name}-sweep", sweep)}
 
 
-STEPS = 10
-"""Steps of the play between none and that of the faulty classes, fig. 11."""
-
-_HARD: dict[str, Any] = {"faults": (2e-4, 0.8), "share": 0.2, "noise": 15.0, "name": "table2-harder"}
-
-TABLE2 = (
-    _table2("paper", "the paper's 126 examples: machines ±10 %, no noise, play 1 mrad, ρ = 0.6", main=True),
-    _table2(
-        "raw",
-        "the same, inputs not scaled, stopped after 6 epochs without progress instead of 20",
-        main=True,
-        scaled=False,
-        patience=6,
-        name="table2-paper",
-    ),
-    _table2("harder", "machines ±20 %, noise 15 dB below the signal, play 0.2 mrad, ρ = 0.8", main=True, **_HARD),
-    _table2("mild", "milder faults alone: play 0.2 mrad, ρ = 0.8", faults=(2e-4, 0.8)),
-    _table2("noisy", "noise alone: 10 dB below the signal", noise=10.0),
-    _table2("impatient", "harder, stopped after 6 epochs without progress instead of 20", patience=6, **_HARD),
-    _table2("logarithm", "harder, decimal logarithm of the PSD", scale="log", **_HARD),
+_PAPER = table2("paper")
+_HARDER = table2("harder", faults=(2e-4, 0.8), share=0.2, noise=15.0)
+HARDER = Simulated(
+    "harder data",
+    "scaled, 20 epochs of patience, machines ±20 %, noise 15 dB below the signal, play 0.2 mrad, ρ = 0.8",
+    patience=20,
+    **_HARDER,
 )
-"""The simulated case, paper §4. Raw is how its toolbox trains unless told otherwise: inputs as they are, 6 epochs of
-patience. The harder data are made so hard that the mode of fig. 5 lies near the paper's 0.06.
+RAW = Simulated("raw inputs", "raw inputs, 6 epochs of patience", scaled=False, **_PAPER)
+SCALED = Simulated("scaled inputs", "inputs scaled to 0 … 1, 6 epochs of patience", **_PAPER)
+PATIENT = Simulated("raw, 100 epochs", "raw inputs, 100 epochs of patience", scaled=False, patience=100, **_PAPER)
+
+ANALYSIS = (RAW, SCALED, HARDER)
+"""The analysis of choices, §4.2. The toolbox of the time hands inputs on as they are and gives up after 5 failures (6
+in later releases), and of all trainings tried this one gives the paper's most frequent performance of 0.06 (fig. 5),
+which is therefore not judged.
 """
 
-_BENCH = Recipe("bench", ("campaign=bench",))
-_ROUGH = Recipe(
-    "bench-rough",
-    (
-        "campaign=bench",
-        "campaign.draws.machine.input_joint.stiffness.around=0.1",
-        "campaign.draws.machine.output_joint.stiffness.around=0.1",
-        "campaign.drift.faults.backlash.around=0.1",
-        "sensor.noise_density=0.05",
-    ),
+DIAGNOSIS = (
+    SCALED,
+    RAW,
+    PATIENT,
+    Simulated("noise", "noise 10 dB below the signal", **table2("noisy", noise=10.0)),
+    Simulated("mild faults", "play 0.2 mrad, ρ = 0.8", **table2("mild", faults=(2e-4, 0.8))),
+    HARDER,
 )
+"""The network that the paper settles on, §4.3. One network with 0.3 % cannot come from trainings of which four of five
+end near 6 %: something changed since §4.2. Scaled to 0 … 1 the inputs are still “all positive values” and the result no
+longer hangs on the unit of the record, which is not printed.
+"""
+
+_BENCH = "campaign=bench"
+_TRIGGER = "campaign.drift.operating_point.start_angle_deg=0"
+_TRIGGERED = Recipe("bench-trigger", (_BENCH, _TRIGGER))
 
 BENCH = (
-    Setting("bench", "the bench as configured: joints ±1 %, backlash ±2 %, a quiet sensor", _BENCH, main=True),
-    Setting("rough", "joints ±10 %, backlash ±10 %, 25 times the noise", _ROUGH, main=True),
-    Setting("printed", "targets as printed, 0.24, 0.48 and 0.76", _BENCH, levels=(0.0, 0.24, 0.48, 0.76, 1.0)),
-    Setting("seven", "7 tests train, the 3 others stop the training and judge it", _BENCH, judge_stops=True),
-    Setting("impatient", "stopped after 6 epochs without progress instead of 20", _BENCH, patience=6),
-    Setting("logarithm", "decimal logarithm of the PSD", _BENCH, scale="log"),
+    OnBench("trigger", "records start at the same cam angle; scaled inputs, 6 epochs of patience", _TRIGGERED),
+    OnBench("random start", "records start at any cam angle", Recipe("bench-random", (_BENCH,))),
+    OnBench("raw inputs", "inputs as they are", _TRIGGERED, scaled=False),
+    OnBench("raw, 100 epochs", "inputs as they are, 100 epochs of patience", _TRIGGERED, scaled=False, patience=100),
+    OnBench(
+        "rough bench",
+        "joints and backlash ±10 %, 25 times the noise",
+        Recipe(
+            "bench-rough",
+            (
+                _BENCH,
+                _TRIGGER,
+                "campaign.draws.machine.input_joint.stiffness.around=0.1",
+                "campaign.draws.machine.output_joint.stiffness.around=0.1",
+                "campaign.drift.faults.backlash.around=0.1",
+                "sensor.noise_density=0.05",
+            ),
+        ),
+    ),
+    OnBench("printed targets", "0.24, 0.48 and 0.76", _TRIGGERED, targets=(0.0, 0.24, 0.48, 0.76, 1.0)),
+    OnBench("seven teach", "the 3 others stop the training and judge it", _TRIGGERED, judge_stops=True),
 )
-"""The bench, paper §5."""
+"""The bench, §5. The records are one turn of the table and are laid over computed motions in figs. 1 and 10, which needs
+the cam angle of the first sample: a trigger. The training is that of §4.3.
+"""

@@ -93,8 +93,12 @@ def misclassified(outputs: np.ndarray, targets: np.ndarray) -> np.ndarray:
     the different targets.
     """
     codes, own = np.unique(targets, axis=0, return_inverse=True)
-    distances = np.linalg.norm(outputs[:, :, None, :] - codes, axis=-1)
-    return distances.argmin(axis=-1) != own.ravel()
+    return nearest(outputs, codes) != own.ravel()
+
+
+def nearest(outputs: np.ndarray, codes: np.ndarray) -> np.ndarray:
+    """Number (networks, n) of the code (codes, bits) that lies nearest to each output (networks, n, bits)."""
+    return np.linalg.norm(outputs[:, :, None, :] - codes, axis=-1).argmin(axis=-1)
 
 
 def train(data: Labelled, variant: Variant, networks: int, seed: int) -> Trained:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import textwrap
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,8 +15,7 @@ from matplotlib.figure import Figure
 from classifier.study.claims import Claim
 from classifier.study.claims.base import Rows
 from classifier.study.lab import Lab
-from classifier.study.settings import Setting
-from classifier.study.verdicts import Outcome, Verdict, overall
+from classifier.study.verdicts import Line, Verdict, conjunction
 from classifier.style import style
 from datagen.output_folder import output_folder
 from datagen.places import StoreError
@@ -36,7 +34,7 @@ _MINUTES = b"processor_minutes"
 class Finding:
     """What was found about one claim; all of it follows from the rows.
 
-    rows     by setting
+    rows     by setting, the main one first
     minutes  of processor time that they took
     """
 
@@ -45,41 +43,39 @@ class Finding:
     minutes: float
 
     @functools.cached_property
-    def outcomes(self) -> dict[str, Outcome]:
-        """Statements and verdict under each setting."""
-        return {key: Outcome(key, self.claim.judge(own)) for key, own in self.rows.items()}
+    def lines(self) -> dict[str, tuple[Line, ...]]:
+        """The claim's lines under each setting that has been studied."""
+        return {key: self.claim.judge(rows) for key, rows in self.rows.items()}
 
     @property
-    def main(self) -> list[Setting]:
-        """The settings on which the verdict rests."""
-        return [setting for setting in self.claim.settings if setting.main]
-
-    @property
-    def others(self) -> list[Setting]:
-        """The settings that show what it hangs on, where they have been studied."""
-        return [setting for setting in self.claim.settings if setting.key in self.rows and not setting.main]
+    def main(self) -> tuple[Line, ...]:
+        """Those on which the verdict rests."""
+        return self.lines[self.claim.settings[0].key]
 
     @property
     def verdict(self) -> Verdict:
-        """That of the main settings together."""
-        return overall([self.outcomes[setting.key].verdict for setting in self.main])
+        """That of the main setting."""
+        return conjunction(self.main)
 
     @property
-    def trainings(self) -> int:
-        """Networks trained."""
-        return sum(_networks(own) for own in self.rows.values())
+    def elsewhere(self) -> str:
+        """One sentence: under which settings the verdict is another one; empty where no other has been studied."""
+        others = {key: conjunction(lines) for key, lines in list(self.lines.items())[1:]}
+        changed = {verdict: [key for key, own in others.items() if own is verdict] for verdict in Verdict}
+        told = [
+            f"{verdict}: {', '.join(keys)}" for verdict, keys in changed.items() if keys and verdict != self.verdict
+        ]
+        if not others:
+            return ""
+        return f"Otherwise {'; '.join(told)}." if told else "The same under all other settings."
 
     def picture(self) -> Figure:
-        """The claim's figure under each main setting: side by side where it has one panel, else one row each."""
-        many = self.claim.panels > 1
+        """The claim's figure under the main setting."""
         with style():
-            count = len(self.main)
-            figure = Figure(figsize=(11, 3.6 * count) if many else (4.3 * count, 3.9), layout="constrained")
-            parts = figure.subfigures(*((count, 1) if many else (1, count)), squeeze=False).flatten()
-            for part, setting in zip(parts, self.main, strict=True):
-                axes = part.subplots(1, self.claim.panels, squeeze=False).flatten()
-                part.suptitle(textwrap.fill(f"{setting.key}: {setting.words}", 95 if many else 50), fontsize=9)
-                self.claim.draw(list(axes), self.rows[setting.key])
+            size = (11, 3.6) if self.claim.panels > 1 else (6.4, 3.9)
+            figure = Figure(figsize=size, layout="constrained")
+            axes = figure.subplots(1, self.claim.panels, squeeze=False).flatten()
+            self.claim.draw(list(axes), self.rows[self.claim.settings[0].key])
         return figure
 
 
@@ -119,8 +115,10 @@ def stored(claim: Claim, folder: Path) -> Finding | None:
 def work_on(claim: Claim, lab: Lab) -> Finding:
     """Do a claim under its settings; keep its results and its picture."""
     began = time.process_time()
-    settings = [setting for setting in claim.settings if setting.main or lab.size.others]
-    rows = {setting.key: claim.collect(lab, setting) for setting in settings}
+    main, *others = claim.settings
+    rows = {main.key: claim.collect(lab, main)}
+    if lab.size.others:
+        rows |= {setting.key: claim.collect(lab.for_others(), setting) for setting in others}
     finding = Finding(claim, rows, (time.process_time() - began) / 60)
     table = pa.Table.from_pylist([row for own in rows.values() for row in own])
     table = table.replace_schema_metadata({_MINUTES: str(finding.minutes)})
@@ -128,10 +126,3 @@ def work_on(claim: Claim, lab: Lab) -> Finding:
         pq.write_table(table, folder / RESULTS_PARQUET)
         finding.picture().savefig(folder / FIGURE_PNG)
     return finding
-
-
-def _networks(rows: Rows) -> int:
-    """Networks behind the rows, which tell them apart by data set, variant and number or count them."""
-    if "networks" in rows[0]:
-        return sum({(row["data_seed"], row["variant"]): row["networks"] for row in rows}.values())
-    return len({(row["data_seed"], row.get("variant"), row["network"]) for row in rows})

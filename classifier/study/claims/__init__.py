@@ -2,12 +2,14 @@
 
     base      what every claim offers
     lines     what the claims that compare variants share
-    table2    six classes with 0.3 % error                        (§4.3)
+    models    Model A or Model B                                  (§4.1)
     fig4      PSD against FFT, from fine to coarse
     fig5      a thousand starts
     fig6      hidden nodes
     pairs     binary against bipolar targets, logistic against linear outputs (figs. 7 and 8)
     fig9      ten training rules
+    table2    six classes with 0.3 % error                        (§4.3)
+    fig10     a measured record given to a simulation-trained network
     fig11     the backlash node's output against the play
     on_bench  what the next two share
     fig12     the twenty cases of the bench
@@ -23,9 +25,11 @@ from classifier.study.claims.fig4 import Fig4
 from classifier.study.claims.fig5 import Fig5
 from classifier.study.claims.fig6 import Fig6
 from classifier.study.claims.fig9 import Fig9
+from classifier.study.claims.fig10 import Fig10
 from classifier.study.claims.fig11 import Fig11
 from classifier.study.claims.fig12 import Fig12
 from classifier.study.claims.fig13 import Fig13
+from classifier.study.claims.models import Models
 from classifier.study.claims.pairs import Fig7, Fig8
 from classifier.study.claims.table2 import Table2
 from indexer_env.checks import check_choice
@@ -34,8 +38,11 @@ from indexer_env.errors import refuse
 __all__ = ["CLAIMS", "Claim", "chosen"]
 
 CLAIMS: dict[str, Claim] = {
-    claim.key: claim for claim in (Table2(), Fig4(), Fig5(), Fig6(), Fig7(), Fig8(), Fig9(), Fig11(), Fig12(), Fig13())
-}
+    claim.key: claim
+    for claim in (
+        Models(), Fig4(), Fig5(), Fig6(), Fig7(), Fig8(), Fig9(), Table2(), Fig10(), Fig11(), Fig12(), Fig13(),
+    )
+}  # fmt: skip
 
 
 def chosen(keys: object) -> tuple[Claim, ...]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from matplotlib.axes import Axes
 
 from classifier.study.lab import Lab
 from classifier.study.settings import Setting
-from classifier.study.verdicts import Statement
+from classifier.study.verdicts import Line
 
 Rows = list[dict[str, Any]]
 """A results table: rows of plain values under the same keys."""
@@ -23,8 +24,8 @@ class Claim(ABC):
     title     a few words
     says      the claim in our own words
     choices   what the paper leaves open or misprints, and what is done here
-    settings  under which it is judged
-    panels    axes that a picture has for each setting
+    settings  the first one gives the verdict, the others show what it hangs on
+    panels    axes that its picture has
     """
 
     key: ClassVar[str]
@@ -32,16 +33,16 @@ class Claim(ABC):
     title: ClassVar[str]
     says: ClassVar[str]
     choices: ClassVar[tuple[str, ...]]
-    settings: ClassVar[tuple[Setting, ...]]
+    settings: ClassVar[Sequence[Setting]]
     panels: ClassVar[int] = 1
 
     @abstractmethod
-    def collect(self, lab: Lab, setting: Setting) -> Rows:
-        """Do the work under one setting."""
+    def collect(self, lab: Lab, setting: Any) -> Rows:
+        """Do the work under one of its settings."""
 
     @abstractmethod
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
-        """The claim's statements, from the rows of one setting alone."""
+    def judge(self, rows: Rows) -> tuple[Line, ...]:
+        """The claim's lines, from the rows of one setting alone."""
 
     @abstractmethod
     def draw(self, axes: list[Axes], rows: Rows) -> None:

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from classifier.study.claims.base import Claim, Rows
 from classifier.study.lab import Lab
 from classifier.study.recipes import column, labelled_by_code, read
-from classifier.study.settings import TABLE2, Setting
-from classifier.study.verdicts import Interval, Statement
+from classifier.study.settings import DIAGNOSIS, Simulated
+from classifier.study.verdicts import Interval, Line, data_sets
 from classifier.style import COLOURS, DARK, GREY
 
 NODE = 4
@@ -39,14 +39,13 @@ class Fig11(Claim):
         f"“About linearly”: rank correlation ≥ {RISING:g} and a straight line explains ≥ {100 * LINEAR:.0f} % of the "
         "variance of the mean outputs.",
     )
-    settings: ClassVar[tuple[Setting, ...]] = TABLE2
+    settings: ClassVar[tuple[Simulated, ...]] = DIAGNOSIS
 
-    def collect(self, lab: Lab, setting: Setting) -> Rows:
+    def collect(self, lab: Lab, setting: Simulated) -> Rows:
         """Outputs of every network for every play, mean over machines."""
-        assert setting.sweep is not None
         variant, rows = lab.variant(setting, "paper's network"), []
         for seed in lab.seeds:
-            trained = lab.train(labelled_by_code(lab.place(setting.recipe, seed)), variant, setting, seed)
+            trained = lab.train(labelled_by_code(lab.place(setting.recipe, seed)), variant, seed)
             records, table, _ = read(lab.place(setting.sweep, seed))
             plays = column(table, "output_joint_backlash")
             said = 1.0 - trained.outputs(records)[:, :, NODE]
@@ -59,25 +58,25 @@ class Fig11(Claim):
                 rows += lab.told(setting, seed, own)
         return rows
 
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+    def judge(self, rows: Rows) -> tuple[Line, ...]:
         """Rank correlation and straight line of the mean over networks, data set by data set."""
         curves = _curves(rows)
-        rank = Interval.of(_rank(plays, outputs) for plays, outputs in curves)
-        line = Interval.of(np.corrcoef(plays, outputs)[0, 1] ** 2 for plays, outputs in curves)
-        span = Interval.of(outputs[-1] - outputs[0] for _, outputs in curves)
+        span = np.mean([outputs[-1] - outputs[0] for _, outputs in curves])
         half = np.mean([np.interp(0.5, outputs, plays / plays[-1]) for plays, outputs in curves])
         return (
-            Statement(
-                "the output rises with the play",
-                f"mean rank correlation ≥ {RISING:g}",
-                f"{rank}; from no play to the largest by {span}",
-                rank.mean >= RISING,
+            Line(
+                "rank correlation of the output with the play",
+                f"rises (above {RISING:g})",
+                Interval.of(_rank(plays, outputs) for plays, outputs in curves),
+                f"From no play to the largest the output changes by {span:.2g}.",
+                low=RISING,
             ),
-            Statement(
-                "it does so about linearly",
-                f"mean share of variance on a straight line ≥ {LINEAR:g}",
-                f"{line}; one half is reached at {100 * half:.0f} % of the largest play",
-                line.mean >= LINEAR,
+            Line(
+                "share of the output's variance on a straight line",
+                f"quite linear (above {LINEAR:g})",
+                Interval.of(np.corrcoef(plays, outputs)[0, 1] ** 2 for plays, outputs in curves),
+                f"The output reaches one half at {100 * half:.0f} % of the largest play.",
+                low=LINEAR,
             ),
         )
 
@@ -103,11 +102,8 @@ def _rank(plays: np.ndarray, outputs: np.ndarray) -> float:
 def _curves(rows: Rows) -> list[tuple[np.ndarray, np.ndarray]]:
     """Plays [rad] and mean outputs over networks, of each data set."""
     curves = []
-    for seed in sorted({row["data_seed"] for row in rows}):
-        cells: dict[float, list[float]] = {}
-        for row in rows:
-            if row["data_seed"] == seed:
-                cells.setdefault(row["play"], []).append(row["output"])
-        plays = sorted(cells)
-        curves.append((np.array(plays), np.array([np.mean(cells[play]) for play in plays])))
+    for own in data_sets(rows):
+        plays = sorted({row["play"] for row in own})
+        means = [np.mean([row["output"] for row in own if row["play"] == play]) for play in plays]
+        curves.append((np.array(plays), np.array(means)))
     return curves

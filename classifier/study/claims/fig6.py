@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
 from matplotlib.axes import Axes
 
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import alike, draw_lines, errors_made, performances
+from classifier.study.claims.lines import draw_lines, errors_made, performances, ranked, ratio
 from classifier.study.lab import Lab
-from classifier.study.settings import TABLE2, Setting
-from classifier.study.verdicts import Interval, Statement
+from classifier.study.settings import ANALYSIS, Training
+from classifier.study.verdicts import Line
 
 HIDDEN = (2, 5, 8, 10, 12, 15, 20, 25, 30, 40)
 ENOUGH = 15
@@ -33,26 +32,35 @@ class Fig6(Claim):
     )
     choices: ClassVar[tuple[str, ...]] = (
         f"The numbers of nodes are not printed: {', '.join(map(str, HIDDEN))}.",
-        f"“Clearly better”: ahead of the second best by more than {100 * (CLEAR - 1):.0f} %, by the whole interval.",
+        f"“Clearly better”: ahead of the second best by more than {100 * (CLEAR - 1):.0f} %.",
         f"“No great differences”: means within a factor of {ALIKE:g}.",
     )
-    settings: ClassVar[tuple[Setting, ...]] = TABLE2
+    settings: ClassVar[tuple[Training, ...]] = ANALYSIS
 
-    def collect(self, lab: Lab, setting: Setting) -> Rows:
+    def collect(self, lab: Lab, setting: Training) -> Rows:
         """All numbers of nodes."""
         return lab.trials(setting, [lab.variant(setting, _name(hidden), hidden, hidden=hidden) for hidden in HIDDEN])
 
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
-        """The best against the second best, and those of 15 and more against each other."""
+    def judge(self, rows: Rows) -> tuple[Line, ...]:
+        """The second best against the best, and the worst of 15 and more against the best of them."""
         means = performances(rows)
-        order = sorted(means, key=lambda name: float(np.mean(np.log(means[name]))))
-        ahead = Interval.of_ratio(means[order[1]], means[order[0]])
-        found = f"{order[0]} nodes before {order[1]} by a factor of {ahead} ({errors_made(rows)})"
-        rule = f"second best over best not above {CLEAR:g} by the whole interval"
-        enough = [_name(hidden) for hidden in HIDDEN if hidden >= ENOUGH]
+        best, second = ranked(means, list(means))[:2]
+        order = ranked(means, [_name(hidden) for hidden in HIDDEN if hidden >= ENOUGH])
         return (
-            Statement("no number of nodes is clearly best", rule, found, ahead.low <= CLEAR),
-            alike(f"{ENOUGH} or more nodes are much alike", rows, enough, ALIKE),
+            Line(
+                "error of the second best number of nodes over that of the best",
+                f"none clearly best (below {CLEAR:g})",
+                ratio(means, [second], [best]),
+                f"Best are {best} nodes, then {second}; {errors_made(rows)}.",
+                high=CLEAR,
+            ),
+            Line(
+                f"error of the worst number from {ENOUGH} on over that of the best",
+                f"no great differences (below {ALIKE:g})",
+                ratio(means, [order[-1]], [order[0]]),
+                f"From {ENOUGH} nodes on, {order[0]} are best and {order[-1]} worst.",
+                high=ALIKE,
+            ),
         )
 
     def draw(self, axes: list[Axes], rows: Rows) -> None:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from classifier.study.claims.base import Rows
 from classifier.study.lab import Lab
 from classifier.study.recipes import Labelled, column, masks, read
-from classifier.study.settings import Setting
+from classifier.study.settings import OnBench
 from classifier.study.trials import misclassified
 from classifier.style import COLOURS
 
@@ -30,12 +30,12 @@ class BenchRecords:
     level: np.ndarray
 
     @classmethod
-    def read(cls, folder: Path, setting: Setting) -> BenchRecords:
+    def read(cls, folder: Path, setting: OnBench) -> BenchRecords:
         """From a data set of ``campaign=bench``."""
         records, table, rate = read(folder)
         level = np.rint(np.degrees(column(table, "fault_backlash")) / STEP_DEG).astype(int)
         faulty = [column(table, name) > 0 for name in ("fault_roller_crack", "fault_screw_looseness")]
-        targets = np.column_stack([*faulty, np.array(setting.levels)[level]]).astype(float)
+        targets = np.column_stack([*faulty, np.array(setting.targets)[level]]).astype(float)
         subsets = masks(table)
         if setting.judge_stops:
             teach = subsets["calibration"] | subsets["control"]
@@ -49,7 +49,7 @@ class BenchRecords:
         return Labelled(self.labelled.records, self.labelled.targets, subsets, self.labelled.sample_rate)
 
 
-def answers(lab: Lab, setting: Setting, cases: dict[str, tuple[int, ...]]) -> Rows:
+def answers(lab: Lab, setting: OnBench, cases: dict[str, tuple[int, ...]]) -> Rows:
     """A row for each case and validation record: what the network with the lowest control error says of it, and how all
     networks do.
     """
@@ -59,14 +59,13 @@ def answers(lab: Lab, setting: Setting, cases: dict[str, tuple[int, ...]]) -> Ro
         judged = bench.labelled.subsets["validation"]
         targets, level = bench.labelled.targets[judged], bench.level[judged]
         for case, levels in cases.items():
-            trained = lab.train(bench.taught(levels), lab.variant(setting, case), setting, seed)
+            trained = lab.train(bench.taught(levels), lab.variant(setting, case), seed)
             outputs = trained.outputs(bench.labelled.records[judged])
             wrong = misclassified(outputs, targets)
             kept = trained.training.best
             rows += lab.told(setting, seed, (
                 {
                     "variant": case,
-                    "networks": len(outputs),
                     "roller": int(targets[i, 0]),
                     "screws": int(targets[i, 1]),
                     "level": int(level[i]),

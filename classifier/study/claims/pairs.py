@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from classifier.study.claims.base import Claim, Rows
-from classifier.study.claims.lines import BETTER, better, better_best, draw_lines, errors_made
+from classifier.study.claims.lines import draw_lines, performances, ratio
 from classifier.study.lab import Lab
-from classifier.study.settings import TABLE2, Setting
-from classifier.study.verdicts import Interval, Statement, by_seed, geometric
+from classifier.study.settings import ANALYSIS, Training
+from classifier.study.verdicts import Line, by_seed
 
 HIDDEN = (5, 10, 15, 20, 30)
 
@@ -20,15 +20,17 @@ class Pair(Claim):
     """What both figures share.
 
     first, second  name of each kind; the claim is that the first performs better
+    what           what it is that differs
     networks       choices of each kind by its name, as `Variant` takes them; further kinds are only drawn and told
     """
 
     first: ClassVar[str]
     second: ClassVar[str]
+    what: ClassVar[str]
     networks: ClassVar[dict[str, dict[str, Any]]]
-    settings: ClassVar[tuple[Setting, ...]] = TABLE2
+    settings: ClassVar[tuple[Training, ...]] = ANALYSIS
 
-    def collect(self, lab: Lab, setting: Setting) -> Rows:
+    def collect(self, lab: Lab, setting: Training) -> Rows:
         """Every kind with every number of hidden nodes."""
         variants = [
             lab.variant(setting, _name(kind, hidden), hidden, hidden=hidden, **choices)
@@ -37,13 +39,24 @@ class Pair(Claim):
         ]
         return lab.trials(setting, variants)
 
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+    def judge(self, rows: Rows) -> tuple[Line, ...]:
         """Mean and best performance of the first kind over those of the second."""
         first, second = _names(self.first), _names(self.second)
+        mean, best = (ratio(performances(rows, reduce), first, second) for reduce in (np.mean, np.min))
+        says = f"error of {self.first} {self.what} over that of {self.second} ones"
         return (
-            better(f"{self.first} better in the mean ({errors_made(rows)})", rows, first, second),
-            better_best(f"{self.first} better at best", rows, first, second),
+            Line(f"{says}, in the mean", "below 1", mean, self.why(rows), high=1.0),
+            Line(f"{says}, at best", "below 1", best, "The best network of each kind and data set.", high=1.0),
         )
+
+    def why(self, rows: Rows) -> str:
+        """What helps to understand the ratio of the means."""
+        shares = by_seed(rows, "control_misclassified")
+        told = (
+            f"{100 * np.mean([shares[name] for name in _names(kind)]):.3g} % with {kind}"
+            for kind in (self.first, self.second)
+        )
+        return f"Misclassified control records: {', '.join(told)} {self.what}."
 
     def draw(self, axes: list[Axes], rows: Rows) -> None:
         """First kind solid, the others dashed, as in the paper: mean with circles, best with dots."""
@@ -70,26 +83,19 @@ class Fig7(Pair):
     )
     first: ClassVar[str] = "binary"
     second: ClassVar[str] = "bipolar"
+    what: ClassVar[str] = "targets"
     networks: ClassVar[dict[str, dict[str, Any]]] = {
         "binary": {},
         "bipolar": {"targets": "bipolar", "output_function": "tanh"},
         "bipolar, tanh hidden": {"targets": "bipolar", "output_function": "tanh", "hidden_function": "tanh"},
     }
 
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
-        """As for every pair, and by the answers, which know no scale."""
-        own = by_seed(rows, "performance_of_targets")
-        raw = Interval.of_ratio(*(geometric(own[name] for name in _names(kind)) for kind in (self.first, self.second)))
-        mean, best = super().judge(rows)
-        found = f"{mean.found}; on the targets' own scale {raw}"
-        return Statement(mean.says, mean.rule, found, mean.holds), best, self._answers(rows)
-
-    def _answers(self, rows: Rows) -> Statement:
-        shares = by_seed(rows, "control_misclassified")
-        first, second = (np.mean([shares[name] for name in _names(kind)], axis=0) for kind in (self.first, self.second))
-        difference = Interval.of(first - second)
-        rule = BETTER.replace("ratio", "difference").replace("1", "0")
-        return Statement("binary misclassifies less", rule, f"difference {difference.percent()}", difference.high < 0.0)
+    def why(self, rows: Rows) -> str:
+        """The ratio on the targets' own scale, too."""
+        own = ratio(performances(rows, value="performance_of_targets"), _names(self.first), _names(self.second))
+        return (
+            f"With each error on its targets' own scale the ratio would be {own.mean:.2g}; {_lower(super().why(rows))}"
+        )
 
 
 class Fig8(Pair):
@@ -104,11 +110,16 @@ class Fig8(Pair):
     choices: ClassVar[tuple[str, ...]] = (f"The abscissa is not named: hidden nodes, {', '.join(map(str, HIDDEN))}.",)
     first: ClassVar[str] = "logistic"
     second: ClassVar[str] = "linear"
+    what: ClassVar[str] = "outputs"
     networks: ClassVar[dict[str, dict[str, Any]]] = {"logistic": {}, "linear": {"output_function": "linear"}}
 
 
 def _name(kind: str, hidden: int) -> str:
     return f"{kind}, {hidden} hidden"
+
+
+def _lower(sentence: str) -> str:
+    return sentence[0].lower() + sentence[1:]
 
 
 def _names(kind: str) -> list[str]:

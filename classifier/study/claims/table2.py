@@ -10,12 +10,14 @@ from matplotlib.axes import Axes
 from classifier.dataset import SUBSETS
 from classifier.study.claims.base import Claim, Rows
 from classifier.study.lab import Lab
-from classifier.study.settings import TABLE2, Setting
+from classifier.study.settings import DIAGNOSIS, Simulated
 from classifier.study.trials import PERFORMANCE
-from classifier.study.verdicts import Interval, Statement
+from classifier.study.verdicts import Interval, Line, data_sets
 from classifier.style import COLOURS, DARK
 
-ERROR = 0.003
+ERROR, ROUNDED = 0.003, 0.0035
+"""What the paper reports, and up to where a number would be printed like that."""
+
 EPOCHS = 170
 """What the paper reports."""
 
@@ -31,34 +33,42 @@ class Table2(Claim):
         "targets, traingdx, stopped on the control set: after 170 epochs the error is 0.3 % on all three parts."
     )
     choices: ClassVar[tuple[str, ...]] = (
-        "“Error” is not defined: the mean square error and the misclassified share are both judged.",
+        "“Error” is not defined. One wrong record of 126 would be 0.8 %, so 0.3 % is no share of records: the mean "
+        "square error is judged, and the misclassified share told beside it.",
         "No play and no stiffness ratio is printed: 1 mrad and 0.6 are ours, and milder ones are tried.",
-        "No rule of stopping is printed: 20 epochs without a lower control error, and 6 are tried.",
+        "170 epochs: those of the kept network, up to the epoch whose weights are kept, within a factor of 2.",
         "The paper prints six outputs for its five-bit codes: five nodes are used, as in its Table 2.",
     )
-    settings: ClassVar[tuple[Setting, ...]] = TABLE2
+    settings: ClassVar[tuple[Simulated, ...]] = DIAGNOSIS
 
-    def collect(self, lab: Lab, setting: Setting) -> Rows:
+    def collect(self, lab: Lab, setting: Simulated) -> Rows:
         """The paper's network from many starts."""
         return lab.trials(setting, [lab.variant(setting, "paper's network")])
 
-    def judge(self, rows: Rows) -> tuple[Statement, ...]:
+    def judge(self, rows: Rows) -> tuple[Line, ...]:
         """Errors of the kept network over all records, and how long its training took."""
         kept = kept_rows(rows)
         square, wrong = (
             Interval.of(float(np.mean([row[f"{subset}_{what}"] for subset in SUBSETS])) for row in kept)
             for what in ("mse", "misclassified")
         )
-        epochs = float(np.median([row["best_epoch"] for row in rows]))
-        rule = "the interval reaches down to 0.3 %"
+        epochs = Interval.of_ratio([row["best_epoch"] for row in kept], [1.0] * len(kept))
         return (
-            Statement("mean square error 0.3 % over the three parts", rule, square.percent(), square.low <= ERROR),
-            Statement("misclassified 0.3 % over the three parts", rule, wrong.percent(), wrong.low <= ERROR),
-            Statement(
-                "about 170 epochs of training",
-                "the median epoch kept lies between half and twice of that",
-                f"median {epochs:.0f}",
-                EPOCHS / 2 <= epochs <= 2 * EPOCHS,
+            Line(
+                "mean square error over the three parts",
+                "0.3 %",
+                square,
+                f"The best network of each data set misclassifies {100 * wrong.mean:.2g} % of the records.",
+                high=ROUNDED,
+                percent=True,
+            ),
+            Line(
+                "epochs of training",
+                f"{EPOCHS}",
+                epochs,
+                f"From {min(row['best_epoch'] for row in kept)} to {max(row['best_epoch'] for row in kept)} epochs.",
+                low=EPOCHS / 2,
+                high=2 * EPOCHS,
             ),
         )
 
@@ -83,5 +93,4 @@ class Table2(Claim):
 
 def kept_rows(rows: Rows) -> Rows:
     """The network with the lowest control error of each data set."""
-    seeds = sorted({row["data_seed"] for row in rows})
-    return [min((row for row in rows if row["data_seed"] == seed), key=lambda row: row[PERFORMANCE]) for seed in seeds]
+    return [min(own, key=lambda row: row[PERFORMANCE]) for own in data_sets(rows)]
