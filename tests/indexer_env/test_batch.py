@@ -5,12 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from indexer_env.coefficients import coefficients
 from indexer_env.effects import EFFECTS, MachineEffect
 from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.kernels.layout import USES_SLIP
 from indexer_env.machine import CONTACT_LAWS, Joint, Machine
 from indexer_env.motion_law import Cycloidal, ModifiedTrapezoid, Polynomial345
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.simulate import Run, simulate, simulate_batch
+from indexer_env.simulate import Run, _groups, simulate, simulate_batch
 
 RUN = Run(samples=260, warmup_turns=1, channels=("table_acceleration", "torque_1", "region_2"))
 
@@ -150,6 +152,18 @@ def test_records_beyond_some_turns_and_not_others(smooth, reference):
             assert alone.table_acceleration[0].tobytes() == batch.table_acceleration[n].tobytes()
             assert alone.warmup_turns[0] == batch.warmup_turns[n] and alone.settled[0] == batch.settled[n]
             np.testing.assert_allclose(alone.warmup_difference[0], batch.warmup_difference[n], rtol=1e-6)
+
+
+def test_lanes_stay_full_however_many_sets_of_effects_there_are(mixed):
+    """Items of one model run together with the effects of all of them, motors that slip among themselves."""
+    items = {n: coefficients(machine, point) for n, (machine, point) in enumerate(zip(*mixed, strict=True))}
+    groups = list(_groups(items, len(items)))
+    assert sorted(n for group in groups for n, _ in group) == sorted(items)
+    kinds = {(item.model, item.features & USES_SLIP) for item in items.values()}
+    assert len({item.features for item in items.values()}) > 2 * len(kinds)
+    assert len(groups) == len(kinds)
+    for group in groups:
+        assert len({(item.model, item.features & USES_SLIP) for _, item in group}) == 1
 
 
 # -------------------------------------------------------------------------------- rejected items
