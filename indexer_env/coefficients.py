@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -157,11 +158,13 @@ def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
 
 @dataclass(eq=False)
 class Pack:
-    """Items of the same model and features, side by side as the kernel takes them.
+    """Items of the same model, side by side as the kernel takes them.
 
     Attributes
     ----------
-    model, features : int
+    model : int
+    features : int
+        Of all items together.
     states : ndarray (n, STATE_ROWS)
         Start states: kinematic motion at `start_angle`, no deflection.
     coefficients : ndarray (n, COEFFICIENT_ROWS)
@@ -177,7 +180,7 @@ class Pack:
 
 
 def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoint]) -> Pack:
-    """Put items of equal model and features side by side."""
+    """Put items of one model side by side."""
     laws = {id(item.law): item.law for item in items}
     first: dict[int, int] = {}
     total = 0
@@ -190,7 +193,8 @@ def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoin
     rows[:, place("law_count")] = [len(item.law.pieces) for item in items]
     states = np.stack([start_state(item, point) for item, point in zip(items, operating_points, strict=True)])
     pieces = np.concatenate([law.pieces for law in laws.values()])
-    return Pack(items[0].model, items[0].features, states, rows, pieces)
+    features = functools.reduce(operator.or_, (item.features for item in items))
+    return Pack(items[0].model, features, states, rows, pieces)
 
 
 def start_state(item: Coefficients, operating_point: OperatingPoint) -> np.ndarray:

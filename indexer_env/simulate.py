@@ -1,7 +1,7 @@
 """Simulate one machine or a batch: warm-up by criterion, one record each, the faulty ones apart.
 
 `simulate` raises where `simulate_batch` rejects the item, with the same sentence. An item's numbers do not depend on
-its batch: the kernel's lanes are independent, and only items of the same model and features share a call.
+its batch: the kernel's lanes are independent, and what an item's neighbours have it has in the size 0.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from indexer_env.checks import check_integer
 from indexer_env.coefficients import Coefficients, coefficients
 from indexer_env.engine import cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError
-from indexer_env.kernels.layout import LANES
+from indexer_env.kernels.layout import LANES, USES_SLIP
 from indexer_env.machine import Machine
 from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
 from indexer_env.operating_point import OperatingPoint
@@ -165,11 +165,16 @@ def _run_batch(
 
 
 def _groups(items: dict[int, Coefficients], share: int) -> Iterator[list[tuple[int, Coefficients]]]:
-    """Items of one model and the same features, at most _GROUP of them and no more than a core's share (in blocks)."""
+    """Items of one model, at most _GROUP of them and no more than a core's share (in blocks).
+
+    They run with the features of all of them, which leaves the numbers as they are, since an effect that an item lacks
+    adds exactly nothing; those of like features come together, as each feature costs time. Only motors that slip stay
+    among themselves: their turns end later than commanded.
+    """
     size = min(_GROUP, -(-share // LANES) * LANES)
     alike: dict[tuple[int, int], list[tuple[int, Coefficients]]] = {}
-    for index, item in items.items():
-        alike.setdefault((item.model, item.features), []).append((index, item))
+    for index, item in sorted(items.items(), key=lambda entry: entry[1].features):
+        alike.setdefault((item.model, item.features & USES_SLIP), []).append((index, item))
     for members in alike.values():
         for first in range(0, len(members), size):
             yield members[first : first + size]

@@ -47,7 +47,7 @@ _LEAST_COMPARED = 16
 
 
 class TurnGroup:
-    """Items of one model and features, run turn after turn until their records are settled or the bound is reached."""
+    """Items of one model, run turn after turn until their records are settled or the bound is reached."""
 
     def __init__(
         self,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from indexer_env.effects.base import MachineEffect, parameter, register
-from indexer_env.kernels.layout import USES_FRICTION
+from indexer_env.kernels.layout import USES_COULOMB, USES_STRIBECK, USES_VISCOUS
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -28,7 +28,7 @@ class CoulombFriction(MachineEffect):
     equation = "T_L += T_c s/√(1+s²), s = φ̇/smoothing"
     source = "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, section 2"
     enters = "table torque"
-    feature = USES_FRICTION
+    feature = USES_COULOMB
 
     torque: float = parameter("Coulomb torque T_c", "N m", null=0.0, low=0.0)
     smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
@@ -48,7 +48,7 @@ class ViscousFriction(MachineEffect):
     equation = "T_L += c φ̇"
     source = "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, section 2"
     enters = "table torque"
-    feature = USES_FRICTION
+    feature = USES_VISCOUS
 
     coefficient: float = parameter("drag c", "N m s/rad", null=0.0, low=0.0)
 
@@ -66,7 +66,7 @@ class StribeckFriction(MachineEffect):
     equation = "T_L += T_s /(1 + (φ̇/v_s)²) · s/√(1+s²), s = φ̇/smoothing"
     source = "Hess and Soom, J. Tribology 112 (1990) 147: the 1/(1+(v/v_s)²) form"
     enters = "table torque"
-    feature = USES_FRICTION
+    feature = USES_STRIBECK
 
     torque: float = parameter("breakaway torque above Coulomb's, T_s", "N m", null=0.0, low=0.0)
     speed: float = parameter("Stribeck speed v_s, half of it left", "rad/s", default=0.1, low=0.0, low_open=True)

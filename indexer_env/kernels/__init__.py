@@ -2,16 +2,17 @@
 
 Reading order
 -------------
-layout      the rows of the workspace: state, coefficients, motion-law piece, stage values
-compiling   the decorators
-joints      torque of a joint with play and bilinear stiffness; its contact regions and their guards
-effects     scalar equations of the model's extensions (friction, ripple, bumps, slip)
-dynamics    equations of motion of Models A, B and B on its base as plain scalar functions
-rates       accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
-plain       the common case, Model B without effects, a whole step in registers
-edges       landing on the edge of a play or of a motion-law segment inside one step
-rk4         one step of classical RK4, for every model and effect
-integrate   steps with their edges, and `entry`, which makes the one entry point
+layout        the rows of the workspace: state, coefficients, motion-law piece, stage values
+compiling     the decorators
+trigonometry  sine and cosine that become vector code
+joints        torque of a joint with play and bilinear stiffness; its contact regions and their guards
+effects       scalar equations of the model's extensions (friction, ripple, bumps, slip)
+dynamics      equations of motion of Models A, B and B on its base as plain scalar functions
+rates         accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
+plain         the common case, Model B without effects, a whole step in registers
+edges         landing on the edge of a play or of a motion-law segment inside one step
+rk4           one step of classical RK4, for every model and effect
+integrate     steps with their edges, and `entry`, which makes the one entry point
 
 Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every
 value is a row of LANES numbers, so each inner loop runs over neighbouring memory and becomes vector code. The scalar

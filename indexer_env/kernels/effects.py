@@ -7,29 +7,20 @@ from __future__ import annotations
 import math
 
 from indexer_env.kernels.compiling import scalar
+from indexer_env.kernels.trigonometry import sine_and_cosine
 
 
 @scalar
-def smooth_sign(rate, smoothing):
-    """Sign of a rate, smooth within `smoothing` [rad/s]: s/√(1+s²), s = rate/smoothing."""
-    s = rate / smoothing
-    return s / math.sqrt(1.0 + s * s)
+def coulomb_torque(rate, torque, smoothing):
+    """Dry friction [N m]: torque·s/√(1+s²), s = rate/smoothing, a sign that is smooth within `smoothing` [rad/s]."""
+    return torque * rate / math.sqrt(smoothing * smoothing + rate * rate)
 
 
 @scalar
-def stribeck_share(rate, speed):
-    """Share of the extra breakaway torque left at `rate`: 1/(1 + (rate/speed)²) (Hess and Soom 1990)."""
-    s = rate / speed
-    return 1.0 / (1.0 + s * s)
-
-
-@scalar
-def friction_torque(rate, coulomb, coulomb_speed, viscous, stribeck, stribeck_speed, stribeck_smoothing):
-    """Friction that opposes the table [N m]: Coulomb, viscous and Stribeck parts added."""
-    breakaway = stribeck * stribeck_share(rate, stribeck_speed)
-    return (
-        coulomb * smooth_sign(rate, coulomb_speed) + viscous * rate + breakaway * smooth_sign(rate, stribeck_smoothing)
-    )
+def stribeck_torque(rate, torque, speed, smoothing):
+    """Breakaway torque above Coulomb's [N m], which fades as 1/(1 + (rate/speed)²) (Hess and Soom 1990)."""
+    fading = speed * speed
+    return torque * fading * rate / ((fading + rate * rate) * math.sqrt(smoothing * smoothing + rate * rate))
 
 
 @scalar
@@ -47,7 +38,7 @@ def bump(phase, centre, half_width):
 @scalar
 def harmonic(angle, rate, acceleration, amplitude, order, phase):
     """Kinematic harmonic of a shaft: amplitude·sin(order·angle + phase) [rad] and its first two time derivatives."""
-    sine, cosine = math.sin(order * angle + phase), math.cos(order * angle + phase)
+    sine, cosine = sine_and_cosine(order * angle + phase)
     first = amplitude * order * rate * cosine
     second = amplitude * order * (acceleration * cosine - order * rate * rate * sine)
     return amplitude * sine, first, second
@@ -56,7 +47,15 @@ def harmonic(angle, rate, acceleration, amplitude, order, phase):
 @scalar
 def mesh_factor(angle, depth, order, phase):
     """Factor on the reducer's torque as teeth come in and out of mesh: 1 + depth·cos(order·angle + phase)."""
-    return 1.0 + depth * math.cos(order * angle + phase)
+    _, cosine = sine_and_cosine(order * angle + phase)
+    return 1.0 + depth * cosine
+
+
+@scalar
+def imbalance_torque(angle, torque, phase):
+    """Moment of an eccentric weight on a tilted table [N m]: torque·sin(angle + phase)."""
+    sine, _ = sine_and_cosine(angle + phase)
+    return torque * sine
 
 
 @scalar

@@ -59,7 +59,7 @@ def mend(w, i, model, features, pieces):
         cross(w, i, which, deflection, pieces)
         w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * landing
         w[STAGE_TIME + i] = 0.0
-        state_rates(w, i, False, model, features)
+        state_rates(w, i, False, model, features, True)
         rest -= landing
         one_lane_step(w, i, rest, model, features)
         if not crossed(w, i, features):
@@ -67,7 +67,7 @@ def mend(w, i, model, features, pieces):
     else:
         settle_regions(w, i, features)
         find_piece(w, i, pieces)
-        state_rates(w, i, False, model, features)
+        state_rates(w, i, False, model, features, True)
     w[STEP + i] = whole
     w[COMMAND + i] = command
 
@@ -155,11 +155,11 @@ def step_block(w, width, model, features, pieces, marked):
 def put_on_law(w, i, model, features):
     """Start the table of lane i on its law, with whatever effects shape it: joint 2 undeflected and at rest."""
     w[TABLE + i], w[TABLE_RATE + i] = 0.0, 0.0
-    state_rates(w, i, False, model, features)
+    state_rates(w, i, False, model, features, True)
     w[TABLE + i], w[TABLE_RATE + i] = -w[DEFLECTION_2 + i], -w[DEFLECTION_RATE_2 + i]
-    state_rates(w, i, False, model, features)
+    state_rates(w, i, False, model, features, True)
     settle_regions(w, i, features)
-    state_rates(w, i, False, model, features)
+    state_rates(w, i, False, model, features, True)
 
 
 @outlined
@@ -181,7 +181,7 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
     else:
         load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
     set_lines(w, i)
-    state_rates(w, i, False, model, features)
+    state_rates(w, i, False, model, features, True)
     if state[REGION_1 // LANES] > 1.0:
         put_on_law(w, i, model, features)
     elif state[REGION_1 // LANES] < -1.0:

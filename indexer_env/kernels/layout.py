@@ -21,6 +21,9 @@ FIRST_LANE = np.int64(0)
 TWO_PI = 2.0 * math.pi
 """One turn [rad]."""
 
+PER_TURN = 1.0 / TWO_PI
+"""Turns in a radian."""
+
 # --- state: angles [rad] and rates [rad/s] of cam, table, housing, motor; then what the integrator must remember
 STATE_NAMES = (
     "cam_angle", "cam_rate", "table_angle", "table_rate", "housing_angle", "housing_rate", "motor_angle", "motor_rate",
@@ -115,8 +118,9 @@ PIECE_LOW, PIECE_HIGH, PIECE_BREAK_LOW, PIECE_BREAK_HIGH, PIECE_C_0 = 0, 1, 2, 3
 MODEL_A, MODEL_B, MODEL_B_ON_BASE = 0, 1, 2
 (
     HAS_EDGES_1, HAS_EDGES_2, HAS_EDGES_3,
-    USES_FRICTION, USES_IMBALANCE, USES_PROCESS, USES_SLIP, USES_RIPPLE, USES_TRANSMISSION, USES_MESH, USES_BUMP,
-) = (1 << bit for bit in range(11))  # fmt: skip
+    USES_VISCOUS, USES_COULOMB, USES_STRIBECK, USES_IMBALANCE, USES_PROCESS, USES_SLIP,
+    USES_RIPPLE, USES_TRANSMISSION, USES_MESH, USES_BUMP,
+) = (1 << bit for bit in range(13))  # fmt: skip
 
 USES_ANY_EFFECT = ~(HAS_EDGES_1 | HAS_EDGES_2 | HAS_EDGES_3)
 

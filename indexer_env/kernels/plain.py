@@ -37,31 +37,37 @@ def plain_step(w, low, high):
         t, tv, ta = w[TABLE + i], w[TABLE_RATE + i], w[TABLE_ACC + i]
         m, mv, ma = w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i]
 
-        cv1, tv1, mv1 = cv + half * ca, tv + half * ta, mv + half * ma
-        ca1, ta1, _, _, _, _, _, _ = plain_rates(w, i, c + half * cv, cv1, t + half * tv, tv1, m + half * mv, mv1)
+        middle, middle_rate = ramp(half, m, mv, ma)
+        end, end_rate = ramp(h, m, mv, ma)
+
+        cv1, tv1 = cv + half * ca, tv + half * ta
+        ca1, ta1, _, _, _, _, _, _ = plain_rates(w, i, c + half * cv, cv1, t + half * tv, tv1, middle, middle_rate)
         cv2, tv2 = cv + half * ca1, tv + half * ta1
-        ca2, ta2, _, _, _, _, _, _ = plain_rates(w, i, c + half * cv1, cv2, t + half * tv1, tv2, m + half * mv1, mv1)
-        cv3, tv3, mv3 = cv + h * ca2, tv + h * ta2, mv + h * ma
-        ca3, ta3, _, _, _, _, _, _ = plain_rates(w, i, c + h * cv2, cv3, t + h * tv2, tv3, m + h * mv1, mv3)
+        ca2, ta2, _, _, _, _, _, _ = plain_rates(w, i, c + half * cv1, cv2, t + half * tv1, tv2, middle, middle_rate)
+        cv3, tv3 = cv + h * ca2, tv + h * ta2
+        ca3, ta3, _, _, _, _, _, _ = plain_rates(w, i, c + h * cv2, cv3, t + h * tv2, tv3, end, end_rate)
 
         w[CAM_0 + i], w[CAM_RATE_0 + i], w[CAM_ACC_0 + i] = c, cv, ca
         w[TABLE_0 + i], w[TABLE_RATE_0 + i], w[TABLE_ACC_0 + i] = t, tv, ta
         w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACC_0 + i] = m, mv, w[MOTOR_ACC + i]
         cam, cam_rate = rk4_sum(h, c, cv, ca, ca1 + ca2, ca3)
         table, table_rate = rk4_sum(h, t, tv, ta, ta1 + ta2, ta3)
-        motor, motor_rate = rk4_sum(h, m, mv, ma, ma + ma, ma)
         w[CAM + i], w[CAM_RATE + i] = cam, cam_rate
         w[TABLE + i], w[TABLE_RATE + i] = table, table_rate
-        w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i] = motor, motor_rate, ma
+        w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i] = end, end_rate, ma
 
         w[DEFLECTION_1_0 + i], w[DEFLECTION_RATE_1_0 + i] = w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i]
         w[DEFLECTION_2_0 + i], w[DEFLECTION_RATE_2_0 + i] = w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i]
-        cam_acc, table_acc, d1, v1, M1, d2, v2, M2 = plain_rates(
-            w, i, cam, cam_rate, table, table_rate, motor, motor_rate
-        )
+        cam_acc, table_acc, d1, v1, M1, d2, v2, M2 = plain_rates(w, i, cam, cam_rate, table, table_rate, end, end_rate)
         w[CAM_ACC + i], w[TABLE_ACC + i] = cam_acc, table_acc
         w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1
         w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i], w[TORQUE_2 + i] = d2, v2, M2
+
+
+@scalar
+def ramp(time, angle, rate, acceleration):
+    """Angle and rate of a motor on its commanded ramp after a time."""
+    return angle + time * (rate + 0.5 * time * acceleration), rate + time * acceleration
 
 
 @scalar

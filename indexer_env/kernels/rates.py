@@ -6,8 +6,6 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 
 from __future__ import annotations
 
-import math
-
 from indexer_env.kernels.compiling import lanes, outlined
 from indexer_env.kernels.dynamics import (
     cam_acceleration,
@@ -15,19 +13,28 @@ from indexer_env.kernels.dynamics import (
     follower_law,
     table_acceleration,
 )
-from indexer_env.kernels.effects import bump, friction_torque, harmonic, mesh_factor, slip_acceleration
+from indexer_env.kernels.effects import (
+    bump,
+    coulomb_torque,
+    harmonic,
+    imbalance_torque,
+    mesh_factor,
+    slip_acceleration,
+    stribeck_torque,
+)
 from indexer_env.kernels.joints import line_torque
 from indexer_env.kernels.layout import *
 
 
 @lanes
-def rates(w, low, high, model, features, keep):
+def rates(w, low, high, model, features, turned, keep):
     """Accelerations of the lanes from their stage state; with `keep` deflections and torques too.
 
-    Model A's cam follows the drive side.
+    Without `turned` the motor stands where it stood at the stage before. Model A's cam follows the drive side.
     """
     if features & USES_ANY_EFFECT:
-        drive_extras(w, low, high, features)
+        if turned or features & USES_SLIP:
+            drive_extras(w, low, high, features)
         load_extras(w, low, high, features)
     if model == MODEL_A:
         for i in range(low, high):
@@ -64,22 +71,22 @@ def rates(w, low, high, model, features, keep):
 
 
 @outlined
-def stage_rates(w, i, whole, model, features):
+def stage_rates(w, i, whole, model, features, turned):
     """Accelerations at a stage within a step: of the whole block, or of lane i alone."""
     if whole:
-        rates(w, FIRST_LANE, LANES, model, features, False)
+        rates(w, FIRST_LANE, LANES, model, features, turned, False)
     else:
-        rates(w, i, i + 1, model, features, False)
+        rates(w, i, i + 1, model, features, turned, False)
 
 
 @outlined
-def state_rates(w, i, whole, model, features):
+def state_rates(w, i, whole, model, features, turned):
     """Accelerations, deflections and torques at a step's end, of the whole block or of lane i alone; what they were at
     its start moves to the rows that hold the start's."""
     if whole:
-        rates(w, FIRST_LANE, LANES, model, features, True)
+        rates(w, FIRST_LANE, LANES, model, features, turned, True)
     else:
-        rates(w, i, i + 1, model, features, True)
+        rates(w, i, i + 1, model, features, turned, True)
 
 
 @lanes
@@ -145,15 +152,20 @@ def load_extras(w, low, high, features):
     """What opposes the table beside joint 2 and the constant load: friction and gravity."""
     for i in range(low, high):
         w[LOAD_EXTRA + i] = 0.0
-    if features & USES_FRICTION:
+    if features & USES_VISCOUS:
         for i in range(low, high):
-            w[LOAD_EXTRA + i] += friction_torque(
-                w[TABLE_RATE + i], w[COULOMB_TORQUE + i], w[COULOMB_SPEED + i], w[VISCOUS + i],
-                w[STRIBECK_TORQUE + i], w[STRIBECK_SPEED + i], w[STRIBECK_SMOOTHING + i],
-            )  # fmt: skip
+            w[LOAD_EXTRA + i] += w[VISCOUS + i] * w[TABLE_RATE + i]
+    if features & USES_COULOMB:
+        for i in range(low, high):
+            w[LOAD_EXTRA + i] += coulomb_torque(w[TABLE_RATE + i], w[COULOMB_TORQUE + i], w[COULOMB_SPEED + i])
+    if features & USES_STRIBECK:
+        for i in range(low, high):
+            w[LOAD_EXTRA + i] += stribeck_torque(
+                w[TABLE_RATE + i], w[STRIBECK_TORQUE + i], w[STRIBECK_SPEED + i], w[STRIBECK_SMOOTHING + i]
+            )
     if features & USES_IMBALANCE:
         for i in range(low, high):
-            w[LOAD_EXTRA + i] += w[IMBALANCE_TORQUE + i] * math.sin(w[TABLE + i] + w[IMBALANCE_PHASE + i])
+            w[LOAD_EXTRA + i] += imbalance_torque(w[TABLE + i], w[IMBALANCE_TORQUE + i], w[IMBALANCE_PHASE + i])
 
 
 @lanes
@@ -161,12 +173,12 @@ def cam_phase_extras(w, low, high, features):
     """What depends on the cam's phase: the process torque, and the bump on the cam's profile."""
     if features & USES_PROCESS:
         for i in range(low, high):
-            height, _, _ = bump(w[CAM + i] / TWO_PI, w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])
+            height, _, _ = bump(PER_TURN * w[CAM + i], w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])
             w[LOAD_EXTRA + i] += w[PROCESS_TORQUE + i] * height
     if features & USES_BUMP:
         for i in range(low, high):
             height, scale = w[BUMP_HEIGHT + i], 1.0 / (TWO_PI * w[BUMP_HALF_WIDTH + i])
-            y0, y1, y2 = bump(w[CAM + i] / TWO_PI, w[BUMP_CENTRE + i], w[BUMP_HALF_WIDTH + i])
+            y0, y1, y2 = bump(PER_TURN * w[CAM + i], w[BUMP_CENTRE + i], w[BUMP_HALF_WIDTH + i])
             w[BETA_EXTRA + i] = height * y0
             w[BETA_1_EXTRA + i] = height * scale * y1
             w[BETA_2_EXTRA + i] = height * scale * scale * y2

@@ -5,12 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from indexer_env.coefficients import coefficients
 from indexer_env.effects import EFFECTS, MachineEffect
 from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.kernels.layout import USES_SLIP
 from indexer_env.machine import CONTACT_LAWS, Joint, Machine
 from indexer_env.motion_law import Cycloidal, ModifiedTrapezoid, Polynomial345
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.simulate import Run, simulate, simulate_batch
+from indexer_env.simulate import Run, _groups, simulate, simulate_batch
 
 RUN = Run(samples=260, warmup_turns=1, channels=("table_acceleration", "torque_1", "region_2"))
 
@@ -158,6 +160,18 @@ def test_a_slipping_machine_starts_where_it_does_alone(smooth, visible):
     together = simulate_batch(machines, points, RUN)
     for n, (machine, point) in enumerate(zip(machines, points, strict=True)):
         same(simulate_batch([machine], [point], RUN), together, {0: n})
+
+
+def test_lanes_stay_full_however_many_sets_of_effects_there_are(mixed):
+    """Items of one model run together with the effects of all of them, motors that slip among themselves."""
+    items = {n: coefficients(machine, point) for n, (machine, point) in enumerate(zip(*mixed, strict=True))}
+    groups = list(_groups(items, len(items)))
+    assert sorted(n for group in groups for n, _ in group) == sorted(items)
+    kinds = {(item.model, item.features & USES_SLIP) for item in items.values()}
+    assert len({item.features for item in items.values()}) > 2 * len(kinds)
+    assert len(groups) == len(kinds)
+    for group in groups:
+        assert len({(item.model, item.features & USES_SLIP) for _, item in group}) == 1
 
 
 # -------------------------------------------------------------------------------- rejected items

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from indexer_env.kernels import dynamics, edges, effects, joints
+from indexer_env.kernels import dynamics, edges, effects, joints, trigonometry
 
 pytestmark = pytest.mark.unjitted
 
@@ -100,13 +100,36 @@ def test_a_harmonic_and_its_time_derivatives():
 
 
 @pytest.mark.parametrize("rate", [-2.0, -1e-3, 0.0, 1e-3, 0.1, 2.0])
-def test_friction_is_the_sum_of_its_three_parts_and_odd(rate):
-    arguments = (20.0, 0.005, 15.0, 10.0, 0.1, 0.01)
+def test_friction_s_parts_are_their_formulas_and_odd(rate):
     s, q = rate / 0.005, rate / 0.01
-    expected = 20.0 * s / math.hypot(1.0, s) + 15.0 * rate
-    expected += 10.0 / (1.0 + (rate / 0.1) ** 2) * q / math.hypot(1.0, q)
-    assert effects.friction_torque(rate, *arguments) == pytest.approx(expected, rel=1e-13, abs=1e-300)
-    assert effects.friction_torque(-rate, *arguments) == -effects.friction_torque(rate, *arguments)
+    coulomb = 20.0 * s / math.hypot(1.0, s)
+    assert effects.coulomb_torque(rate, 20.0, 0.005) == pytest.approx(coulomb, rel=1e-13, abs=1e-300)
+    stribeck = 10.0 / (1.0 + (rate / 0.1) ** 2) * q / math.hypot(1.0, q)
+    assert effects.stribeck_torque(rate, 10.0, 0.1, 0.01) == pytest.approx(stribeck, rel=1e-13, abs=1e-300)
+    assert effects.coulomb_torque(-rate, 20.0, 0.005) == -effects.coulomb_torque(rate, 20.0, 0.005)
+    assert effects.stribeck_torque(-rate, 5.0, 0.1, 0.01) == -effects.stribeck_torque(rate, 5.0, 0.1, 0.01)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3, 1.5e6])
+def test_sine_and_cosine_are_the_true_ones(scale):
+    """Against extended precision, at random angles (seed 3) and at quarter turns, where one all but vanishes."""
+    quarters = np.round(np.linspace(-scale, scale, 41)) * math.pi / 2.0
+    for angle in (*np.random.default_rng(3).uniform(-scale, scale, 500).tolist(), *quarters.tolist()):
+        sine, cosine = trigonometry.sine_and_cosine(angle)
+        exact = np.longdouble(angle)
+        assert abs(sine - np.sin(exact)) < 2e-16 and abs(cosine - np.cos(exact)) < 2e-16
+
+
+def test_a_sine_is_odd_and_its_square_is_the_cosine_s_complement():
+    for angle in np.random.default_rng(4).uniform(-4e3, 4e3, 300).tolist():
+        sine, cosine = trigonometry.sine_and_cosine(angle)
+        assert trigonometry.sine_and_cosine(-angle) == (-sine, cosine)
+        assert sine * sine + cosine * cosine == pytest.approx(1.0, abs=5e-16)
+    assert trigonometry.sine_and_cosine(0.0) == (0.0, 1.0)
+
+
+def test_an_imbalance_acts_once_a_turn():
+    assert effects.imbalance_torque(1.1, 30.0, 0.4) == pytest.approx(30.0 * math.sin(1.5), rel=1e-14)
 
 
 def test_mesh_and_slip():
