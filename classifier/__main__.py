@@ -21,9 +21,9 @@ from classifier.job import Job
 from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.runs import RUNS, collect, row_of, write_runs
 from classifier.train import Result
-from datagen.command import check_flag, hydra_command
-from datagen.job_paths import in_sweep, job_folder, path_given
-from datagen.output_folder import check_output_folder, output_folder
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import in_sweep, job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 
 RESULTS_JSON = "results.json"

@@ -12,9 +12,9 @@ import pyarrow as pa
 from classifier.codes import CodeBook
 from classifier.conditions import Conditions
 from datagen.campaign import SUBSETS
-from datagen.places.local import file_sha256
 from datagen.shard import read_shards
 from datagen.store import MANIFEST
+from indexer_cli.places.local import file_sha256
 from indexer_env.errors import SignalError
 
 

@@ -24,9 +24,9 @@ from classifier.tasks.need import NotAvailable
 from classifier.tasks.novelty import Novelty, enough
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder, path_given
-from datagen.output_folder import check_output_folder, output_folder
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import IndexerError, SignalError, refuse
 

@@ -20,9 +20,9 @@ from classifier.job import Job
 from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.runs import RUNS, row_of, write_runs
 from classifier.train import Result
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder, path_given
-from datagen.output_folder import check_output_folder, output_folder
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer, check_number, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.presets import config_dir

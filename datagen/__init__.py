@@ -18,7 +18,6 @@ In reading order, along the data flow:
     rows           a machine, sensor and run as columns, and back
     schema         every column with type, unit and one sentence
     shard          rows <-> Parquet; `read_shards(folder)`
-    places/        a folder on this machine or behind a URL, in which files appear whole or not at all
     store          the files of a data set, whom a folder belongs to
     receipts       what became of a shard's items; all receipts together are the manifest
     make_shard     an order and a number -> a shard and its receipt: the task of every executor
@@ -36,12 +35,9 @@ In reading order, along the data flow:
     measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
     ingest/        measured files -> the same kind of folder, one row a turn; indexer ingest
     progress       a bar or log lines
-    arguments      the command line around Hydra's reading of it
-    typed_keys     parameters as objects name them -> keys of a command's line
-    job_paths      the paths and URLs that commands are given, and where each job of a sweep writes
-    output_folder  result folders of commands that appear whole or not at all
     file_table     measured files that a folder, a pattern or a list names, and a table that says more about each
-    command        the Hydra entry point that all commands of the project share
+    simulate       one record as files; indexer simulate
+    new            a machine as a commented YAML file; indexer new
     __main__       indexer generate
 
 Units are SI and rad throughout; every numeric column carries its unit in the field metadata of the Parquet

@@ -8,13 +8,13 @@ from hydra.core.hydra_config import HydraConfig
 from rich.console import Console
 from rich.table import Table
 
-from datagen.command import check_flag, hydra_command
 from datagen.executors import make_executor
 from datagen.generate import generate
-from datagen.job_paths import job_place
 from datagen.order import Order, order_from
 from datagen.quantities import path_of
 from datagen.store import REJECTED
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import job_place
 from indexer_env.errors import refuse
 
 

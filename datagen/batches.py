@@ -27,9 +27,9 @@ import torch
 from torch.utils.data import Dataset, IterableDataset, default_collate, get_worker_info
 
 from datagen.campaign import SUBSETS
-from datagen.places import Place, open_place
 from datagen.schema import COLUMNS, RECORD
 from datagen.shard import open_shard, read_manifest, record_matrix
+from indexer_cli.places import Place, open_place
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import SignalError, refuse
 

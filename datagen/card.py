@@ -15,9 +15,9 @@ import pyarrow.parquet as pq
 import yaml
 
 from datagen.croissant import croissant
-from datagen.places import Place
 from datagen.schema import GROUPS, RECORD
 from datagen.store import CARD, CROISSANT, PICTURES, REJECTED, as_json
+from indexer_cli.places import Place
 
 LICENCE = "mit"
 """Of simulated data, as of the program that made them; measured ones belong to whoever measured."""

@@ -16,12 +16,12 @@ from datagen.audit.records import record_faults
 from datagen.audit.together import Together
 from datagen.audit.values import value_faults
 from datagen.audit.words import Faults
-from datagen.command import DIFFERENT, hydra_command
-from datagen.job_paths import place_given
-from datagen.places import Place, open_place
 from datagen.progress import progress
 from datagen.schema import RECORD
 from datagen.shard import open_shard, read_manifest
+from indexer_cli.command import DIFFERENT, hydra_command
+from indexer_cli.job_paths import place_given
+from indexer_cli.places import Place, open_place
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError
 

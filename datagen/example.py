@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from datagen.order import Order
-from datagen.places import Place
 from datagen.produce import produce
 from datagen.seeds import Part
 from datagen.store import as_json
+from indexer_cli.places import Place
 
 DIGITS = 6
 """Significant digits of a sample: a 16-bit logger has under five, so none is lost."""

@@ -20,14 +20,14 @@ from datagen.example import write_example
 from datagen.executors import Executor, LocalExecutor
 from datagen.make_shard import MakeShard, Shard
 from datagen.order import Order
-from datagen.places import Place, open_place
-from datagen.places.base import GO_ON
 from datagen.progress import progress
 from datagen.receipts import Tally, earlier_receipts
 from datagen.rows import made_with
 from datagen.run_log import RunLog
 from datagen.schema import FORMAT, SCHEMA_VERSION
 from datagen.store import MANIFEST, REJECTED, State, check_ours, clear, finish, making, read_json, standing
+from indexer_cli.places import Place, open_place
+from indexer_cli.places.base import GO_ON
 from indexer_env.errors import ParameterError
 
 _log = logging.getLogger(__name__)

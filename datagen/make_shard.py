@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from datagen.order import Order
-from datagen.places import Place, StoreError
 from datagen.produce import produce
 from datagen.receipts import Receipt
 from datagen.rows import made_with
 from datagen.shard import parquet_bytes, to_table
 from datagen.store import check_ours, shard_name
+from indexer_cli.places import Place, StoreError
 
 
 @dataclass(frozen=True)

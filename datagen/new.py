@@ -9,11 +9,11 @@ from typing import Any
 
 import yaml
 
-from datagen.command import check_flag, hydra_command
-from datagen.job_paths import path_given
-from datagen.places.local import whole_file
 from datagen.quantities import JOINTS
 from datagen.schema import COLUMNS
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import path_given
+from indexer_cli.places.local import whole_file
 from indexer_env.checks import check_choice
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.machine import CONTACT_LAWS, MODELS, machine_from_mapping

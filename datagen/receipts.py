@@ -16,10 +16,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from datagen.campaign import SUBSETS
-from datagen.places import Place, StoreError
-from datagen.places.base import GO_ON
 from datagen.schema import rejected_schema
 from datagen.store import ORDER, RUN, as_json, read_json, receipt_name
+from indexer_cli.places import Place, StoreError
+from indexer_cli.places.base import GO_ON
 
 _REJECTED_TOGETHER = 4096
 """Rejected items in one row group, about."""

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from datagen.command import DIFFERENT, hydra_command
-from datagen.job_paths import path_given, place_given
-from datagen.places import open_place
 from datagen.rows import remade, version_columns
 from datagen.schema import RECORD
 from datagen.seeds import Part, stream
 from datagen.shard import parquet_bytes, read_rows, to_table
+from indexer_cli.command import DIFFERENT, hydra_command
+from indexer_cli.job_paths import path_given, place_given
+from indexer_cli.places import open_place
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError, refuse
 from indexer_env.simulate import simulate

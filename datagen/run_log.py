@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from datagen.places import Place
 from datagen.store import RUN, as_json, read_json
+from indexer_cli.places import Place
 from indexer_env.engine import cores
 
 

@@ -20,9 +20,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from datagen.places import Place, open_place
 from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SCHEMA_VERSION, Column, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
+from indexer_cli.places import Place, open_place
 from indexer_env.errors import IndexerError, SignalError
 
 GROUP_RECORDS = 256

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from datagen.command import hydra_command
 from datagen.example import record_csv
-from datagen.job_paths import job_folder
 from datagen.order import Order, order_from
-from datagen.output_folder import check_output_folder, output_folder
 from datagen.produce import produce
 from datagen.schema import RECORD
 from datagen.store import as_json
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.errors import ParameterError
 
 FILES = ("record.csv", "record.json", "record.png")

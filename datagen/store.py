@@ -14,8 +14,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from datagen.places import Place, StoreError, open_place
-from datagen.places.base import GO_ON, TEMPORARY
+from indexer_cli.places import Place, StoreError, open_place
+from indexer_cli.places.base import GO_ON, TEMPORARY
 
 MANIFEST = "manifest.json"
 RUN = "run.json"

@@ -7,12 +7,12 @@ from typing import Any
 
 from rich.console import Console
 
-from datagen.command import check_flag, hydra_command
-from datagen.job_paths import job_folder
-from datagen.output_folder import check_output_folder, output_folder
 from discrepancy.chain import STAGES, run_chain
 from discrepancy.stages import stages
 from discrepancy.subjects.base import Subject
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import job_folder
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
 
 FILES = ("report.json", "report.html", "machine.yaml", "sensor.yaml")

@@ -10,9 +10,9 @@ from rich.console import Console
 
 from classifier.compare.study import Setting, Study
 from classifier.results import RESULT_FILES, Row, differences, markdown, write_results
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder, path_given
-from datagen.output_folder import check_output_folder, output_folder
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import IndexerError, refuse
 

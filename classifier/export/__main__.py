@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from classifier.model import UNGUARDED, load_model
-from datagen.command import check_flag, hydra_command
-from datagen.job_paths import path_given
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import path_given
 from indexer_env.errors import IndexerError, refuse
 
 SUFFIX = ".onnx"

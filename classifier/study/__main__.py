@@ -14,8 +14,8 @@ from classifier.study.lab import Lab, Size
 from classifier.study.report import write_report
 from classifier.study.verdicts import deciding
 from classifier.study.work import open_study, stored, work_on
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 

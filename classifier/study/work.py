@@ -17,9 +17,9 @@ from classifier.study.claims.base import Rows
 from classifier.study.lab import Lab
 from classifier.study.verdicts import Line, Verdict, conjunction
 from classifier.style import style
-from datagen.output_folder import output_folder
-from datagen.places import StoreError
 from datagen.versions import versions_of
+from indexer_cli.output_folder import output_folder
+from indexer_cli.places import StoreError
 from indexer_env.errors import refuse
 
 STUDY_JSON = "study.json"

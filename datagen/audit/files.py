@@ -15,11 +15,11 @@ import pyarrow.parquet as pq
 
 from datagen.audit.words import Faults, rows_at_fault
 from datagen.campaign import SUBSETS
-from datagen.places import Place
-from datagen.places.base import TEMPORARY
 from datagen.schema import SCHEMA_VERSION, rejected_schema, schema
 from datagen.shard import open_shard
 from datagen.store import CARD, CROISSANT, REJECTED, SHARD_FOLDER
+from indexer_cli.places import Place
+from indexer_cli.places.base import TEMPORARY
 
 MANIFEST_KEYS: dict[str, type] = {
     "campaign": str, "seed": int, "count": int, "versions": dict, "config": dict, "records": int, "rejected": int,

@@ -7,12 +7,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from datagen.command import check_flag, hydra_command
 from datagen.ingest.publish import ingest
 from datagen.ingest.settings import PLACES, settings_from
 from datagen.ingest.sources import sources_of
-from datagen.job_paths import job_folder, path_given
 from datagen.store import REJECTED
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import job_folder, path_given
 
 
 @hydra_command("ingest")

@@ -19,12 +19,12 @@ from datagen.ingest.cut import cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
-from datagen.places import Place, StoreError, open_place
 from datagen.progress import Advance, progress
 from datagen.rows import made_with
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
 from datagen.shard import parquet_bytes, to_table
 from datagen.store import REJECTED, State, clear, finish, making, shard_name, standing
+from indexer_cli.places import Place, StoreError, open_place
 from indexer_env.errors import SignalError, refuse
 
 Entry = tuple[Mapping[str, Any], np.ndarray | None]

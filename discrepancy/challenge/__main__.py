@@ -6,10 +6,10 @@ from typing import Any
 
 from rich.console import Console
 
-from datagen.command import hydra_command
-from datagen.job_paths import job_folder
 from discrepancy.challenge.plan import orders
 from discrepancy.challenge.run import run_challenge
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder
 
 
 @hydra_command("challenge")

@@ -14,12 +14,12 @@ import pyarrow as pa
 import pyarrow.parquet
 
 from datagen.executors import RayExecutor
-from datagen.places.local import check_place, whole_file
 from datagen.progress import progress
 from discrepancy.challenge.case import solve_case
 from discrepancy.challenge.draw import Order
 from discrepancy.challenge.plan import Task, interleaved
 from discrepancy.challenge.score import summary
+from indexer_cli.places.local import check_place, whole_file
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import IndexerError, refuse
 

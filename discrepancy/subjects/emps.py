@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from datagen.job_paths import path_given
 from discrepancy.emps import DECIMATION, MARGIN, EmpsModel, Motion, load_emps, thinned
 from discrepancy.model import Hypothesis, Model, in_turn
 from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
+from indexer_cli.job_paths import path_given
 from indexer_env.errors import SignalError, refuse
 
 _KEYS = ("system", "measured", "out", "overwrite", "seed")

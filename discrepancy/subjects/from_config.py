@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from datagen.ingest.settings import Pulse
-from datagen.job_paths import path_given
 from discrepancy.records.experiments import experiments
 from discrepancy.records.machine import nominal_machine
 from discrepancy.records.quality import check_records
 from discrepancy.records.reading import Record, read_records
 from discrepancy.subjects.indexer import IndexerSubject
+from indexer_cli.job_paths import path_given
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError, refuse
 from indexer_env.sensors import Sensor

@@ -186,7 +186,7 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
         put_on_law(w, i, model, features)
     elif state[REGION_1 // LANES] < -1.0:
         settle_regions(w, i, features)
-        state_rates(w, i, False, model, features)
+        state_rates(w, i, False, model, features, True)
 
 
 def entry(fingerprint: str):

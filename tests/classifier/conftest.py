@@ -13,10 +13,10 @@ from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
 from classifier.train import Result, train
 from classifier.trainers.traingdx import TrainGdx
-from datagen.places import open_place
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
 from datagen.shard import parquet_bytes, to_table
 from datagen.store import MANIFEST, as_json, shard_name
+from indexer_cli.places import open_place
 
 RATE = 200.0
 CODES = CodeBook((1, 2, 3), ("rings at 10 Hz", "rings at 20 Hz", "rings at 30 Hz"), ("011", "101", "110"))

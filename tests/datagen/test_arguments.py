@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from datagen import __main__ as generating
-from datagen.arguments import with_files
 from datagen.shard import read_shards
+from indexer_cli.arguments import with_files
 from indexer_env.errors import ParameterError
 from indexer_env.presets import load_yaml
 

@@ -15,9 +15,9 @@ from PIL import Image
 from datagen.campaigns import make_campaign
 from datagen.card import write_card
 from datagen.generate import generate
-from datagen.places import open_place
 from datagen.schema import COLUMNS
 from datagen.shard import read_manifest, read_shards
+from indexer_cli.places import open_place
 
 HEADINGS = [
     "Classes and subsets", "Pictures", "Rejected items", "How to read it", "Columns", "How it was made", "Licence",

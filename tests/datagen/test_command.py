@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import datagen.__main__ as command
-from datagen.command import BAD_INPUT, INTERRUPTED
 from datagen.shard import read_manifest, read_shards
+from indexer_cli.command import BAD_INPUT, INTERRUPTED
 
 SHORT = ["run.samples=200", "run.warmup_turns=1", "count=6"]
 

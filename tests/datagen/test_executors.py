@@ -17,7 +17,7 @@ import pytest
 from datagen.executors import EXECUTORS, Executor, ExecutorError, LocalExecutor, RayExecutor, make_executor
 from datagen.generate import generate, head
 from datagen.make_shard import MakeShard, Shard, make_shard
-from datagen.places import StoreError
+from indexer_cli.places import StoreError
 from indexer_env.errors import ParameterError
 from indexer_env.sensors import Sensor
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import datagen
-from datagen.command import BAD_INPUT
 from datagen.shard import read_manifest
+from indexer_cli.command import BAD_INPUT
 
 pytestmark = pytest.mark.slow
 """Two processes that each start Python anew."""

@@ -14,9 +14,9 @@ from datagen.batches import RecordStream
 from datagen.check import check
 from datagen.executors import LocalExecutor
 from datagen.generate import generate, head
-from datagen.places import LocalPlace, RemotePlace, StoreError, is_url, open_place
 from datagen.shard import read_shards
 from datagen.store import ORDER, as_json, making
+from indexer_cli.places import LocalPlace, RemotePlace, StoreError, is_url, open_place
 from indexer_env.errors import SignalError
 from indexer_env.simulate import Run
 

@@ -12,9 +12,9 @@ import pytest
 import datagen.check
 import datagen.remake
 from datagen.check import check
-from datagen.command import BAD_INPUT, DIFFERENT
 from datagen.remake import difference, other_versions, remake
 from datagen.shard import read_rows, read_shards, write_parquet
+from indexer_cli.command import BAD_INPUT, DIFFERENT
 from indexer_env.errors import SignalError
 
 

@@ -18,8 +18,8 @@ import pytest
 import datagen
 from datagen.executors import LocalExecutor
 from datagen.generate import generate
-from datagen.places import StoreError, local
 from datagen.shard import read_shards
+from indexer_cli.places import StoreError, local
 from indexer_env.errors import SignalError
 from indexer_env.simulate import Run
 
@@ -170,7 +170,7 @@ def test_another_order_may_not_go_on_and_is_told_which_key_differs(small, stoppe
 
 def test_overwriting_an_unfinished_data_set_leaves_nothing_of_it(small, whole, stopped, monkeypatch):
     with monkeypatch.context() as patch, pytest.raises(Killed):
-        patch.setattr("datagen.places.local.LocalPlace.delete", lambda *_: (_ for _ in ()).throw(Killed))
+        patch.setattr("indexer_cli.places.local.LocalPlace.delete", lambda *_: (_ for _ in ()).throw(Killed))
         generate(replace(small, seed=8), stopped, overwrite=True, executor=ONE)
     generate(replace(small, seed=8), stopped, executor=ONE)
     assert set(read_shards(stopped).table.column("seed").to_pylist()) == {8}

@@ -12,8 +12,8 @@ import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from datagen.arguments import root_keys, with_key
 from indexer_cli.__main__ import main
+from indexer_cli.arguments import root_keys, with_key
 from indexer_cli.completion import candidates
 from indexer_cli.manual import keys_of, manual, overview
 from indexer_cli.verbs import VERBS, config_folder

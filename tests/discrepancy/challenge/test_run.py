@@ -7,12 +7,12 @@ import pytest
 import yaml
 
 import discrepancy.challenge.case as case_module
-from datagen.places.base import StoreError
 from discrepancy.challenge import run
 from discrepancy.challenge.case import solve_case
 from discrepancy.challenge.draw import HIDDEN, Order
 from discrepancy.challenge.records import write_records
 from discrepancy.challenge.score import summary
+from indexer_cli.places.base import StoreError
 from indexer_env.errors import ParameterError, SimulationError
 
 

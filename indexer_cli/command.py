@@ -27,12 +27,12 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryValue, OmegaConfBaseException
 
-import datagen.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
-from datagen.arguments import malformed, root_keys, with_files, with_key
-from datagen.typed_keys import as_typed, dotted
+import indexer_cli.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from indexer_cli.__main__ import version
+from indexer_cli.arguments import malformed, root_keys, with_files, with_key
 from indexer_cli.manual import manual
 from indexer_cli.sweep import outcome
+from indexer_cli.typed_keys import as_typed, dotted
 from indexer_env.checks import check_choice, did_you_mean
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.presets import config_dir

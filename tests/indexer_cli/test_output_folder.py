@@ -1,7 +1,7 @@
 import pytest
 
-from datagen.output_folder import check_output_folder, output_folder
-from datagen.places import StoreError
+from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.places import StoreError
 from indexer_env.errors import ParameterError
 
 OWN = ("mark.txt", "more.txt")

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from datagen.places.base import Place, StoreError
-from datagen.places.local import LocalPlace
-from datagen.places.remote import RemotePlace
+from indexer_cli.places.base import Place, StoreError
+from indexer_cli.places.local import LocalPlace
+from indexer_cli.places.remote import RemotePlace
 
 __all__ = ["LocalPlace", "Place", "RemotePlace", "StoreError", "is_url", "open_place"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from datagen.places.base import TEMPORARY, Place, StoreError, told
+from indexer_cli.places.base import TEMPORARY, Place, StoreError, told
 
 _WHOLE_BY_THEMSELVES = {"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "memory"}
 """Protocols whose files appear with their last byte only; elsewhere a file is written beside its name and moved."""

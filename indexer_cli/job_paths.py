@@ -8,7 +8,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import OmegaConf
 
-from datagen.places import Place, is_url, open_place
+from indexer_cli.places import Place, is_url, open_place
 from indexer_env.errors import refuse
 
 

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from datagen.command import check_flag
-from datagen.places import StoreError
-from datagen.places.local import check_place
+from indexer_cli.command import check_flag
+from indexer_cli.places import StoreError
+from indexer_cli.places.local import check_place
 from indexer_env.errors import refuse
 
 

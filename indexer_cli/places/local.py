@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from datagen.places.base import TEMPORARY, Place, StoreError, told
+from indexer_cli.places.base import TEMPORARY, Place, StoreError, told
 
 
 class LocalPlace(Place):
