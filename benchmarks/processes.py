@@ -31,7 +31,7 @@ sys.exit(os.waitstatus_to_exitcode(status))
 the process started, and the one that measures here may be large."""
 
 _WORD = "compiling"
-"""Part of the line that tells the user why the first call takes long (indexer_env.engine)."""
+"""Part of the line that tells the user why the first call takes long (indexer_env.compiled)."""
 
 
 @dataclass(frozen=True)

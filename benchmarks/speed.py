@@ -1,4 +1,4 @@
-"""Turns per second of the simulator, beside a vmapped JAX scan of the same scheme in the same session."""
+"""Turns per second of the simulator, beside a vmapped JAX scan of the same scheme in the same session, per core."""
 
 from __future__ import annotations
 
@@ -22,6 +22,12 @@ JAX_BATCHES = (32, 128, 512)
 """Machines at once in the scan; the fastest counts."""
 
 STREAMED = 10_000
+
+_JAX = f"the same ÷ a vmapped JAX scan of RK4, {STEPS_PER_SAMPLE} steps per ms, in the same session", "≥ 10 × per core"
+
+Rates = dict[str, dict[str, tuple[float, float]]]
+"""Turns per second of the clock and of one core's time of the scan as `vmap` runs it ("alone") and split over the cores
+by hand ("split"), by batch size."""
 
 
 def measure(*, quick: bool) -> list[Row]:
@@ -98,33 +104,30 @@ def _others(size: int, repeats: int) -> Row:
 
 
 def _beside_jax(own: dict[str, float], machines: list[Machine], samples: int, repeats: int) -> Row:
-    what = f"the same ÷ a vmapped JAX scan of RK4, {STEPS_PER_SAMPLE} steps per ms, in the same session"
-    required = "≥ 10 ×"
     if version(peers.DISTRIBUTIONS["jax"]) is None:
-        return Row(what, required, "jax is not installed (extra [bench])")
+        return Row(*_JAX, "jax is not installed (extra [bench])")
     from benchmarks.peers.jax_peer import scan, split_over_cores
 
     function = scan(1000.0, samples, STEPS_PER_SAMPLE)
     everything = np.stack([peers.parameters(machine, cases.OPERATING_POINT) for machine in machines])
     share = samples / cases.TURN_SAMPLES
-    alone, split = {}, {}
+    rates: Rates = {"alone": {}, "split": {}}
     for size in (size for size in JAX_BATCHES if size <= len(everything)):
-        for found, p in ((alone, everything[:size]), (split, split_over_cores(everything[:size]))):
+        for how, p in (("alone", everything[:size]), ("split", split_over_cores(everything[:size]))):
             times = median_time(lambda p=p: np.asarray(function(p)), repeats)
-            found[size] = tuple(share * size / duration for duration in times)
-    (best, _), (best_split, _) = max(alone.values()), max(split.values())
-    best_processor = max(processor for _, processor in (*alone.values(), *split.values()))
-    ratios = own["turns_per_s"] / np.array([best, best_split])
-    per_core = own["turns_per_processor_s"] / best_processor
+            rates[how][str(size)] = tuple(share * size / duration for duration in times)
+    return jax_row(own, rates)
+
+
+def jax_row(own: dict[str, float], rates: Rates) -> Row:
+    """Both per second of one core's time; by the clock only where both have all cores."""
+    scan = max(processor for found in rates.values() for _, processor in found.values())
+    split = max(wall for wall, _ in rates["split"].values())
+    per_core, by_clock = own["turns_per_processor_s"] / scan, own["turns_per_s"] / split
     return Row(
-        what,
-        required,
-        f"{ratios[0]:.1f} × (scan: {number(best)} turns/s); {ratios[1]:.1f} × when its batch is split over the {CORES} "
-        f"cores by hand ({number(best_split)}); {per_core:.1f} × per second of one core's time "
-        f"({number(best_processor)})",
-        bool(ratios[0] >= 10.0),
-        {
-            "ratio": float(ratios[0]), "ratio_split": float(ratios[1]), "ratio_per_processor_s": per_core,
-            "turns_per_wall_and_processor_s": {"alone": alone, "split": split},
-        },
-    )  # fmt: skip
+        *_JAX,
+        f"{per_core:.1f} × ({number(scan)} turns per second of one core's time); by the clock, when the scan's batch "
+        f"is split over the {CORES} cores by hand, {by_clock:.1f} × ({number(split)} turns/s)",
+        per_core >= 10.0,
+        {"ratio_per_core": per_core, "ratio_split": by_clock, "turns_per_wall_and_processor_s": rates},
+    )

@@ -91,7 +91,9 @@ def check(folder: str | Path | Place, remake: int = 8, seed: int = 0) -> Verdict
             verdict.records += 0 if unread else entry["rows"]
             verdict.faults += unread + found
             advance(entry["rows"])
-    verdict.faults += again.faults()
+        if remake:
+            advance.now("making rows again")
+        verdict.faults += again.faults()
     # Of a data set with shards that could not be read, nothing is known as a whole.
     verdict.faults += together.faults(rejected) if whole else []
     verdict.remade, verdict.notes = again.remade, again.notes

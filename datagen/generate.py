@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import time
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from datagen.example import write_example
 from datagen.executors import Executor, LocalExecutor
 from datagen.make_shard import MakeShard, Shard
 from datagen.order import Order
-from datagen.progress import progress
+from datagen.progress import Advance, progress
 from datagen.receipts import Tally, earlier_receipts
 from datagen.rows import made_with
 from datagen.run_log import RunLog
@@ -52,7 +53,7 @@ def generate(
     KeyboardInterrupt
         Stopped from the keyboard; its text says what is done and how to go on.
     """
-    executor = executor or LocalExecutor()
+    began, executor = time.monotonic(), executor or LocalExecutor()
     place, marked = open_place(out), head(order)
     state = standing(place, marked, overwrite)
     if state is State.FINISHED:
@@ -60,29 +61,13 @@ def generate(
         with place.exclusive():
             clear(place)  # of a run that was stopped between its last two steps
         return read_json(place, MANIFEST) or {}
-    first = _until_a_record(order, marked, executor) if state is State.FREE else []
-    tally = Tally()
-    with making(place, marked, overwrite):
-        run = RunLog(place, executor.describe())
-        for receipt in earlier_receipts(place, order.fingerprint):
-            tally.add(receipt)
-        earlier = tally.items
-        try:
-            for shard in first:
-                tally.add(shard.publish(place))
-            _make_the_rest(order, marked, place, executor, tally)
-            write_example(order, place)
-            place.publish(REJECTED, tally.rejected_table(place))
-            manifest = {**marked, **tally.summary(order.campaign.classes())}
-            check_ours(place, marked)
-            finish(place, manifest)
-        except KeyboardInterrupt:
-            run.end(tally.items - earlier)
-            done = f"{tally.items} of {order.count} items are done and kept in {place}"
-            raise KeyboardInterrupt(f"{done}; {GO_ON}") from None
-        run.end(tally.items - earlier)
-        write_card(place, manifest, run.content())
-        clear(place)
+    with progress("simulating", order.count, "records") as advance:
+        first = _until_a_record(order, marked, executor, advance) if state is State.FREE else []
+        with making(place, marked, overwrite):
+            run = RunLog(place, executor.describe(), began)
+            manifest = _filled(order, marked, place, executor, first, run, advance)
+            write_card(place, manifest, run.content())
+            clear(place)
     return manifest
 
 
@@ -102,11 +87,12 @@ def head(order: Order) -> dict[str, Any]:
     return json.loads(json.dumps(mapping))
 
 
-def _until_a_record(order: Order, marked: dict[str, Any], executor: Executor) -> list[Shard]:
+def _until_a_record(order: Order, marked: dict[str, Any], executor: Executor, advance: Advance) -> list[Shard]:
     """The shards up to the first with a record; an order without one is a mistake in the order."""
     made: list[Shard] = []
     for number in range(order.shards):
         made += executor.map(MakeShard(order, marked, threads=executor.threads(1)), [number])
+        advance(made[-1].receipt.items)
         if made[-1].receipt.shard is not None:
             return made
     first = made[0].receipt.rejected[0]
@@ -116,15 +102,48 @@ def _until_a_record(order: Order, marked: dict[str, Any], executor: Executor) ->
     )
 
 
-def _make_the_rest(order: Order, marked: dict[str, Any], place: Place, executor: Executor, tally: Tally) -> None:
+def _filled(
+    order: Order,
+    marked: dict[str, Any],
+    place: Place,
+    executor: Executor,
+    first: list[Shard],
+    run: RunLog,
+    advance: Advance,
+) -> dict[str, Any]:
+    """The manifest of the folder once it has all shards: those that it had, the `first` ones, and the rest."""
+    tally = Tally()
+    for receipt in earlier_receipts(place, order.fingerprint):
+        tally.add(receipt)
+    earlier = tally.items
+    if earlier:
+        advance(earlier, earlier=True)
+    try:
+        for shard in first:
+            tally.add(shard.publish(place))
+        _make_the_rest(order, marked, place, executor, tally, advance)
+        advance.now("writing the example and the card")
+        write_example(order, place)
+        place.publish(REJECTED, tally.rejected_table(place))
+        manifest = {**marked, **tally.summary(order.campaign.classes())}
+        check_ours(place, marked)
+        finish(place, manifest)
+    except KeyboardInterrupt:
+        run.end(tally.items - earlier)
+        done = f"{tally.items} of {order.count} items are done and kept in {place}"
+        raise KeyboardInterrupt(f"{done}; {GO_ON}") from None
+    run.end(tally.items - earlier)
+    return manifest
+
+
+def _make_the_rest(
+    order: Order, marked: dict[str, Any], place: Place, executor: Executor, tally: Tally, advance: Advance
+) -> None:
     """Have the shards made and published that the tally lacks, and count them in."""
     missing = [number for number in range(order.shards) if number not in tally.numbers]
     task_publishes = executor.here or place.shared
     task = MakeShard(order, marked, place if task_publishes else None, executor.threads(len(missing)))
-    with (
-        progress("simulating", order.count, "records", done=tally.items) as advance,
-        contextlib.closing(executor.map(task, missing)) as made,
-    ):
+    with contextlib.closing(executor.map(task, missing)) as made:
         for shard in made:
             if not task_publishes:
                 check_ours(place, marked)

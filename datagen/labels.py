@@ -9,7 +9,7 @@ from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import ParameterError, refuse
 
 SUBSETS = ("calibration", "control", "validation")
-"""The paper's three sets: to train, to stop the training, to judge it (paper.txt, section 4.1, step 2)."""
+"""The paper's three sets: to train, to stop the training, to judge it (section 4.1, step 2)."""
 
 BITS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
@@ -19,7 +19,7 @@ BITS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("screws loose", ("faults.screw_looseness", "effects.base.looseness.compliance")),
     ("backlash", ("faults.backlash", "effects.input.backlash.play")),
 )
-"""Bits of a code, first one first (paper.txt, section 5.1): the fault in words and the quantities that are it when they
+"""Bits of a code, first one first (the paper, section 5.1): the fault in words and the quantities that are it when they
 are greater than 0. The paper's third bit grows with the backlash; here it says that there is some, and the column
 `fault_backlash` how much."""
 

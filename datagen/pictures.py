@@ -17,7 +17,7 @@ RESOLUTION = 1.0
 """Of the spectrum [Hz]."""
 
 HIGHEST = 200.0
-"""End of the spectrum's axis [Hz]: twice what the paper uses (paper.txt, section 4.2)."""
+"""End of the spectrum's axis [Hz]: twice what the paper uses (section 4.2)."""
 
 
 def picture(row: Mapping[str, Any]) -> bytes:

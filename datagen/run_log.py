@@ -14,15 +14,18 @@ from indexer_env.engine import cores
 
 
 class RunLog:
-    """The sessions of a data set, the present one last. One that was killed has no end and no duration."""
+    """The sessions of a data set, the present one last. One that was killed has no end and no duration.
 
-    def __init__(self, place: Place, executor: str) -> None:
-        self.place = place
+    The present one began when time.monotonic() was `began`: shards may be made before there is a folder to log in.
+    """
+
+    def __init__(self, place: Place, executor: str, began: float) -> None:
+        self.place, self.began = place, began
         self.sessions: list[dict[str, Any]] = (read_json(place, RUN) or {}).get("sessions", [])
-        self.begin = time.monotonic()
+        started = datetime.datetime.now(datetime.UTC) - datetime.timedelta(seconds=time.monotonic() - began)
         self.sessions.append(
             {
-                "started": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+                "started": started.isoformat(timespec="seconds"),
                 "seconds": None,
                 "items": None,
                 "executor": executor,
@@ -35,7 +38,7 @@ class RunLog:
 
     def end(self, items: int) -> None:
         """Close the session: so many items were made in it."""
-        self.sessions[-1].update(seconds=round(time.monotonic() - self.begin, 1), items=items)
+        self.sessions[-1].update(seconds=round(time.monotonic() - self.began, 1), items=items)
         self._publish()
 
     def content(self) -> dict[str, Any]:

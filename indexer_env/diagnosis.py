@@ -27,7 +27,7 @@ from indexer_env.spectrum import density, level
 from indexer_env.wrappers import varied
 
 SAMPLE_RATE = 1000.0
-"""Of a record [Hz], as on the paper's bench (paper.txt, section 5.1)."""
+"""Of a record [Hz], as on the paper's bench (section 5.1)."""
 
 BANDS, BAND_HZ = 25, 4
 """Bands of the spectrum that is observed, and their width [Hz]: 1 to 4 Hz, 5 to 8 Hz, ... 97 to 100 Hz."""

@@ -1,4 +1,4 @@
-"""Faults of the bench (paper.txt, section 5) as severities, and the effects they stand for (design.md, section 5)."""
+"""Faults of the bench (the paper, section 5) as severities, and their effects (docs/physics.md, section Faults)."""
 
 from __future__ import annotations
 

@@ -225,7 +225,7 @@ class Choice(Law):
 
 @dataclass(frozen=True, repr=False)
 class Around(Law):
-    """nominal (1 + share (2u - 1)), the paper's ±10 % for share 0.1 (paper.txt, section 4.1); share 0 keeps the nominal
+    """nominal (1 + share (2u - 1)), the paper's ±10 % for share 0.1 (section 4.1); share 0 keeps the nominal
     value. A nominal value of its own serves where the quantity has none."""
 
     form: ClassVar[str] = "{around: share}"

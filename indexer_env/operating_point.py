@@ -8,10 +8,10 @@ from indexer_env.checks import check_number
 from indexer_env.units import RPM
 
 REFERENCE_MOTOR_SPEED = 1500.0 * RPM
-"""Nominal speed of the paper's four-pole induction motor, 1500 rpm, in rad/s (paper.txt, section 2)."""
+"""Nominal speed of the paper's four-pole induction motor, 1500 rpm, in rad/s (section 2)."""
 
 REFERENCE_LOAD_TORQUE = 2.0
-"""Load torque on the table of the reference machine, N m (design.md, section 4)."""
+"""Load torque on the table of the reference machine, N m (docs/physics.md, section The reference machine)."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,15 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 import pytest
 from hydra.core.global_hydra import GlobalHydra
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from indexer_env.engine import prepare_kernel
 
-# No deadline: the first example may compile a kernel. Derandomised: a failure in CI is the same failure here.
-settings.register_profile("project", deadline=None, derandomize=True, database=None)
+# No deadline and no check of how fast examples are made: the first may compile a kernel, and a machine may be busy.
+# Derandomised: a failure in CI is the same failure here.
+settings.register_profile(
+    "project", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("project")
 
 

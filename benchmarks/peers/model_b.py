@@ -12,7 +12,7 @@ PI = math.pi
 
 @njit(cache=True, error_model="numpy")
 def law(alpha, advance, share):
-    """β, β', β'' of the modified sine in closed form (design.md, section 3; indexer_env.motion_law.modified_sine)."""
+    """β, β', β'' of the modified sine in closed form (indexer_env.motion_law.modified_sine)."""
     turns = math.floor(alpha / (2.0 * PI))
     s = min((alpha / (2.0 * PI) - turns) / share, 1.0)
     if s >= 1.0:

@@ -1,5 +1,5 @@
 """The paper's bench: each roller with each state of the base screws and each backlash, measured again and again
-(paper.txt, section 5.1: 2 x 2 x 5 = 20 cases, 10 tests of each).
+(the paper, section 5.1: 2 x 2 x 5 = 20 cases, 10 tests of each).
 
 Item i is case i mod 20 of round i // 20. In each round the bench is put together anew (`draws`) and all cases are
 measured on it; each test has its own start, load and noise (`drift`, sensor). A round is a machine draw, so subsets are

@@ -1,4 +1,4 @@
-"""The paper's simulated case: six classes of joint 2 and of the model (paper.txt, Table 2, section 4.3).
+"""The paper's simulated case: six classes of joint 2 and of the model (Table 2, section 4.3).
 
 Item i has class i mod 6 + 1 and is draw i // 6 of that class, by which it gets its subset. So any count shares
 the classes as equally as it can (classes 1 to count mod 6 get one item more), a count that is a multiple of

@@ -29,7 +29,8 @@ def effects_page() -> str:
 Effects by which the model can be extended (`indexer_env.effects`). In YAML they stand under a machine's `effects:` by
 name; in Python `make_effect(name, …)` builds one and `machine.with_effects(…)` adds it. At its null value an effect
 leaves the machine bit-equal to the machine without it. Effects whose name begins with `sensor.` extend a `Sensor`.
-This page is printed by `python -m indexer_env.effects`; a test keeps it so.
+The paper among the sources, and the equations to which effects add, stand in [physics.md](physics.md). This page is
+printed by `python -m indexer_env.effects`; a test keeps it so.
 
 | name | what it is | equation | parameters | enters | source |
 | --- | --- | --- | --- | --- | --- |

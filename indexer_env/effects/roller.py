@@ -23,7 +23,7 @@ class RollerCrack(MachineEffect):
     name = "roller.crack"
     sentence = "Cracked rollers make the output joint softer in one sense at every station."
     equation = "joint 2: ρ → ρ (1 - severity)"
-    source = "paper.txt, section 4.1 and fig. 3c"
+    source = "the paper, section 4.1 and fig. 3c"
     enters = "torque of joint 2"
 
     severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)
@@ -40,7 +40,7 @@ class SingleRollerCrack(MachineEffect):
     name = "roller.crack_single"
     sentence = "One cracked roller makes the output joint softer in one sense, once per table turn."
     equation = "joint 2: ρ → ρ (1 - severity) while the table moves from `station` to the next and dwells there"
-    source = "own extension of paper.txt, fig. 3c, to one roller of the turret"
+    source = "own extension of the paper's fig. 3c to one roller of the turret"
     enters = "torque of joint 2"
 
     severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)

@@ -1,4 +1,4 @@
-"""The equations of motion with all effects, as one smooth function between two edges (design.md, sections 2 and 6)."""
+"""The equations of motion with all effects, as one smooth function between two edges, from docs/physics.md."""
 
 from __future__ import annotations
 

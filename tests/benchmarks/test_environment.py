@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks import environment
+from benchmarks import environment, speed, training
 
 
 def test_smoke_all_its_rows(monkeypatch):
@@ -17,8 +17,8 @@ def test_smoke_all_its_rows(monkeypatch):
     single, many, cost, memory = environment.measure(quick=True)
     assert set(single.numbers["steps_per_s"]) == {environment.ID, *environment.PEERS}
     assert all(math.isfinite(rate) and rate > 0.0 for rate in single.numbers["steps_per_s"].values())
-    assert many.what.endswith("8 machines, and ÷ SyncVectorEnv")
-    assert many.numbers["native_steps_per_s"] > 0.0 and many.numbers["sync_steps_per_s"] > 0.0
+    assert "8 machines, 2 cores; ÷ SyncVectorEnv" in many.what
+    assert len(many.numbers) == 4 and min(many.numbers.values()) > 0.0
     assert list(cost.numbers["microseconds"]) == ["2", "4", "8"]
     assert asked == [2, 4, 8] and memory.met
     assert memory.numbers["bytes_per_machine"] == [2048.0, 2048.0]
@@ -27,7 +27,7 @@ def test_smoke_all_its_rows(monkeypatch):
 
 def test_memory_that_grows_faster_than_the_fleet_is_missed(monkeypatch):
     monkeypatch.setattr(environment, "_memory", lambda size: float(size**2))
-    assert environment._growth({4: 1e6, 16: 1e6})[1].met is False
+    assert environment._growth({4: environment.Rate(1e6, 1e6), 16: environment.Rate(2e6, 1e6)})[1].met is False
 
 
 def test_the_memory_of_a_fleet_is_that_of_its_own_process():
@@ -44,6 +44,25 @@ def test_a_rate_is_the_median_of_its_repeats_without_the_first_calls(monkeypatch
         calls.append(now[0])
         now[0] += 100.0 if len(calls) == 1 else 1.0
 
-    monkeypatch.setattr(environment, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    assert environment._rate(step, seconds=5.0, repeats=3) == pytest.approx(1.0)
+    monkeypatch.setattr(
+        environment, "time", SimpleNamespace(perf_counter=lambda: now[0], process_time=lambda: 2.0 * now[0])
+    )
+    assert environment._rate(step, seconds=5.0, repeats=3) == pytest.approx((1.0, 0.5))
     assert len(calls) == 2 + 3 * 5
+
+
+def test_what_is_required_is_judged_per_core(monkeypatch):
+    """Two cores that do six times a core's work by the clock do three times as much per core."""
+    monkeypatch.setattr(environment, "_rate", lambda *_: environment.Rate(1e4, 1e4))
+    loop = 1e4 * environment.SYNC
+    for per_core, met in ((3.0, False), (6.0, True)):
+        row = environment._beside_sync(environment.Rate(6.0 * loop, per_core * loop), 0.1, 1)
+        assert row.met is met and f"; {per_core:.1f} × " in row.measured
+    own = {"turns_per_s": 3000.0, "turns_per_processor_s": 1500.0}
+    for turns, met in ((250.0, False), (140.0, True)):
+        row = speed.jax_row(own, {"alone": {"32": (turns, turns)}, "split": {"32": (2.0 * turns, 0.9 * turns)}})
+        assert row.met is met and row.measured.startswith(f"{1500.0 / turns:.1f} × ")
+    stack = {"processor_s": 10.0, "wall_s": 5.0}
+    for processor, met in ((200.0, False), (310.0, True)):
+        row = training.beside_row({"processor_s": processor, "epochs": 3.0}, 10, 10, stack)
+        assert row.met is met and row.numbers["ratio_per_core"] == processor / 10.0

@@ -11,6 +11,7 @@ import pytest
 
 from classifier import __main__ as training
 from classifier.diagnose import __main__ as diagnosing
+from tests.patience import PATIENCE
 
 SETTINGS = (
     "features.maximum_hz=50",
@@ -25,7 +26,9 @@ def start(module, *overrides, cwd):
     command = [sys.executable, "-W", "error", "-m", module, *overrides]
     # A checkout must serve as it is, installed or not.
     environment = {**os.environ, "PYTHONPATH": str(Path(training.__file__).parents[1])}
-    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
     return done.returncode, done.stdout, done.stderr
 
 

@@ -12,7 +12,7 @@ from datagen.campaigns import make_campaign
 from datagen.changes import value_at, with_changes
 from indexer_env.errors import ParameterError
 
-# paper.txt, Table 2: class -> model, joint 2 has play, joint 2 is bilinear, code.
+# The paper, Table 2: class -> model, joint 2 has play, joint 2 is bilinear, code.
 PAPER = {
     1: ("A", False, False, "01111"),
     2: ("A", True, False, "01110"),

@@ -18,6 +18,7 @@ from datagen.generate import generate
 from datagen.schema import COLUMNS
 from datagen.shard import read_manifest, read_shards
 from indexer_cli.places import open_place
+from tests.patience import PATIENCE
 
 HEADINGS = [
     "Classes and subsets", "Pictures", "Rejected items", "How to read it", "Columns", "How it was made", "Licence",
@@ -93,7 +94,7 @@ print(json.dumps({"errors": list(issues.errors), "warnings": list(issues.warning
 def test_croissant_is_valid_and_its_records_are_read(dataset):
     """In a process of its own: the library's log handler closes the standard error that it once saw."""
     command = [sys.executable, "-c", READ_WITH_MLCROISSANT, str(dataset / "croissant.json")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["errors"] == [] and "not standard" not in done.stderr

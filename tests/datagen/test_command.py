@@ -13,6 +13,7 @@ import pytest
 import datagen.__main__ as command
 from datagen.shard import read_manifest, read_shards
 from indexer_cli.command import BAD_INPUT, INTERRUPTED
+from tests.patience import PATIENCE
 
 SHORT = ["run.samples=200", "run.warmup_turns=1", "count=6"]
 
@@ -165,7 +166,7 @@ def test_python_m_from_any_folder(tmp_path):
     environment = {**os.environ, "PYTHONPATH": root}
     done = subprocess.run(
         [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False,
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert len(read_shards(tmp_path / "set")) == 6

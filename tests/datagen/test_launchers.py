@@ -11,6 +11,7 @@ import pytest
 import datagen
 from datagen.shard import read_manifest
 from indexer_cli.command import BAD_INPUT
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.slow
 """Two processes that each start Python anew."""
@@ -23,7 +24,7 @@ def test_a_launcher_makes_every_job_and_says_that_one_failed(launcher, tmp_path,
     monkeypatch.setenv("PYTHONPATH", str(Path(datagen.__file__).parents[1]))
     done = subprocess.run(
         [sys.executable, "-m", "datagen", *SWEEP, f"hydra/launcher={launcher}"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False,
+        cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == BAD_INPUT, done.stderr
     assert "error: Job 0 of the sweep has failed" in done.stderr and "Traceback" not in done.stderr

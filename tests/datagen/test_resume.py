@@ -22,6 +22,7 @@ from datagen.shard import read_shards
 from indexer_cli.places import StoreError, local
 from indexer_env.errors import SignalError
 from indexer_env.simulate import Run
+from tests.patience import PATIENCE
 
 from .test_generate import contents
 
@@ -226,8 +227,8 @@ def test_a_full_disk_ends_the_command_in_one_sentence(tmp_path, simulator):
     command = [sys.executable, "-m", "datagen", "campaign=table2", "out=set", "run.warmup_turns=0", "count=6"]
     keywords = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": root}, "capture_output": True, "text": True}
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))  # noqa: E731
-    done = subprocess.run(command, preexec_fn=limit, timeout=120, check=False, **keywords)
+    done = subprocess.run(command, preexec_fn=limit, timeout=PATIENCE, check=False, **keywords)
     assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
     assert "shard-00000.parquet cannot be written (File too large)" in done.stderr
-    done = subprocess.run(command, timeout=120, check=False, **keywords)
+    done = subprocess.run(command, timeout=PATIENCE, check=False, **keywords)
     assert done.returncode == 0 and len(read_shards(tmp_path / "set")) == 6, done.stderr

@@ -38,7 +38,7 @@ DESIGN = [
     "sensor.bracket_resonance",
     "sensor.mains_hum",
     "sensor.offset_drift",
-]  # design.md, section 6
+]
 MACHINE_EFFECTS = [name for name in DESIGN if not name.startswith("sensor.")]
 SENSOR_EFFECTS = [name for name in DESIGN if name.startswith("sensor.")]
 POINT = OperatingPoint()

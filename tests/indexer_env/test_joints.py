@@ -1,4 +1,4 @@
-"""Joint torques of simulated machines against the formulas of design.md, section 2, written here on their own."""
+"""Joint torques of simulated machines against the formulas of docs/physics.md, written here on their own."""
 
 import dataclasses
 import math

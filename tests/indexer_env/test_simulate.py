@@ -16,6 +16,7 @@ from indexer_env.errors import IndexerError, ParameterError, SimulationError
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, simulate
 from indexer_env.trajectory import CHANNELS
+from tests.patience import PATIENCE
 
 ALL = tuple(CHANNELS)
 
@@ -266,12 +267,12 @@ print(sorted(batch.rejected), batch.rejected.get(0, ""))
 
 
 @pytest.mark.parametrize("compliance", [30.0, 100.0])
-def test_a_stalling_motor_is_rejected(compliance):
+def test_a_stalling_motor_is_rejected(compliance, simulator):
     """Its load takes more speed than it has: the table turn that warm-up waits for never ends. In a process of its own,
     whose time and memory are limited."""
     root = Path(__file__).parents[2]
     child = subprocess.run(
-        [sys.executable, "-c", STALL, str(compliance)], capture_output=True, text=True, check=False, timeout=60,
+        [sys.executable, "-c", STALL, str(compliance)], capture_output=True, text=True, check=False, timeout=PATIENCE,
         env=os.environ | {"PYTHONPATH": str(root)},
     )  # fmt: skip
     assert child.returncode == 0, child.stderr

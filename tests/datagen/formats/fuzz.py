@@ -27,7 +27,7 @@ from tests.datagen.formats.twins import twin, unit_factor
 
 RATE = 2000.0
 SAMPLES = 120
-TIME_LIMIT = 5.0
+TIME_LIMIT = 50.0
 """Seconds a broken file may take; the whole file takes milliseconds."""
 
 KINDS = tuple(WRITERS)

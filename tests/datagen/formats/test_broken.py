@@ -147,12 +147,13 @@ def test_a_pipe_is_no_file(tmp_path):
 
 @pytest.fixture
 def worker():
-    worker = Worker(time_limit=0.5)
+    worker = Worker()
     yield worker
     worker.close()
 
 
-def test_a_reader_that_hangs_is_ended(worker, tmp_path):
+def test_a_reader_that_hangs_is_ended(tmp_path):
+    worker = Worker(time_limit=0.5)
     os.mkfifo(tmp_path / "a.wav")
     with pytest.raises(SignalError, match=r"a\.wav cannot be read within 0\.5 s as a WAV file"):
         worker.read(tmp_path / "a.wav", "WAV")

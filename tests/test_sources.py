@@ -1,0 +1,30 @@
+"""What the project cites, its readers have."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PARTS = ("indexer_env", "datagen", "classifier", "discrepancy", "conf", "docs", "benchmarks", "examples", "tests")
+TEXTS = sorted(
+    path
+    for path in (*ROOT.glob("*"), *(path for part in PARTS for path in (ROOT / part).rglob("*")))
+    if path.suffix in (".py", ".md", ".yaml", ".toml", ".txt", ".j2", ".html") and path.is_file()
+)
+
+
+@pytest.mark.parametrize("name", ["design" + ".md", "paper" + ".txt"])
+def test_no_file_names_what_readers_do_not_have(name):
+    assert len(TEXTS) > 500
+    assert [str(path) for path in TEXTS if name in path.read_text(encoding="utf-8")] == []
+
+
+def test_every_section_of_the_physics_page_that_is_cited_is_there():
+    page = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+    sections = set(re.findall(r"^##+ (.+)$", page, re.MULTILINE))
+    cited: set[str] = set()
+    for path in TEXTS:
+        for words in re.findall(r"docs/physics\.md, sections? ([A-Z][A-Za-z ]*)", path.read_text(encoding="utf-8")):
+            cited |= {name.strip() for name in words.split(" and ")}
+    assert {"Joints", "The machine", "Motion laws"} <= cited <= sections
