@@ -8,12 +8,13 @@ Read in this order:
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
                    and the leaving of networks
-    conditions     under what records were taken: radius, speed, machine; what a sensor may clip
+    indexing       the table's indexing in a record: how often in a turn, and in which sense
+    conditions     under what records were taken: radius, speed, machine; what a sensor may clip; indexing and sign
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
     evaluate       mean square error [%], misclassified share [%], confusion, macro F1, AUROC, reliability
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it
-    tasks/         these parts: probabilities, severities with intervals, novelty, a network on the record
+    tasks/         these parts: probabilities, severities with intervals, range, novelty, a network on the record
     model          a trained classifier; its folder of safetensors + YAML
     diagnose/      measured records, turn by turn -> class, severity, bands; as a whole or as samples come
                    (indexer diagnose)

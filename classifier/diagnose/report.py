@@ -118,7 +118,7 @@ def summary_lines(counts: dict[str, Any]) -> list[str]:
 def line(report: CaseReport) -> str:
     """A signal in one line."""
     if report.problem:
-        return f"{report.name}  not diagnosed"
+        return f"{report.name}  not diagnosed: {report.problem.removeprefix(f'{report.name}: ')}"
     named = [diagnosis.verdict for diagnosis in report.diagnosed]
     share = f"  ({named.count(report.verdict)} of {len(report.turns)} turns)" if len(report.turns) > 1 else ""
     wrong = report.true_class is not None and not report.verdict.endswith(report.true_class)

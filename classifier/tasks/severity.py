@@ -104,10 +104,9 @@ class Severity:
         varies, or the records are too few for a regression and its interval."""
         values = severities_of(dataset)
         if not values:
-            columns = ", ".join(quantity.column for quantity in QUANTITIES.values())
-            raise NotAvailable(f"no severity that every row states and that varies (columns {columns})")
+            raise NotAvailable("no size of a fault that every row states and that varies")
         calibration, control = dataset.rows("calibration"), dataset.rows("control")
-        need("independent calibration records", _LEAST_RECORDS, count_independent(dataset, "calibration"))
+        need("calibration records", _LEAST_RECORDS, int(calibration.sum()))
         need("independent control records", least_records(coverage), count_independent(dataset, "control"))
         names, truth = tuple(values), np.stack(list(values.values()), axis=1)
         span = truth[calibration].max(axis=0)

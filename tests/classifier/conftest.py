@@ -9,12 +9,14 @@ import pyarrow as pa
 import pytest
 
 from classifier.codes import CodeBook
+from classifier.conditions import Conditions
 from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
+from classifier.study.recipes import Recipe, make
 from classifier.train import Result, train
 from classifier.trainers.traingdx import TrainGdx
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
-from datagen.shard import parquet_bytes, to_table
+from datagen.shard import Records, parquet_bytes, read_shards, to_table
 from datagen.store import MANIFEST, as_json, shard_name
 from indexer_cli.places import open_place
 
@@ -55,6 +57,54 @@ def trainer() -> TrainGdx:
 @pytest.fixture(scope="session")
 def result(dataset: Dataset, features: Psd, trainer: TrainGdx) -> Result:
     return train(dataset, features, trainer, hidden=6, seed=3, restarts=3)
+
+
+@pytest.fixture(scope="session")
+def machines(tmp_path_factory) -> Records:
+    """The paper's 20 cases on a simulated bench, twice: a table turn of 8 indexes each, begun at any place; seed 3."""
+    recipe = Recipe("machines", ("campaign=bench", "count=40"))
+    return read_shards(make(recipe, 3, tmp_path_factory.mktemp("machines")))
+
+
+@pytest.fixture(scope="session")
+def cracked(machines: Records) -> np.ndarray:
+    """Which of the 40 have a cracked roller."""
+    return machines.table.column("fault_roller_crack").to_numpy() > 0.0
+
+
+@pytest.fixture(scope="session")
+def few(machines: Records, cracked: np.ndarray) -> tuple[Dataset, np.ndarray]:
+    """Twelve of them as two classes, each as if from a file of its own: 8 calibration, 2 control and 2 validation
+    records; and the records of the others."""
+    chosen = np.concatenate([np.flatnonzero(cracked == state)[:6] for state in (False, True)])
+    subsets = np.tile(np.repeat(SUBSETS, (4, 1, 1)), 2)
+    records, table = machines.records[chosen], machines.table.take(chosen)
+    dataset = Dataset(
+        records=records,
+        classes=1 + cracked[chosen],
+        subsets=subsets,
+        codes=CodeBook((1, 2), ("whole", "cracked"), ("10", "01")),
+        sample_rate=1000.0,
+        quantity="table_acceleration",
+        unit="m/s^2",
+        provenance={"folder": "made by the tests"},
+        conditions=Conditions.of_rows(table, records, subsets == "calibration"),
+        table=pa.table({"machine_draw": np.arange(len(chosen))}),
+    )
+    return dataset, np.delete(machines.records, chosen, axis=0)
+
+
+@pytest.fixture(scope="session")
+def strange_records(few: tuple[Dataset, np.ndarray]) -> dict[str, np.ndarray]:
+    """Records that are none of a bench, by what they are; noise and tone have the level of a machine's."""
+    record = few[1][0].astype(np.float64)
+    time = np.arange(record.size) / 1000.0
+    return {
+        "noise": record.std() * np.random.default_rng(1).standard_normal(record.size),
+        "tone": np.sqrt(2.0) * record.std() * np.sin(2.0 * np.pi * 33.0 * time),
+        "ten times": 10.0 * record,
+        "a tenth": 0.1 * record,
+    }
 
 
 @pytest.fixture(scope="session")

@@ -12,11 +12,12 @@ import pyarrow as pa
 import pytest
 
 from classifier.export import __main__ as command
-from classifier.export.model import left_out, to_onnx
+from classifier.export.model import guards, to_onnx
 from classifier.features import Fft, Psd
 from classifier.model import save_model
 from classifier.tasks.confidence import Confidence
 from classifier.tasks.novelty import SCORES, Novelty
+from classifier.tasks.range import Range
 from classifier.tasks.severity import Severity
 from classifier.train import train
 from indexer_env.errors import ParameterError
@@ -87,21 +88,36 @@ def test_parts_say_the_same(result, dataset, score):
     outputs = result.model.outputs_of(scaled)
     parts = (
         Confidence.fit(stated, scaled, outputs, 0),
+        Range.fit(stated, scaled, outputs, 0),
         Novelty.fit(stated, scaled, outputs, 0, score=score),
         Severity.fit(stated, scaled, outputs, 0),
     )
-    assert None not in parts
     model = dataclasses.replace(result.model, parts=parts)
     # Some that are strange indeed, so that both flags come up.
     records = np.concatenate([dataset.records, 30.0 * dataset.records[:3]]).astype(np.float64)
     wanted = model.assess(model.scaled(records), model.outputs(records), records)
     got = run(to_onnx(model), record=records)
     assert set(got) == {"outputs", "class_label", "distance", *wanted}
-    assert left_out(model) == ()
+    assert guards(model) == ("range", "novelty")
+    assert got["is_outside"].any() and not got["is_outside"].all()
     for name, column in wanted.items():
         assert got[name].shape == column.shape
         close(got[name], column)
     assert 0 < got["is_novel"].sum() < len(records)
+
+
+def test_what_the_file_cannot_say_is_told_in_it_and_by_the_command(result, exported):
+    model = dataclasses.replace(result.model, parts=result.model.parts[:1], left_out={"severity": "not asked for"})
+    assert model.parts[0].kind == "confidence"
+    told = {entry.key: entry.value for entry in to_onnx(model).metadata_props}
+    without = json.loads(told["indexer-diagnosis.left_out"])
+    assert without["severity"] == "not asked for" and "the caller checks" in without["sensor"]
+    assert json.loads(told["indexer-diagnosis.guards"]) == []
+    ranged = {entry.key: entry.value for entry in to_onnx(result.model, "features").metadata_props}
+    assert json.loads(ranged["indexer-diagnosis.left_out"])["range"] == "needs the record, not its features"
+    _, out, _ = exported("out=a.onnx", "input=features")
+    assert "without severity: not available, no size of a fault" in out
+    assert "without range: needs the record" in out and "unguarded" not in out
 
 
 def test_the_file_says_what_a_record_must_be(result):

@@ -67,7 +67,7 @@ def edit(path, change):
         (MODEL_YAML, lambda data: b"", "states no format"),
         (MODEL_YAML, lambda data: b"a: [", "not YAML"),
         (MODEL_YAML, lambda data: b"\xff\xfe\x00", "not YAML"),
-        (MODEL_YAML, lambda data: data.replace(b"format: 2", b"format: 3"), "format must be 2, got 3"),
+        (MODEL_YAML, lambda data: data.replace(b"format: 3", b"format: 2"), "format must be 3, got 2"),
         (MODEL_YAML, lambda data: b"!!python/object/apply:os.getcwd []\n", "not YAML"),
     ],
 )

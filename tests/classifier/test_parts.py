@@ -6,9 +6,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+import yaml
 
-from classifier.model import MODEL_YAML, ModelFileError, load_model, save_model
+from classifier.model import MODEL_YAML, UNGUARDED, ModelFileError, load_model, save_model
 from classifier.parts import PARTS, Part
+from classifier.tasks.need import NotAvailable
 from classifier.train import train
 from indexer_env.errors import ParameterError
 
@@ -27,7 +29,7 @@ class Distance:
     @classmethod
     def fit(cls, dataset, features, outputs, seed):
         if dataset.unit != "rad/s^2":
-            return None
+            raise NotAvailable("0 angular records, 1 needed")
         rng = np.random.default_rng(seed)
         centre = features[dataset.rows("calibration")].mean(axis=0)
         return cls(centre, rng.uniform(size=(2, outputs.shape[1])).astype(np.float32), 0.1 + 0.2, "größer als …")
@@ -91,13 +93,41 @@ def test_parts_are_chosen(dataset, features, trainer, monkeypatch):
             r"classifier\.parts must be one of distance, convolution, got 'distanse'; did you mean 'distance'\.",
         ),
         (["distance", "distance"], "names each part once"),
-        (["distance"], "columns of the data set allow, got 'distance'; leave distance out"),
+        (
+            ["distance"],
+            r"allows \(0 angular records, 1 needed\), got 'distance'; add such .* or leave distance out",
+        ),
     ],
 )
 def test_parts_that_cannot_be_fitted_are_refused(dataset, features, trainer, monkeypatch, kinds, words):
     monkeypatch.setattr("classifier.parts.PARTS", {"distance": Distance})
     with pytest.raises(ParameterError, match=words):
         train(dataclasses.replace(dataset, unit="m/s^2"), features, trainer, hidden=6, restarts=1, parts=kinds)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kinds", "reason"),
+    [
+        ("m/s^2", None, "not available, 0 angular records, 1 needed"),
+        ("rad/s^2", [], "not asked for"),
+        ("rad/s^2", None, None),
+    ],
+)
+def test_a_part_that_is_left_out_is_told_with_its_reason(
+    dataset, features, trainer, monkeypatch, tmp_path, unit, kinds, reason
+):
+    monkeypatch.setattr("classifier.parts.PARTS", {"distance": Distance})
+    stated = dataclasses.replace(dataset, unit=unit)
+    model = train(stated, features, trainer, hidden=6, seed=3, restarts=1, parts=kinds).model
+    assert model.left_out.get("distance") == reason
+    assert (f"distance: {reason}" in model.shortcomings()) == (reason is not None)
+    # No part of these tells a strange record.
+    assert model.guards == () and model.shortcomings()[-1] == UNGUARDED
+    save_model(model, tmp_path)
+    if reason is None:
+        return
+    assert yaml.safe_load((tmp_path / MODEL_YAML).read_text())["left_out"] == dict(model.left_out)
+    assert load_model(tmp_path).left_out == model.left_out
 
 
 def test_a_part_that_is_not_known_is_refused(trained, tmp_path, monkeypatch):

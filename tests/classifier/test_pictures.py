@@ -33,7 +33,7 @@ def test_pictures_label_their_axes_with_units(result, dataset, signal):
     assert "mean square error [%]" in words(figures["training"])
     assert "validation: 24 records" in words(figures["confusion"])
     assert "confidence in the named class" in words(figures["reliability"])
-    assert "class 2: rings at 20 Hz" in words(figures["diagnosis"])
+    assert "turn 0: rings at 20 Hz (nearest class 2: distance" in words(figures["diagnosis"])
     for label in (1, 2, 3):
         assert f"class {label}: rings at {10 * label} Hz" in words(figures["accelerations"])
 

@@ -145,6 +145,26 @@ def test_a_model_of_known_conditions_asks_for_them(result, place, diagnosed, dat
     assert code == 2 and "1499.24 to 1500.19 rpm within 2 %" in err and "got 900 rpm" in err
 
 
+def test_a_model_that_nothing_guards_says_so_everywhere(result, place, diagnosed):
+    left_out = {"novelty": "not available, 2 independent records of calibration and control, 19 needed"}
+    (place / "bare").mkdir()
+    save_model(dataclasses.replace(result.model, parts=(), left_out=left_out), place / "bare")
+    code, out, err = diagnosed("model=bare", "signal=bench/one.csv", "out=unguarded")
+    assert (code, err) == (1, "")
+    assert f"without      novelty: {left_out['novelty']}" in out and "unguarded: the model gives any record" in out
+    assert "verdict      unguarded, nearest to rings at 10 Hz" in out
+    told = json.loads((place / "unguarded" / "diagnosis.json").read_text())
+    assert (told["guards"], told["left_out"], told["turns_unguarded"]) == ([], left_out, 1)
+    (row,) = turns(place, "unguarded")
+    assert (row["guarded"], row["verdict"]) == (False, "unguarded, nearest to rings at 10 Hz")
+    assert row["left_out"] == f"novelty: {left_out['novelty']}"
+    code, out, _ = diagnosed("model=bare", "signal=bench")
+    assert code == 1 and "unguarded    5 turns" in out
+    # In a sweep every job is done, and the greatest code is that of the command.
+    code, _, err = diagnosed("-m", "model=bare,model", "signal=bench/one.csv", "out=swept")
+    assert (code, err) == (1, "") and (place / "swept" / "1" / "diagnosis.json").is_file()
+
+
 def test_earlier_results_are_replaced_only_when_asked(place, diagnosed):
     assert diagnosed("measured=bench/one.csv", "out=again")[0] == 0
     code, _, err = diagnosed("measured=bench", "out=again")

@@ -88,6 +88,25 @@ def test_a_dead_or_clipped_sensor_is_reported_and_not_diagnosed(result, signal, 
     assert re.search(words, report.problem)
 
 
+def test_the_verdict_is_the_name_or_why_there_is_none(result, signal):
+    loud_signal = dataclasses.replace(signal, values=10 * signal.values)
+    assert named(result, signal).verdict == "rings at 20 Hz" and named(result, signal).guarded
+    (loud,) = diagnose(result.model, loud_signal)
+    assert loud.verdict == "none of the classes it was taught, outside the range of the training"
+    novelty = tuple(part for part in result.model.parts if part.kind == "novelty")
+    (novel,) = diagnose(dataclasses.replace(result.model, parts=novelty), loud_signal)
+    assert novel.verdict == "none of the classes it was taught"
+    assert novel.diagnosis.is_novel and not novel.diagnosis.is_right("rings at 20 Hz")
+    (dead,) = diagnose(result.model, dataclasses.replace(signal, values=np.zeros(400)))
+    assert dead.verdict.startswith("not diagnosed: it must vary, got one value")
+    unguarded = dataclasses.replace(result.model, parts=(), left_out={"novelty": "not asked for"})
+    (turn,) = diagnose(unguarded, signal)
+    assert turn.verdict == "unguarded, nearest to rings at 20 Hz" and turn.diagnosis.is_right("rings at 20 Hz")
+    told = turn.to_dict()
+    assert (told["verdict"], told["guarded"]) == (turn.verdict, False)
+    assert told["left_out"] == {"novelty": "not asked for"}
+
+
 def test_a_turn_that_is_none_of_the_classes_is_not_named(result, signal):
     (turn,) = diagnose(result.model, signal)
     assessment = {"is_novel": True, "backlash_deg": 3.0, "backlash_deg_low": 2.0, "backlash_deg_high": 4.5}
@@ -96,5 +115,5 @@ def test_a_turn_that_is_none_of_the_classes_is_not_named(result, signal):
     assert report.verdict == "none of the classes it was taught"
     assert "(2 of 3 turns)" in line(report) and "(is: rings at 20 Hz)" in line(report)
     words = lines(report)
-    assert any("none of the classes it was taught; nearest 2: rings at 20 Hz" in text for text in words)
+    assert "verdict      none of the classes it was taught" in words and "nearest      2: rings at 20 Hz" in words
     assert "backlash deg 3 (2 to 4.5)" in words

@@ -20,7 +20,7 @@ def test_its_program_runs(result, dataset, monkeypatch, capsys):
     (program,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     monkeypatch.setattr(model, "load_model", lambda path: result.model)
     time = np.arange(round(5.2 * 2560)) / 2560
-    samples = np.sin(2 * np.pi * 20 * time)
+    samples = np.sin(2 * np.pi * 20 * time) + 1.07 * np.random.default_rng(0).standard_normal(time.size)
     pulse = 5.0 * ((time - 0.3) % 2.0 < 0.1) * (time > 0.3)
     pieces = zip(np.array_split(samples, 50), np.array_split(pulse, 50), strict=True)
     exec(program.replace('"m/s^2"', '"rad/s^2"'), {"logger": pieces})

@@ -1,11 +1,14 @@
 """Probabilities of classes and bits, and their temperature."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from classifier.codes import CodeBook
 from classifier.evaluate import reliability
 from classifier.tasks.confidence import Confidence, class_logits, fit_temperature, softmax
+from classifier.tasks.need import NotAvailable
 from indexer_env.errors import ParameterError
 
 FAULTS = CodeBook((1, 2, 3, 4), ("intact", "loose", "cracked", "both"), ("00", "01", "10", "11"))
@@ -46,6 +49,20 @@ def test_a_faultless_subset_does_not_make_the_network_certain():
     part = Confidence.of_control(FAULTS, outputs, np.repeat(FAULTS.classes, 10))
     told = part.assess(np.empty((40, 0)), outputs, np.empty((40, 0)))
     assert told["probability"] == pytest.approx(41 / 42, abs=0.01)
+
+
+def test_too_few_control_records_make_no_probabilities(known):
+    dataset, features = known
+    outputs = np.tile(FAULTS.matrix[:1], (len(features), 1))
+    for kept, enough in ((20, True), (19, False)):
+        subsets = dataset.subsets.copy()
+        subsets[np.flatnonzero(dataset.rows("control"))[kept:]] = "validation"
+        few = dataclasses.replace(dataset, subsets=subsets)
+        if enough:
+            Confidence.fit(few, features, outputs, 0)
+        else:
+            with pytest.raises(NotAvailable, match="19 independent control records, 20 needed"):
+                Confidence.fit(few, features, outputs, 0)
 
 
 def test_outputs_beyond_0_and_1_are_no_error():

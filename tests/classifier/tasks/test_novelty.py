@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from classifier.tasks.need import NotAvailable
 from classifier.tasks.novelty import ACCEPTED, NEIGHBOURS, SCORES, Novelty
+from classifier.transfer import in_turns
 from indexer_env.errors import ParameterError
 
 NOTHING = np.empty(0)
@@ -41,13 +43,33 @@ def test_it_comes_back_bit_for_bit(known, score):
     assert np.array_equal(part.scores(known[1]), again.scores(known[1]))
 
 
-def test_too_few_control_records_make_no_part(known):
+def thinned(dataset, calibration, control, seed):
+    """The data set with so many calibration and control records, of all classes alike; the others are to be judged."""
+    order = in_turns(dataset, np.random.default_rng(seed).permutation(len(dataset.classes)))
+    subsets = np.full(len(order), "validation", dtype=dataset.subsets.dtype)
+    subsets[order[:calibration]], subsets[order[calibration:][:control]] = "calibration", "control"
+    return dataclasses.replace(dataset, subsets=subsets)
+
+
+def test_too_few_records_make_no_part(known):
     dataset, features = known
-    control = np.flatnonzero(dataset.rows("control"))
-    subsets = dataset.subsets.copy()
-    subsets[control[18:]] = "calibration"
-    few = dataclasses.replace(dataset, subsets=subsets)
-    assert Novelty.fit(few, features, NOTHING, seed=0) is None
+    with pytest.raises(NotAvailable, match="18 independent records of calibration and control, 19 needed"):
+        Novelty.fit(thinned(dataset, 12, 6, seed=0), features, NOTHING, seed=0)
+    assert len(Novelty.fit(thinned(dataset, 12, 7, seed=0), features, NOTHING, seed=0).reference) == 19
+
+
+def test_few_control_records_are_helped_by_those_of_the_calibration(known, strange):
+    """Ten drawings of 30 calibration and 10 control records, seeds 0 to 9, judged by all other records."""
+    dataset, features = known
+    refused, found = [], []
+    for seed in range(10):
+        drawn = thinned(dataset, 30, 10, seed)
+        part = Novelty.fit(drawn, features, NOTHING, seed=0)
+        assert len(part.reference) == 40
+        refused.append(np.mean(part.assess(features[drawn.rows("validation")], NOTHING, NOTHING)["is_novel"]))
+        found.append(np.mean(part.assess(strange, NOTHING, NOTHING)["is_novel"]))
+    # Were each record judged by what was fitted to it too, nearly all others would be refused.
+    assert np.mean(refused) < 0.1 and np.mean(found) > 0.8
 
 
 def test_an_unknown_score_is_refused(known):

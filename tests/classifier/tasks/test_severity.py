@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from classifier.tasks.need import NotAvailable
 from classifier.tasks.severity import QUANTITIES, Severity, severities_of
 
 NOTHING = np.empty(0)
@@ -67,7 +68,8 @@ def test_no_part_without_a_severity_in_every_row_or_with_too_few_records(known):
     unknown = dataset.table.set_column(1, "fault_backlash", pa.nulls(len(features), pa.float64()))
     part = Severity.fit(dataclasses.replace(dataset, table=unknown), features, NOTHING, seed=0)
     assert part is not None and part.names == ("crack",)
-    assert Severity.fit(dataclasses.replace(dataset, table=pa.table({})), features, NOTHING, seed=0) is None
+    with pytest.raises(NotAvailable, match="no size of a fault that every row states and that varies"):
+        Severity.fit(dataclasses.replace(dataset, table=pa.table({})), features, NOTHING, seed=0)
     keep = np.arange(len(features)) < 60
     few = dataclasses.replace(
         dataset,
@@ -76,4 +78,15 @@ def test_no_part_without_a_severity_in_every_row_or_with_too_few_records(known):
         subsets=dataset.subsets[keep],
         table=dataset.table.filter(pa.array(keep)),
     )
-    assert Severity.fit(few, features[keep], NOTHING, seed=0) is None
+    with pytest.raises(NotAvailable, match="36 calibration records, 50 needed"):
+        Severity.fit(few, features[keep], NOTHING, seed=0)
+
+
+def test_turns_of_one_file_promise_no_more_than_one(known):
+    """Two hundred control records of eight machines cannot hold an interval for 90 % of new ones."""
+    dataset, features = known
+    machine = np.arange(1000) % 40
+    table = pa.table({"machine_draw": machine, "fault_backlash": machine / 100.0})
+    same = dataclasses.replace(dataset, table=table, classes=1 + machine % 4)
+    with pytest.raises(NotAvailable, match="8 independent control records, 9 needed"):
+        Severity.fit(same, features, NOTHING, seed=0)

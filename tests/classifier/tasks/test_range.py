@@ -1,0 +1,92 @@
+"""Few records are enough to refuse what is far outside their range, and to accept others of their make."""
+
+import dataclasses
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from classifier.tasks.need import NotAvailable
+from classifier.tasks.range import LEAST, MARGIN, REFUSED, Range, octaves
+
+NOTHING = np.empty(0)
+
+
+def outside(part, records):
+    return part.assess(NOTHING, NOTHING, np.atleast_2d(records))["is_outside"]
+
+
+def test_twelve_records_refuse_what_is_strange_and_accept_the_rest_of_the_bench(few, strange_records):
+    dataset, held = few
+    part = Range.fit(dataset, NOTHING, NOTHING, 0)
+    assert {name: bool(outside(part, record)[0]) for name, record in strange_records.items()} == dict.fromkeys(
+        strange_records, True
+    )
+    assert not outside(part, held).any()
+    level = part.assess(NOTHING, NOTHING, strange_records["ten times"][None])["level"]
+    assert level == pytest.approx(10.0, rel=0.2)
+
+
+def test_a_strange_spectrum_of_the_usual_level_is_refused_by_its_octaves(few, strange_records):
+    part = Range.fit(few[0], NOTHING, NOTHING, 0)
+    level = dataclasses.replace(part, reach=np.where(np.arange(len(part.reach)) == 0, part.reach, 99.0))
+    for name in ("noise", "tone"):
+        assert outside(part, strange_records[name]) and not outside(level, strange_records[name])
+
+
+def test_the_highest_octave_is_the_recorder_s(few):
+    """What is above a quarter of the rate is not judged, so that another anti-alias filter is no novelty."""
+    part, record = Range.fit(few[0], NOTHING, NOTHING, 0), few[1][0]
+    assert not outside(part, record + 0.02 * record.std() * np.resize([1.0, -1.0], record.size))
+
+
+def with_levels(dataset, levels, machines=None):
+    """White noise of these root mean squares in place of the records; seed 1."""
+    noise = np.random.default_rng(1).standard_normal((len(levels), 1024))
+    table = pa.table({} if machines is None else {"machine_draw": machines})
+    subsets = np.full(len(levels), "calibration")
+    classes = np.ones(len(levels), dtype=int)
+    fields = {"subsets": subsets, "classes": classes, "table": table, "records": np.asarray(levels)[:, None] * noise}
+    made = object.__new__(type(dataset))
+    made.__dict__.update({**dataset.__dict__, **fields})
+    return made
+
+
+@pytest.mark.parametrize("count", [LEAST, 10, 40])
+def test_records_of_the_same_law_are_refused_as_seldom_as_promised(few, count):
+    """Levels scatter by a quarter; 300 drawings of `count` records and one more, seed 2; three standard errors."""
+    rng, refused = np.random.default_rng(2), []
+    for _ in range(300):
+        levels = np.exp(0.25 * rng.standard_normal(count + 1))
+        part = Range.fit(with_levels(few[0], levels[:count]), NOTHING, NOTHING, 0)
+        refused.append(outside(part, levels[count] * rng.standard_normal(1024))[0])
+    assert np.mean(refused) <= REFUSED + 3 * np.sqrt(REFUSED / 300)
+
+
+def test_limits_are_no_narrower_than_a_calibration_of_the_sensor(few):
+    part = Range.fit(with_levels(few[0], np.ones(2000)), NOTHING, NOTHING, 0)
+    assert (part.reach >= MARGIN).all()
+    noise = np.random.default_rng(3).standard_normal(1024)
+    noise /= noise.std()
+    assert not outside(part, 1.04 * noise) and outside(part, 1.3 * noise)
+
+
+def test_turns_of_one_file_count_as_one(few):
+    with pytest.raises(NotAvailable, match="5 independent records of calibration and control, 6 needed"):
+        Range.fit(with_levels(few[0], np.linspace(1, 2, 30), np.repeat(np.arange(5), 6)), NOTHING, NOTHING, 0)
+    Range.fit(with_levels(few[0], np.linspace(1, 2, 30), np.repeat(np.arange(6), 5)), NOTHING, NOTHING, 0)
+
+
+def test_a_tone_lies_in_its_octave():
+    """Of 1000 Hz the octaves begin at 125 … 250 Hz; a tone of 45 Hz is strongest from 31 to 62 Hz."""
+    tone = np.sin(2 * np.pi * 45 * np.arange(8192) / 1000)
+    level, *found = octaves(tone[None])[0]
+    assert level == pytest.approx(np.log10(np.sqrt(0.5)), abs=1e-3)
+    assert int(np.argmax(found)) == 2
+
+
+def test_it_comes_back_bit_for_bit(few, strange_records):
+    part = Range.fit(few[0], NOTHING, NOTHING, 0)
+    again = Range.restore(part.body(), part.arrays())
+    for name, column in part.assess(NOTHING, NOTHING, few[1]).items():
+        assert np.array_equal(again.assess(NOTHING, NOTHING, few[1])[name], column)
