@@ -149,7 +149,7 @@ def test_a_model_that_nothing_guards_says_so_everywhere(result, place, diagnosed
     left_out = {"novelty": "not available, 2 independent records of calibration and control, 19 needed"}
     (place / "bare").mkdir()
     save_model(dataclasses.replace(result.model, parts=(), left_out=left_out), place / "bare")
-    code, out, err = diagnosed("model=bare", "signal=bench/one.csv", "out=unguarded")
+    code, out, err = diagnosed("model=bare", "measured=bench/one.csv", "out=unguarded")
     assert (code, err) == (1, "")
     assert f"without      novelty: {left_out['novelty']}" in out and "unguarded: the model gives any record" in out
     assert "verdict      unguarded, nearest to rings at 10 Hz" in out
@@ -158,10 +158,10 @@ def test_a_model_that_nothing_guards_says_so_everywhere(result, place, diagnosed
     (row,) = turns(place, "unguarded")
     assert (row["guarded"], row["verdict"]) == (False, "unguarded, nearest to rings at 10 Hz")
     assert row["left_out"] == f"novelty: {left_out['novelty']}"
-    code, out, _ = diagnosed("model=bare", "signal=bench")
+    code, out, _ = diagnosed("model=bare", "measured=bench")
     assert code == 1 and "unguarded    5 turns" in out
     # In a sweep every job is done, and the greatest code is that of the command.
-    code, _, err = diagnosed("-m", "model=bare,model", "signal=bench/one.csv", "out=swept")
+    code, _, err = diagnosed("-m", "model=bare,model", "measured=bench/one.csv", "out=swept")
     assert (code, err) == (1, "") and (place / "swept" / "1" / "diagnosis.json").is_file()
 
 
