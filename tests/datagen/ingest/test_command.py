@@ -54,7 +54,8 @@ def test_a_labels_table(call, tmp_path):
     ("arguments", "said"),
     [
         (("out=set", "period=1"), "files must be given"),
-        (("files=files", "out=set"), "error: period must be the duration of one turn"),
+        (("files=files", "out=set", "pulse.column=pulse"), "error: period must be the duration of one turn"),
+        (("files=files", "out=set", "motor_turns=205"), "error: motor_turns must be given with known.motor_speed_rpm"),
         (("files=nowhere", "out=set", "period=1"), "error: files must be a folder or pattern"),
         ((*GOOD, "puls.column=x"), "puls"),
         ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),
