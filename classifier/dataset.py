@@ -22,7 +22,7 @@ from indexer_env.errors import SignalError
 class Dataset:
     """Labelled one-turn records that share rate, length, quantity and unit.
 
-    records      (n, samples) float32, in `unit`
+    records      (n, samples) float32, in `unit`; (n, channels, samples) of several channels
     classes      (n,) class labels
     subsets      (n,) one of SUBSETS each; the data set has assigned them per machine draw
     codes        the classes with their names and codes
@@ -61,6 +61,11 @@ class Dataset:
         named = self.table.column_names
         return "kind" in named and set(self.table.column("kind").unique().to_pylist()) == {"measured"}
 
+    @property
+    def channels(self) -> int:
+        """Channels of each record."""
+        return self.records.shape[1] if self.records.ndim == 3 else 1
+
     def rows(self, subset: str) -> np.ndarray:
         """Mask (n,) of the rows of one subset."""
         return self.subsets == subset
@@ -84,7 +89,7 @@ def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
 
 
 def _check_sensors(records: np.ndarray, table: pa.Table, path: Path) -> None:
-    missing = np.flatnonzero(~np.isfinite(records).all(axis=1))
+    missing = np.flatnonzero(~np.isfinite(records).all(axis=tuple(range(1, records.ndim))))
     if missing.size:
         item = table.column("item")[int(missing[0])].as_py()
         raise SignalError(

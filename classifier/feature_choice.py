@@ -44,7 +44,8 @@ class Auto:
     scale: str | None = None
 
     def __post_init__(self) -> None:
-        self.over(Psd(**({"maximum_hz": self.resolution_hz} if self.maximum_hz is None and self.resolution_hz else {})))
+        # Each number is judged alone here, the two together once the records are known.
+        self.over(Psd(resolution_hz=1e-300, maximum_hz=1e300))
 
     def over(self, suited: Psd) -> Psd:
         """These densities with what is given here in place of their own. Raises ParameterError."""

@@ -1,14 +1,15 @@
 """Features: what the network sees of a record.
 
 One class per kind of feature, found by its ``kind`` in FEATURES. Each is a frozen object that turns records
-(n, samples) into features (n, count), record by record: no feature depends on another record. The scaling
-that does depend on other records is `Scaling`, and it is fitted on the calibration subset alone.
+(n, samples) into features (n, count), record by record: no feature depends on another record. Records of several
+channels (n, channels, samples) give (n, channels · count), one channel after the other. The scaling that does depend
+on other records is `Scaling`, and it is fitted on the calibration subset alone.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any, ClassVar
@@ -103,6 +104,8 @@ class Psd(Features):
 
         Raises ParameterError for records shorter than one segment.
         """
+        if records.ndim == 3:
+            return _by_channel(self.density, records, sample_rate)
         count = len(self.frequencies(sample_rate))
         segment = self.segment(sample_rate)
         if records.shape[-1] < segment:
@@ -175,6 +178,8 @@ class Fft(Features):
 
         Raises ParameterError for records shorter than duration_s.
         """
+        if records.ndim == 3:
+            return _by_channel(self.compute, records, sample_rate)
         count, segment = len(self.frequencies(sample_rate)), self.segment(sample_rate)
         if records.shape[-1] < segment:
             duration = records.shape[-1] / sample_rate
@@ -185,6 +190,14 @@ class Fft(Features):
             spectrum = np.fft.rfft(chunk - chunk.mean(axis=1, keepdims=True))
             amplitudes[first : first + _CHUNK] = 2 / segment * np.abs(spectrum[:, 1 : count + 1])
         return amplitudes
+
+
+def _by_channel(
+    measure: Callable[[np.ndarray, float], np.ndarray], records: np.ndarray, sample_rate: float
+) -> np.ndarray:
+    """What `measure` gives of each channel of records (n, channels, samples), side by side (n, channels · count)."""
+    flat = records.reshape(-1, records.shape[-1])
+    return measure(flat, sample_rate).reshape(len(records), -1)
 
 
 def _welch(records: np.ndarray, sample_rate: float, segment: int) -> np.ndarray:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,12 +16,13 @@ from rich.console import Console
 
 from classifier.dataset import Dataset, load_dataset
 from classifier.evaluate import score
-from classifier.features import make_features
+from classifier.feature_choice import chosen, make_choice, told
 from classifier.groups import groups_of, part
-from classifier.results import RESULT_FILES, Row, markdown, mean, means, write_results
-from classifier.style import COLOURS, GREY, style
+from classifier.leaveout_methods import CNN, LOGISTIC, METHODS, MLP, WITHOUT_CHANCE, Learn, cnn, logistic, mlp
+from classifier.results import RESULT_FILES, Row, chosen_methods, markdown, mean, means, write_results
+from classifier.style import COLOURS, style
 from classifier.tasks.need import NotAvailable
-from classifier.tasks.novelty import Novelty, enough
+from classifier.tasks.novelty import enough
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
 from indexer_cli.command import hydra_command
@@ -34,10 +35,10 @@ PICTURE = "leaveout.png"
 FILES = (*RESULT_FILES, PICTURE)
 """All that the command leaves in its folder."""
 
-KNOWN, NEW = "known groups", "left-out group"
-WRONG, F1, REFUSED = "misclassified [%]", "macro F1", "refused as novel [%]"
-METRICS = ((WRONG, 2), (F1, 3), (REFUSED, 1))
-ALL = "mean over the groups"
+ACCURACY, KNOWN = "accuracy [%]", "accuracy on known groups [%]"
+F1, REFUSED = "macro F1", "refused as novel [%]"
+METRICS = ((ACCURACY, 1), (KNOWN, 1), (F1, 3), (REFUSED, 1))
+MEAN = "mean over the groups"
 
 
 @dataclass(frozen=True)
@@ -81,56 +82,61 @@ def splits(dataset: Dataset, groups: np.ndarray) -> tuple[list[Split], dict[str,
     return found, without
 
 
-def judge(split: Split, learn: Callable[[Dataset, int], Result], seed: int) -> list[Row]:
-    """Rows of one training without the group: how it does on the validation records of the groups that it knows, and on
-    all records of the one that it does not.
+def judge(split: Split, method: str, learn: Learn, seed: int) -> list[Row]:
+    """Rows of one training of a method without the group: how it does on all records of that group, and on the
+    validation records of those that it knows.
     """
-    model = learn(split.rest, seed).model
-    rest = model.scaled(split.rest.records)
-    try:
-        novelty = Novelty.fit(split.rest, rest, model.outputs_of(rest), seed)
-    except NotAvailable:
-        novelty = None  # `run` says why
+    learnt = learn(split.rest, seed)
     validation = split.rest.rows("validation")
-    rows = []
-    for method, records, classes in (
-        (KNOWN, split.rest.records[validation], split.rest.classes[validation]),
-        (NEW, split.records, split.classes),
-    ):
-        scaled = model.scaled(records)
-        outputs = model.outputs_of(scaled)
-        scored = score(model.codes, outputs, classes)
-        found = {WRONG: scored.misclassified_percent, F1: scored.macro_f1}
-        if novelty is not None:
-            found[REFUSED] = float(100 * novelty.assess(scaled, outputs, records)["is_novel"].mean())
-        rows += [Row("leaveout", split.group, method, metric, seed, value) for metric, value in found.items()]
-    return rows
+    known = score(split.rest.codes, learnt.outputs(split.rest.records[validation]), split.rest.classes[validation])
+    new = score(split.rest.codes, learnt.outputs(split.records), split.classes)
+    found = {
+        ACCURACY: 100.0 - new.misclassified_percent,
+        KNOWN: 100.0 - known.misclassified_percent,
+        F1: new.macro_f1,
+    }
+    refused = learnt.refused(split.records)
+    if refused is not None:
+        found[REFUSED] = float(100 * refused.mean())
+    return [Row("leaveout", split.group, method, metric, seed, value) for metric, value in found.items()]
 
 
 def overall(rows: Sequence[Row]) -> list[Row]:
     """Means over the groups, one row for each method, metric and seed."""
     keys = dict.fromkeys((row.method, row.metric, row.seed) for row in rows)
     return [
-        Row("leaveout", ALL, *key, mean([row.value for row in rows if (row.method, row.metric, row.seed) == key]).value)
+        Row(
+            "leaveout", MEAN, *key, mean([row.value for row in rows if (row.method, row.metric, row.seed) == key]).value
+        )
         for key in keys
     ]
 
 
+def side_by_side(rows: Sequence[Row]) -> str:
+    """Accuracy [%] on every left-out group, a line for each method and a column for each group, their mean last."""
+    found = {key[:2]: value for key, value in means(rows).items() if key[2] == ACCURACY}
+    groups, methods = (list(dict.fromkeys(key[place] for key in found)) for place in (0, 1))
+    lines = [["accuracy [%] on", *groups], ["---", *["---:"] * len(groups)]]
+    lines += [[method, *(found[group, method].text(1) for group in groups)] for method in methods]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
 def draw(rows: Sequence[Row]) -> Figure:
-    """Misclassified share of every left-out group beside that of the known ones; intervals are over the seeds."""
-    found = {key[:2]: value for key, value in means(rows).items() if key[2] == WRONG}
-    groups = list(dict.fromkeys(group for group, _ in found))
+    """Accuracy of every method on every left-out group; intervals are over the seeds."""
+    found = {key[:2]: value for key, value in means(rows).items() if key[2] == ACCURACY}
+    groups, methods = (list(dict.fromkeys(key[place] for key in found)) for place in (0, 1))
     with style():
         figure = Figure(figsize=(6, 1.2 + 0.35 * len(groups)), layout="constrained")
         ax = figure.subplots()
-        for method, colour, shift in ((KNOWN, GREY, -0.1), (NEW, COLOURS[0], 0.1)):
+        for place, method in enumerate(methods):
+            shift = 0.5 * ((place + 0.5) / len(methods) - 0.5)
             for line, group in enumerate(groups):
                 value, low, high, _ = found[group, method]
-                ax.plot([low, high], [line + shift] * 2, color=colour, linewidth=2)
-                ax.plot(value, line + shift, "o", color=colour, label=method if line == 0 else None)
+                ax.plot([low, high], [line + shift] * 2, color=COLOURS[place], linewidth=2)
+                ax.plot(value, line + shift, "o", color=COLOURS[place], label=method if line == 0 else None)
         ax.set_yticks(range(len(groups)), groups)
         ax.invert_yaxis()
-        ax.set(xlabel=WRONG, xlim=(min(0.0, ax.get_xlim()[0]), None))
+        ax.set(xlabel=f"{ACCURACY} on the group left out")
         ax.legend()
     return figure
 
@@ -142,14 +148,20 @@ def run(config: dict[str, Any]) -> None:
         check_integer("leaveout", key, config[key], low=1)
     if not isinstance(config["by"], str):
         raise refuse("leaveout", "by", "the name of a group or column", config["by"])
-    features, trainer = make_features(config["features"]), make_trainer(config["trainer"])
+    names = chosen_methods("leaveout", config["methods"], METHODS)
+    choice, trainer = make_choice(config["features"]), make_trainer(config["trainer"])
     torch.set_num_threads(config["threads"])
     dataset = load_dataset(path_given("leaveout", "data", config["data"]))
 
-    def learn(rest: Dataset, seed: int) -> Result:
+    features = chosen(choice, dataset)
+
+    def trained(rest: Dataset, seed: int) -> Result:
         return train(rest, features, trainer, seed=seed, restarts=config["restarts"], parts=(), **config["net"])
 
+    learners = {MLP: mlp(trained), LOGISTIC: logistic(features), CNN: cnn(features)}
     console = Console(highlight=False, soft_wrap=True)
+    if line := told(choice, features, dataset):
+        console.print(line)
     found, without = splits(dataset, groups_of(dataset, config["by"]))
     for group, reason in without.items():
         console.print(f"{config['by']} {group} is not left out: {reason}")
@@ -160,9 +172,15 @@ def run(config: dict[str, Any]) -> None:
             enough(split.rest)
         except NotAvailable as reason:
             console.print(f"{config['by']} {split.group}: whether it is refused as novel cannot be told, {reason}")
-    rows = [row for split in found for seed in range(config["seeds"]) for row in judge(split, learn, seed)]
+    rows = [
+        row
+        for split in found
+        for name in names
+        for seed in range(1 if name in WITHOUT_CHANCE else config["seeds"])
+        for row in judge(split, name, learners[name], seed)
+    ]
     rows += overall(rows)
-    table = markdown(rows, METRICS)
+    table = f"{side_by_side(rows)}\n{markdown(rows, METRICS)}"
     console.print(table)
     with output_folder(out, FILES, config["overwrite"]) as folder:
         write_results(folder, rows, table, config)

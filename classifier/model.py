@@ -48,7 +48,7 @@ class Model:
     """A trained classifier and what a record must be to be fed to it.
 
     parameters           (network.count,) float64
-    sample_rate, samples rate [Hz] and length of the records it was trained on: one table turn
+    sample_rate, samples rate [Hz] and length of the records it was trained on: one table turn; of each channel
     quantity, unit       of these records
     conditions           under what they were taken
     mean_densities       (classes, frequencies) mean PSD of the calibration records per class [unit²/Hz], for
@@ -88,8 +88,19 @@ class Model:
         told = [f"{name}: {reason}" for name, reason in self.left_out.items()]
         return told if self.guards else [*told, UNGUARDED]
 
+    @property
+    def channels(self) -> int:
+        """Channels of a record."""
+        return len(self.mean_features) // len(self.features.frequencies(self.sample_rate))
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequency (count,) of each feature [Hz], channel after channel."""
+        return np.tile(self.features.frequencies(self.sample_rate), self.channels)
+
     def scaled(self, records: np.ndarray) -> np.ndarray:
-        """Features (n, count) as the network sees them, for records (n, samples) at the model's rate, in its unit."""
+        """Features (n, count) as the network sees them, for records (n, samples), of several channels
+        (n, channels, samples), at the model's rate, in its unit."""
         return self.scaling.apply(self.features.compute(records, self.sample_rate))
 
     def outputs_of(self, scaled: np.ndarray) -> np.ndarray:

@@ -61,14 +61,14 @@ def draw_training(dataset: Dataset, result: Result) -> dict[str, Figure]:
 def _accelerations(dataset: Dataset, result: Result) -> Figure:
     """First calibration record of each class: the whole turn, and its first second."""
     codes = dataset.codes
-    time = np.arange(dataset.records.shape[1]) / dataset.sample_rate
+    time = np.arange(dataset.records.shape[-1]) / dataset.sample_rate
     first_second = time <= 1.0
     figure, axes = _grid(2 * len(codes.classes), 2, 11, 1.7, sharex="col", sharey=True, width_ratios=(3, 2))
     for position, label in enumerate(codes.classes):
         row = int(np.flatnonzero((dataset.classes == label) & dataset.rows("calibration"))[0])
         whole, detail = axes[2 * position], axes[2 * position + 1]
-        whole.plot(time, dataset.records[row], color=_colour(position), linewidth=0.6)
-        detail.plot(time[first_second], dataset.records[row][first_second], color=_colour(position))
+        whole.plot(time, dataset.records[row].T, color=_colour(position), linewidth=0.6)
+        detail.plot(time[first_second], dataset.records[row].T[first_second], color=_colour(position))
         whole.set_title(f"class {label}: {codes.names[position]} ({codes.codes[position]})")
         detail.set_title("its first second")
     for ax in axes[-2:]:
@@ -82,12 +82,12 @@ def _psds(dataset: Dataset, result: Result) -> Figure:
     behind.
     """
     model, codes = result.model, dataset.codes
-    frequencies = model.features.frequencies(model.sample_rate)
+    frequencies, means = _spectrum(model, model.mean_densities)
     figure, axes = _grid(len(codes.classes), 2, 11, 2.2, sharex=True, sharey=True)
     for position, (ax, label) in enumerate(zip(axes, codes.classes, strict=True)):
         rows = (dataset.classes == label) & dataset.rows("calibration")
-        densities = model.features.density(dataset.records[rows], dataset.sample_rate)
-        ax.semilogy(frequencies, model.mean_densities.T, color=_GREY, linewidth=0.6)
+        _, densities = _spectrum(model, model.features.density(dataset.records[rows], dataset.sample_rate))
+        ax.semilogy(frequencies, means.T, color=_GREY, linewidth=0.6)
         ax.fill_between(
             frequencies,
             densities.min(axis=0),
@@ -96,7 +96,7 @@ def _psds(dataset: Dataset, result: Result) -> Figure:
             alpha=0.25,
             linewidth=0,
         )
-        ax.semilogy(frequencies, model.mean_densities[position], color=_colour(position))
+        ax.semilogy(frequencies, means[position], color=_colour(position))
         ax.set_title(f"class {label}: {codes.names[position]}")
     figure.supxlabel("frequency [Hz]", fontsize=9)
     figure.supylabel(_density_name(dataset.unit), fontsize=9)
@@ -189,7 +189,7 @@ def draw_diagnosis(model: Model, report: CaseReport) -> Figure:
         grid = figure.add_gridspec(len(heights), 3, width_ratios=(2, 1, 1), height_ratios=heights)
 
         ax = figure.add_subplot(grid[0, :])
-        ax.plot(np.arange(shown.record.size) / model.sample_rate, shown.record, color=_DARK, linewidth=0.6)
+        ax.plot(np.arange(model.samples) / model.sample_rate, shown.record.T, color=_DARK, linewidth=0.6)
         ax.set(xlabel="time in the turn [s]", ylabel=_name(model.quantity, model.unit))
         nearest = (
             f"nearest class {diagnosis.class_label}: distance {diagnosis.distance:.3f}, margin {diagnosis.margin:.3f}"
@@ -205,14 +205,25 @@ def draw_diagnosis(model: Model, report: CaseReport) -> Figure:
     return figure
 
 
+def _spectrum(model: Model, densities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies and densities (n, count) to be drawn, with a gap between one channel and the next."""
+    if model.channels == 1:
+        return model.frequencies, densities
+    each = densities.reshape(len(densities), model.channels, -1)
+    frequencies = model.frequencies.reshape(1, model.channels, -1)
+    gapped = (np.insert(part, part.shape[-1], np.nan, axis=-1).reshape(len(part), -1) for part in (frequencies, each))
+    axis, values = gapped
+    return axis[0], values
+
+
 def _densities(ax: Axes, model: Model, record: np.ndarray, diagnosis: Diagnosis) -> None:
-    frequencies = model.features.frequencies(model.sample_rate)
+    frequencies, means = _spectrum(model, model.mean_densities)
     for position, label in enumerate(model.codes.classes):
         width = 2.0 if label == diagnosis.class_label else 0.8
-        means, colour = model.mean_densities[position], _colour(position)
-        ax.semilogy(frequencies, means, color=colour, linewidth=width, label=f"class {label}")
-    density = model.features.density(record[None], model.sample_rate)[0]
-    ax.semilogy(frequencies, density, color="black", linewidth=1.2, label="record")
+        colour = _colour(position)
+        ax.semilogy(frequencies, means[position], color=colour, linewidth=width, label=f"class {label}")
+    _, density = _spectrum(model, model.features.density(record[None], model.sample_rate))
+    ax.semilogy(frequencies, density[0], color="black", linewidth=1.2, label="record")
     ax.set(xlabel="frequency [Hz]", ylabel=_density_name(model.unit))
     ax.set_title("record among the mean PSDs of the classes")
     ax.legend(ncols=2)

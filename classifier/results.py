@@ -14,6 +14,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy import stats
 
+from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
+
 CONFIDENCE = 0.95
 """Share of repetitions of the whole comparison whose interval would hold the true mean."""
 
@@ -41,6 +44,20 @@ class Row:
     seed: int
     value: float
     x: float = math.nan
+
+
+def chosen_methods(command: str, given: object, known: Sequence[str]) -> tuple[str, ...]:
+    """The methods that a command is to compare; null stands for all.
+
+    Raises ParameterError for what is no list of known names.
+    """
+    if given is None:
+        return tuple(known)
+    if not isinstance(given, list) or not given:
+        raise refuse(command, "methods", f"null or a list of some of {', '.join(known)}", given)
+    for name in given:
+        check_choice(command, "methods", name, known)
+    return tuple(dict.fromkeys(given))
 
 
 def to_table(rows: Iterable[Row]) -> pa.Table:

@@ -116,7 +116,7 @@ def train(
         network=network,
         parameters=training.parameters[kept].cpu(),
         sample_rate=dataset.sample_rate,
-        samples=dataset.records.shape[1],
+        samples=dataset.records.shape[-1],
         quantity=dataset.quantity,
         unit=dataset.unit,
         conditions=dataset.conditions,

@@ -47,6 +47,7 @@ def fitted_to(model: Model, dataset: Dataset) -> Dataset:
         ("sampled at the rate [Hz]", model.sample_rate, dataset.sample_rate),
         ("in the unit", model.unit, dataset.unit),
         ("of the quantity", model.quantity, dataset.quantity),
+        ("of as many channels", model.channels, dataset.channels),
     ):
         if wanted != got:
             raise SignalError(f"the records must be {name} that the model was trained on, {wanted}, got {got}.")

@@ -22,7 +22,7 @@ from indexer_cli.places import Place
 LICENCE = "mit"
 """Of simulated data, as of the program that made them; measured ones belong to whoever measured."""
 
-_SHOWN = [RECORD, "class", "class_name", "item", "sample_rate", "quantity", "unit"]
+_SHOWN = [RECORD, "class", "class_name", "item", "sample_rate", "quantity", "unit", "source_channel"]
 
 MOST_PICTURES = 12
 MOST_REASONS = 10

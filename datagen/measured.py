@@ -56,18 +56,21 @@ class Reading:
         Unit of a channel that states none, e.g. "m/s^2", "g" or "rad/s^2"; with `scale` that of the result.
     scale : float or None
         What one of the written numbers is worth in `unit`: the full scale of a WAV file, 10 g/V of an amplifier.
-    time_column, signal_column : str or None
-        Column or channel names, where the file leaves a choice.
+    time_column : str or None
+        Name of the column or channel of time, where the file leaves a choice.
+    signal_column : str, tuple of str or None
+        Name of the channel, or of several that make one record together.
     """
 
     sample_rate: float | None = None
     unit: str | None = None
     scale: float | None = None
     time_column: str | None = None
-    signal_column: str | None = None
+    signal_column: str | tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("unit", "time_column", "signal_column"):
+        self._check_channels()
+        for name in ("unit", "time_column"):
             value = getattr(self, name)
             if not isinstance(value, str | type(None)):
                 raise refuse("read", name, "a text or null", value, f"quote it: read.{name}='\"...\"'")
@@ -81,17 +84,51 @@ class Reading:
         if self.unit is None:
             raise refuse("read", "unit", f"one of {_KNOWN_UNITS} where a scale is given", None)
 
+    def _check_channels(self) -> None:
+        given = self.signal_column
+        names = tuple(given) if isinstance(given, list | tuple) else () if given is None else (given,)
+        listed = given is None or isinstance(given, str) or (len(names) > 0 and len(set(map(str, names))) == len(names))
+        if not listed or not all(isinstance(name, str) for name in names):
+            rule = "a text, a list of different texts or null"
+            raise refuse("read", "signal_column", rule, given, "quote it: read.signal_column='\"...\"'")
+        object.__setattr__(self, "signal_column", names if len(names) > 1 else names[0] if names else None)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The channels that are named; empty where the file has no choice."""
+        given = self.signal_column
+        return given if isinstance(given, tuple) else (given,) if given else ()
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One measured record with what belongs to it: the name of its channel, where one was asked for the samples of the
-    once-per-turn pulse, shape (n,), in the file's own unit, taken at the same times, and what one of the file's numbers
-    is worth in the signal's unit."""
+    """One measured record with what belongs to it.
 
-    signal: Signal
-    channel: str
+    Attributes
+    ----------
+    signals : tuple of Signal
+        One for each channel, of the same rate, length and unit.
+    channels : tuple of str
+        Their names.
+    pulse : numpy.ndarray or None, shape (n,)
+        Samples of the once-per-turn pulse, where one was asked for, in the file's own unit, taken at the same times.
+    factor : float
+        What one of the file's numbers is worth in the unit of the first signal.
+    """
+
+    signals: tuple[Signal, ...]
+    channels: tuple[str, ...]
     pulse: np.ndarray | None
     factor: float = 1.0
+
+    @property
+    def signal(self) -> Signal:
+        """The one channel; SignalError where there are several."""
+        signal, *others = self.signals
+        if others:
+            names = ", ".join(map(repr, self.channels))
+            raise SignalError(f"read.signal_column must name one channel here, got {names}; choose one of them.")
+        return signal
 
 
 def read_signal(
@@ -140,23 +177,38 @@ def read_signal(
 
 
 def read_recording(path: str | Path, reading: Reading, pulse_column: str | None = None) -> Recording:
-    """Read one acceleration record and the pulse that goes with it; raises SignalError."""
+    """Read the channels of one acceleration record and the pulse that goes with it; raises SignalError."""
     table = read_table(path)
-    time, column = _choose(table, reading, pulse_column)
+    time, columns = _choose(table, reading, pulse_column)
+    found = [_signal(table, time, column, reading) for column in columns]
+    first = found[0][0]
+    for (signal, _), column in zip(found, columns, strict=True):
+        mine, its = ((one.values.size, one.sample_rate, one.unit) for one in (signal, first))
+        if mine != its:
+            raise SignalError(
+                f"{table.path}: channels of one record must have one length, rate and unit, got "
+                f"{its[0]} samples at {its[1]:g} Hz in {its[2]} of {columns[0].name!r} and "
+                f"{mine[0]} at {mine[1]:g} Hz in {mine[2]} of {column.name!r}; read them as records of their own."
+            )
+    pulse = None if pulse_column is None else _pulse(table, pulse_column, columns[0])
+    return Recording(tuple(signal for signal, _ in found), tuple(column.name for column in columns), pulse, found[0][1])
+
+
+def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: Reading) -> tuple[Signal, float]:
+    """One channel, and what one of the file's numbers is worth in its unit."""
     values = column.numbers()
     rate = _rate(table, time, column, values, reading.sample_rate)
-    pulse = None if pulse_column is None else _pulse(table, pulse_column, column)
     unit, factor = _unit(table, column, reading)
     # A product that overflows is refused by the gate, with its place.
     with np.errstate(over="ignore"):
         scaled = values * factor
-    return Recording(Signal(scaled, rate, unit=unit, source=str(table.path)), column.name, pulse, factor)
+    return Signal(scaled, rate, unit=unit, source=str(table.path)), factor
 
 
-def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) -> tuple[Column | None, Column]:
+def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) -> tuple[Column | None, list[Column]]:
     time = _named(table, reading.time_column) if reading.time_column else _time_of(table)
-    if reading.signal_column:
-        return time, _named(table, reading.signal_column)
+    if reading.names:
+        return time, [_named(table, name) for name in reading.names]
     others = [column for column in table.columns if column is not time and column.name != pulse_column]
     likely = [column for column in others if _is_acceleration(column)] or others
     if not likely:
@@ -168,7 +220,7 @@ def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) ->
             f"{table.path} has {len(likely)} columns that may be the record ({names}); "
             "name one (read.signal_column=NAME)."
         )
-    return time, likely[0]
+    return time, [likely[0]]
 
 
 def _time_of(table: MeasuredTable) -> Column | None:

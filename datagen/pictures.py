@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.mlab import psd
 
+from datagen.channels import channels_of
 from datagen.schema import RECORD
 
 RESOLUTION = 1.0
@@ -25,7 +26,10 @@ def picture(row: Mapping[str, Any]) -> bytes:
 
     The same row gives the same bytes with the same version of Matplotlib.
     """
-    record, rate, unit = np.asarray(row[RECORD], dtype=float), row["sample_rate"], row["unit"].replace("^2", "²")
+    rate, unit = row["sample_rate"], row["unit"].replace("^2", "²")
+    # Of several channels the first is shown.
+    record = np.asarray(row[RECORD], dtype=float)
+    record = record[: len(record) // len(channels_of(row.get("source_channel")))]
     figure = Figure(figsize=(9.0, 4.0))
     FigureCanvasAgg(figure)
     # By hand: a layout engine would measure every text twice, half of the time a picture takes.

@@ -6,6 +6,7 @@ decides how much is too much.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,12 @@ def quality_columns(records: np.ndarray) -> list[dict[str, Any]]:
     for place in np.flatnonzero(held.any(axis=1)):
         columns[place] = _shares(stored[place], held[place])
     return columns
+
+
+def worst_quality(channels: Sequence[np.ndarray]) -> dict[str, float]:
+    """The quality columns of a record of several channels, each with its samples (n,): the largest share of any."""
+    found = [quality_columns(np.asarray(samples)[None])[0] for samples in channels]
+    return {name: max(columns[name] for columns in found) for name in found[0]}
 
 
 def _shares(record: np.ndarray, held: np.ndarray) -> dict[str, float]:

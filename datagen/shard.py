@@ -20,6 +20,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from datagen.channels import by_channel, channels_of
 from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SCHEMA_VERSION, Column, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
 from indexer_cli.places import Place, open_place
@@ -42,7 +43,7 @@ class Records:
     Attributes
     ----------
     records : numpy.ndarray, shape (n, samples), float32
-        The samples, in the unit of the table's column `unit`.
+        The samples, in the unit of the table's column `unit`; (n, channels, samples) for records of several channels.
     table : pyarrow.Table
         Every other column of `datagen.schema`, n rows in the order of the items.
     manifest : dict
@@ -173,13 +174,34 @@ def read_shards(path: str | Path | Place) -> Records:
     if not tables:
         raise SignalError(f"{path} holds no record, all items were rejected; see rejected.parquet for the reasons.")
     table = pa.concat_tables(tables)
-    records = record_matrix(table.column(RECORD), str(path))
+    records = records_of(table, str(path))
     return Records(records, table.drop_columns([RECORD]), read_manifest(path))
 
 
+def records_of(table: pa.Table, owner: str) -> np.ndarray:
+    """The records of a table with all columns as one array, shape (n, samples) or (n, channels, samples) float32.
+
+    Raises
+    ------
+    SignalError
+        Records of different lengths or numbers of channels, or unequal channels.
+    """
+    matrix = record_matrix(table.column(RECORD), owner)
+    counts = {len(channels_of(text)) for text in table.column("source_channel").unique().to_pylist()}
+    if len(counts) != 1:
+        got = f"{min(counts)} to {max(counts)} channels"
+        raise SignalError(f"{owner} must hold records of one number of channels, got {got}.")
+    channels = counts.pop()
+    if matrix.shape[1] % channels:
+        raise SignalError(
+            f"{owner} must hold equally many samples of each of {channels} channels, got {matrix.shape[1]} in all."
+        )
+    return by_channel(matrix, channels)
+
+
 def record_matrix(column: pa.ChunkedArray, owner: str) -> np.ndarray:
-    """The records of a column as one matrix, shape (n, samples) float32, without a copy where Arrow holds them in one
-    piece, as it does those of a row group.
+    """The records of a column as one matrix, shape (n, samples of all channels) float32, without a copy where Arrow
+    holds them in one piece, as it does those of a row group.
 
     Raises
     ------

@@ -9,12 +9,12 @@ import torch
 from rich.console import Console
 
 from classifier.compare.study import Setting, Study
-from classifier.results import RESULT_FILES, Row, differences, markdown, write_results
+from classifier.results import RESULT_FILES, Row, chosen_methods, differences, markdown, write_results
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_choice, check_integer
-from indexer_env.errors import IndexerError, refuse
+from indexer_env.errors import IndexerError
 
 LEAST_RECORDS = 200
 """Machines with which every class is likely to be in every subset."""
@@ -30,7 +30,7 @@ def run(config: dict[str, Any]) -> None:
     check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
     check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
     check_integer("compare", "threads", config["threads"], low=1)
-    methods = chosen_methods(config["methods"], study.methods)
+    methods = chosen_methods("compare", config["methods"], study.methods)
     data = path_given("compare", "data", config["data"])
     torch.set_num_threads(config["threads"])
 
@@ -63,20 +63,6 @@ def _study(name: object) -> Study:
         ) from None
     check_choice("compare", "study", name, STUDIES)
     return STUDIES[str(name)]
-
-
-def chosen_methods(given: object, known: tuple[str, ...]) -> tuple[str, ...]:
-    """The methods to run; null stands for all.
-
-    Raises ParameterError for what is no list of known names.
-    """
-    if given is None:
-        return known
-    if not isinstance(given, list) or not given:
-        raise refuse("compare", "methods", f"null or a list of some of {', '.join(known)}", given)
-    for name in given:
-        check_choice("compare", "methods", name, known)
-    return tuple(dict.fromkeys(given))
 
 
 main = hydra_command("compare")(run)

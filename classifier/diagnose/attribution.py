@@ -74,8 +74,9 @@ def contributions(model: Model, features: np.ndarray, position: int) -> np.ndarr
 
 
 def bands_of(model: Model, contribution: np.ndarray) -> tuple[Band, ...]:
-    """Contributions (count,) summed over BANDS bands; a band without a feature is left out."""
+    """Contributions (count,) summed over BANDS bands, over all channels; a band without a feature is left out."""
     frequencies = model.features.frequencies(model.sample_rate)
+    frequencies = np.tile(frequencies, len(contribution) // len(frequencies))
     edges = np.linspace(frequencies[0], frequencies[-1], BANDS + 1)
     places = np.clip(np.searchsorted(edges, frequencies, side="right") - 1, 0, BANDS - 1)
     sums = np.bincount(places, contribution, minlength=BANDS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +27,8 @@ class TurnReport:
     start, duration  where it begins after the first sample, and how long it lasts [s]
     problem          why it was not diagnosed, as the end of a sentence; "" where it was
     diagnosis        None where there is a problem
-    record           (samples,) float32 that was diagnosed, at the model's rate; None where there is a problem
+    record           (samples,) or (channels, samples) float32 that was diagnosed, at the model's rate; None where there
+                     is a problem
     """
 
     turn: int
@@ -92,11 +94,12 @@ class IncrementalDiagnoser:
         if abs(sample_rate - model.sample_rate) <= RATE_TOLERANCE * model.sample_rate:
             sample_rate = model.sample_rate
         settings = Settings(model.sample_rate, period=model.samples / model.sample_rate, pulse=pulse)
-        self._stream = TurnStream(sample_rate, settings, pulse_range)
+        self._stream = TurnStream(sample_rate, settings, pulse_range, model.channels)
         self._model, self._turns = model, 0
 
     def feed(self, values: np.ndarray, pulse: np.ndarray | None = None) -> list[TurnReport]:
-        """Reports of the turns that these samples (n,) complete; none where the turn goes on.
+        """Reports of the turns that these samples (n,), or (channels, n) for a model of several, complete; none where
+        the turn goes on.
 
         pulse  (n,) the once-per-turn pulse at the same times, where one was asked for
 
@@ -147,25 +150,33 @@ def check_fits(model: Model, name: str, sample_rate: float, quantity: str, unit:
 
 def diagnose(
     model: Model,
-    signal: Signal,
+    signal: Signal | Sequence[Signal],
     known: RecordConditions = RecordConditions(),
     pulse_values: np.ndarray | None = None,
     pulse: Pulse = Pulse(),
 ) -> list[TurnReport]:
     """Diagnose every whole turn of a signal; as `IncrementalDiagnoser`.
 
+    signal        for a model of several channels one signal each, in its order, of one rate, length and unit
     pulse_values  (n,) a once-per-turn pulse at the times of the samples; None: there is none
 
     Raises SignalError for a signal that does not fit the model or is shorter than one turn, and for a pulse without an
     edge.
     """
-    name = signal.source or "the signal"
+    signals = (signal,) if isinstance(signal, Signal) else tuple(signal)
+    signal, name = signals[0], signals[0].source or "the signal"
+    if len(signals) != model.channels:
+        raise SignalError(
+            f"{name} must give {model.channels} channels as the model was trained on, got {len(signals)}; "
+            "name them in their order (read.signal_column=[NAME,NAME])."
+        )
+    values = signal.values if len(signals) == 1 else np.stack([channel.values for channel in signals])
     span = None if pulse_values is None else (float(np.min(pulse_values)), float(np.max(pulse_values)))
     try:
         diagnoser = IncrementalDiagnoser(
             model, signal.sample_rate, signal.unit, known, span, pulse, name, signal.quantity
         )
-        reports = [*diagnoser.feed(signal.values, pulse_values), *diagnoser.finish()]
+        reports = [*diagnoser.feed(values, pulse_values), *diagnoser.finish()]
     except SignalError as error:
         raise error if str(error).startswith(name) else SignalError(f"{name}: {error}") from None
     if not reports:

@@ -16,7 +16,7 @@ from datagen.file_table import files_found
 from datagen.ingest.settings import Pulse
 from datagen.measured import Reading, read_recording
 from datagen.schema import RECORD
-from datagen.shard import iterate_shards, record_matrix
+from datagen.shard import iterate_shards, records_of
 from datagen.store import MANIFEST
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
@@ -75,14 +75,14 @@ def _named(name: str) -> list[Path]:
 def _file(path: Path, asked: Asked) -> Case:
     def reports(model: Model) -> list[TurnReport]:
         recording = read_recording(path, asked.read, asked.pulse.column)
-        return diagnose(model, recording.signal, asked.known, recording.pulse, asked.pulse)
+        return diagnose(model, recording.signals, asked.known, recording.pulse, asked.pulse)
 
     return Case(str(path), None, reports)
 
 
 def _rows(folder: Path, asked: Asked) -> Iterator[Case]:
     for table in iterate_shards(folder):
-        records = record_matrix(table.column(RECORD), str(folder))
+        records = records_of(table, str(folder))
         for row, record in zip(table.drop_columns([RECORD]).to_pylist(), records, strict=True):
             yield _row(folder, row, record, asked)
 
@@ -91,19 +91,21 @@ def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked) ->
     name = f"{folder}, item {row['item']}"
 
     def reports(model: Model) -> list[TurnReport]:
-        lasts, turn = len(record) / row["sample_rate"], model.samples / model.sample_rate
+        lasts, turn = record.shape[-1] / row["sample_rate"], model.samples / model.sample_rate
         if abs(lasts - turn) > asked.pulse.tolerance * turn:
             raise SignalError(
                 f"{name} must last {turn:g} s within {100 * asked.pulse.tolerance:g} %, one turn as the model was "
                 f"trained on, got {lasts:g} s; train on records of this speed or machine."
             )
         known = asked.known
-        signal = Signal(record, row["sample_rate"], row["quantity"], row["unit"], name)
+        signals = [
+            Signal(channel, row["sample_rate"], row["quantity"], row["unit"], name) for channel in np.atleast_2d(record)
+        ]
         stated = RecordConditions(
             row["sensor_radius"] or known.sensor_radius,
             row["motor_speed"] or known.motor_speed,
             row["machine_name"] or known.machine,
         )
-        return diagnose(model, signal, stated)
+        return diagnose(model, signals, stated)
 
     return Case(name, row["class_name"], reports)

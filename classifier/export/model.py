@@ -15,6 +15,7 @@ from classifier.model import Model
 from classifier.tasks.range import Range
 from datagen.versions import versions_of
 from indexer_env.checks import check_choice
+from indexer_env.errors import refuse
 
 INPUTS = ("record", "features")
 """What a graph may begin with: the samples of one turn, or their features before the scaling."""
@@ -32,6 +33,8 @@ def to_onnx(model: Model, begin: str = "record") -> onnx.ModelProto:
     Raises ParameterError for another begin, and for features that have no nodes.
     """
     check_choice("export", "input", begin, INPUTS)
+    if begin == "record" and model.channels > 1:
+        raise refuse("export", "input", f"features for a model of {model.channels} channels", begin)
     graph = Graph()
     record = graph.input("record", model.samples) if begin == "record" else None
     if record is not None:

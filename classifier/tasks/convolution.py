@@ -17,9 +17,9 @@ from classifier.tasks.decimate import RATE, Decimated
 from classifier.tasks.need import count_independent, need
 
 
-def layers(classes: int) -> nn.Sequential:
-    """Four strided convolutions, the mean over time, one linear layer; 44 000 weights."""
-    sizes = ((1, 16, 16, 4), (16, 32, 8, 4), (32, 64, 8, 2), (64, 64, 4, 2))
+def layers(classes: int, channels: int = 1) -> nn.Sequential:
+    """Four strided convolutions, the mean over time, one linear layer; 44 000 weights for a single channel."""
+    sizes = ((channels, 16, 16, 4), (16, 32, 8, 4), (32, 64, 8, 2), (64, 64, 4, 2))
     blocks = [
         part
         for into, out, width, stride in sizes
@@ -36,9 +36,9 @@ class RecordNetwork:
     network: nn.Sequential
 
     def logits(self, records: np.ndarray) -> np.ndarray:
-        """Logits (n, classes) of records (n, samples)."""
+        """Logits (n, classes) of records (n, samples) or (n, channels, samples)."""
         with torch.no_grad():
-            inputs = torch.from_numpy(self.decimated.apply(records)).float()[:, None]
+            inputs = _inputs(self.decimated, records)
             return torch.cat([self.network(part) for part in inputs.split(256)]).double().numpy()
 
 
@@ -58,15 +58,15 @@ class Learning:
     batch: int = 32
     rate: float = 2e-3
 
-    def fit(self, dataset: Dataset, seed: int) -> RecordNetwork:
-        """Learn from the calibration subset; all chance comes from `seed`."""
-        decimated = Decimated.fit(dataset, RATE)
-        inputs = torch.from_numpy(decimated.apply(dataset.records)).float()[:, None]
+    def fit(self, dataset: Dataset, seed: int, rate: float = RATE) -> RecordNetwork:
+        """Learn from the calibration subset at a rate of at least so many Hz; all chance comes from `seed`."""
+        decimated = Decimated.fit(dataset, rate)
+        inputs = _inputs(decimated, dataset.records)
         positions = torch.from_numpy(dataset.codes.positions(dataset.classes))
         teach, watch = (torch.from_numpy(np.flatnonzero(dataset.rows(name))) for name in ("calibration", "control"))
         with torch.random.fork_rng():
             torch.manual_seed(seed)
-            network = layers(len(dataset.codes.classes))
+            network = layers(len(dataset.codes.classes), inputs.shape[1])
             best, lowest, since = network.state_dict(), np.inf, 0
             optimiser = torch.optim.Adam(network.parameters(), lr=self.rate)
             for _ in range(self.epochs):
@@ -84,6 +84,12 @@ class Learning:
                     break
         network.load_state_dict(best)
         return RecordNetwork(decimated, network.eval())
+
+
+def _inputs(decimated: Decimated, records: np.ndarray) -> Tensor:
+    """What the network sees (n, channels, samples) of records (n, samples) or (n, channels, samples)."""
+    seen = torch.from_numpy(decimated.apply(records)).float()
+    return seen if seen.ndim == 3 else seen[:, None]
 
 
 def _step(network: nn.Sequential, optimiser: torch.optim.Optimizer, inputs: Tensor, wanted: Tensor) -> None:
@@ -130,7 +136,7 @@ class Convolution:
     def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Convolution:
         """The part that gave this body and these arrays; ValueError for weights that are not the network's."""
         weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items() if name != "codes"}
-        network = layers(len(body["names"]))
+        network = layers(len(body["names"]), arrays["0.weight"].shape[1])
         try:
             network.load_state_dict(weights)
         except RuntimeError:

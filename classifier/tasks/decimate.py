@@ -32,8 +32,8 @@ class Decimated:
         return cls(max(1, int(dataset.sample_rate // rate)), rms)
 
     def apply(self, records: np.ndarray) -> np.ndarray:
-        """Records (n, samples / factor) of zero mean, float64."""
-        centred = (records - records.mean(axis=1, keepdims=True)).astype(np.float64) / self.rms
+        """Records (n, …, samples / factor) of zero mean, float64."""
+        centred = (records - records.mean(axis=-1, keepdims=True)).astype(np.float64) / self.rms
         if self.factor == 1:
             return centred
-        return scipy.signal.resample_poly(centred, 1, self.factor, axis=1)
+        return scipy.signal.resample_poly(centred, 1, self.factor, axis=-1)

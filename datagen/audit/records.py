@@ -7,6 +7,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from datagen.audit.words import Faults, rows_at_fault
+from datagen.channels import channels_of
 from datagen.quality import quality_columns
 from datagen.schema import RECORD
 
@@ -16,6 +17,9 @@ def record_faults(owner: str, table: pa.Table, items: np.ndarray) -> Faults:
     column = table.column(RECORD).combine_chunks()
     lengths = pc.list_value_length(column).fill_null(0).to_numpy()  # type: ignore[attr-defined]
     yield from rows_at_fault(owner, items, lengths == 0, "record must hold samples", lambda at: int(lengths[at]))
+    channels = np.array([len(channels_of(text)) for text in table.column("source_channel").to_pylist()], dtype=int)
+    rule = "record must hold as many samples of each of its channels"
+    yield from rows_at_fault(owner, items, lengths % channels != 0, rule, lambda at: int(lengths[at]))
     for length in np.unique(lengths[lengths > 0]):
         places = np.flatnonzero(lengths == length)
         some = column if len(places) == len(column) else column.take(pa.array(places))
@@ -30,11 +34,15 @@ def _sample_faults(owner: str, table: pa.Table, records: np.ndarray, items: np.n
     rule = "record must hold finite samples"
     yield from rows_at_fault(owner, items, ~finite, rule, lambda at: float(records[at][~np.isfinite(records[at])][0]))
     told = quality_columns(np.where(np.isfinite(records), records, 0.0) if not finite.all() else records)
+    # Those of a measured row are of the file's own samples, before any filter: only the file can tell.
+    simulated = np.array([kind == "simulated" for kind in table.column("kind").to_pylist()])
     for name in ("clipped_share", "constant_share"):
         true = np.array([columns[name] for columns in told])
         given = table.column(name).to_numpy()
         rule = f"{name} must be that of its record"
-        yield from rows_at_fault(owner, items, given != true, rule, lambda at, given=given: float(given[at]))
+        yield from rows_at_fault(
+            owner, items, simulated & (given != true), rule, lambda at, given=given: float(given[at])
+        )
 
 
 def _length_faults(owner: str, table: pa.Table, lengths: np.ndarray, items: np.ndarray) -> Faults:

@@ -12,6 +12,7 @@ import pyarrow.compute as pc
 
 from datagen.audit.words import Faults, rows_at_fault
 from datagen.campaign import SUBSETS
+from datagen.channels import channels_of
 
 _CODES = {name: code for code, name in enumerate(SUBSETS)}
 
@@ -24,6 +25,7 @@ class Together:
         self._classes: dict[tuple[int, str, str], tuple[str, int]] = {}
         self._tallies = {"classes": Counter[str](), "subsets": Counter[str]()}
         self._unsettled = 0
+        self._channels = 0
         self._last_item = -1
         self._items: list[np.ndarray] = []
         self._draws: list[np.ndarray] = []
@@ -31,6 +33,7 @@ class Together:
     def add(self, owner: str, table: pa.Table, items: np.ndarray) -> Faults:
         """Take in the next rows; gives the faults that show at once."""
         yield from self._common(owner, table, items)
+        yield from self._same_channels(owner, table, items)
         before = np.concatenate(([self._last_item], items[:-1]))
         rule = "item must be above that of the row before"
         yield from rows_at_fault(owner, items, items <= before, rule, lambda at: int(items[at]))
@@ -55,6 +58,14 @@ class Together:
                 wrong = np.array([value not in (expected, None) for value in column.to_pylist()], dtype=bool)
                 rule = f"{name} must be {expected}, as the manifest says"
                 yield from rows_at_fault(owner, items, wrong, rule, lambda at, column=column: column[at].as_py())
+
+    def _same_channels(self, owner: str, table: pa.Table, items: np.ndarray) -> Faults:
+        """All records have as many channels as the first."""
+        counts = np.array([len(channels_of(text)) for text in table.column("source_channel").to_pylist()], dtype=int)
+        self._channels = self._channels or (int(counts[0]) if len(counts) else 0)
+        rule = f"source_channel must name {self._channels} as that of the first row"
+        wrong = counts != self._channels
+        yield from rows_at_fault(owner, items, wrong, rule, lambda at: table["source_channel"][at].as_py())
 
     def _kinds_of_class(self, owner: str, table: pa.Table, items: np.ndarray) -> Faults:
         """One name and one code for each class; what is new is kept with the place where it was seen first."""

@@ -3,6 +3,7 @@
 In reading order, along the data flow:
     settings       all that decides the bytes of the data set, checked first
     sources        which files, each with its class, groups and known conditions
+    survey         rate and length of the records, where they are left to the files
     split          groups of files -> subsets, never turn by turn
     resample       a record limited to the band of the wanted rate, to be read at any time
     turns          pulses or a period -> where each turn begins and how long it lasts

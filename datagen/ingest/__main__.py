@@ -26,6 +26,8 @@ def main(config: dict[str, Any]) -> None:
     kept = {key: value for key, value in config.items() if key not in PLACES}
     manifest = ingest(sources, settings, folder, config=kept, overwrite=config["overwrite"])
     _say(manifest, str(folder))
+    groups = sorted({name for source in sources for name in source.groups})
+    print(f"groups of the labels table: {', '.join(groups)}" if groups else "no groups in the labels table")
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
@@ -36,6 +38,7 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
     for name, turns in manifest["classes"].items():
         table.add_row(name, str(turns))
     console.print(table)
+    console.print(f"each turn is a record of {manifest['duration']:g} s at {manifest['sample_rate']:g} Hz")
     subsets = ", ".join(f"{turns} {name}" for name, turns in manifest["subsets"].items())
     console.print(f"{manifest['records']} turns ({subsets}) in {folder}")
     console.print(f"{manifest['partial_turns']} partial turns at the ends of the files left out")

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 
 from datagen.campaign import Label
+from datagen.channels import channels_text
 from datagen.ingest.resample import resampled
 from datagen.ingest.settings import CAMPAIGN, Known, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import groups_text
 from datagen.ingest.turns import Turn, pulse_edges, turns_by_period, turns_by_pulse
 from datagen.measured import Recording, read_recording
-from datagen.quality import quality_columns
+from datagen.quality import worst_quality
 from datagen.rows import label_columns, version_columns
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError
@@ -47,7 +48,7 @@ def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) 
     """
     try:
         digest = _digest(source, seen)
-        recording = read_recording(source.path, settings.read, settings.pulse.column)
+        recording = read_recording(source.path, source.reading(settings.read), settings.pulse.column)
         turns, partial = _turns(recording, settings)
         good = [turn for turn in turns if not turn.problem]
         found = iter(_records(recording, good, settings))
@@ -60,7 +61,7 @@ def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) 
     records: list[np.ndarray | None] = []
     for turn in turns:
         record = None if turn.problem else next(found)
-        own_samples = _own_samples(recording.signal, turn)
+        own_samples = [_own_samples(signal, turn) for signal in recording.signals]
         reason = turn.problem or _flaw(own_samples, record)
         if reason:
             sentence = f"{source.name}: the turn that begins at {turn.start:.6g} s {reason}."
@@ -69,7 +70,7 @@ def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) 
         else:
             own = {"source_start": turn.start, "source_duration": turn.duration}
             # Of the file's own samples: a filter rounds flat tops.
-            rows.append({**common, **quality_columns(own_samples[None])[0], **own})
+            rows.append({**common, **worst_quality(own_samples), **own})
             records.append(record)
     return Cut(rows, records, partial)
 
@@ -89,7 +90,7 @@ def _digest(source: Source, seen: dict[str, str]) -> str:
 
 
 def _turns(recording: Recording, settings: Settings) -> tuple[list[Turn], int]:
-    signal, period = recording.signal, settings.turn_duration
+    signal, period = recording.signals[0], settings.turn_duration
     if recording.pulse is None:
         turns, partial = turns_by_period(signal.duration, period)
     else:
@@ -107,17 +108,21 @@ def _turns(recording: Recording, settings: Settings) -> tuple[list[Turn], int]:
 
 
 def _records(recording: Recording, turns: Sequence[Turn], settings: Settings) -> np.ndarray:
-    signal, samples = recording.signal, settings.samples
+    """The record of each turn (turns, channels · samples), channel after channel."""
+    samples, rate = settings.samples, settings.rate
     if not turns:
         return np.empty((0, samples), dtype=np.float32)
     starts, durations = (np.array([getattr(turn, name) for turn in turns]) for name in ("start", "duration"))
     # By the pulse, samples lie evenly over the turn; by the period, at the rate exactly.
     by_pulse = recording.pulse is not None
-    steps = durations / samples if by_pulse else np.full(len(turns), 1.0 / settings.sample_rate)
+    steps = durations / samples if by_pulse else np.full(len(turns), 1.0 / rate)
     try:
-        records = resampled(signal.values, signal.sample_rate, settings.sample_rate, starts, steps, samples)
+        channels = [
+            resampled(signal.values, signal.sample_rate, rate, starts, steps, samples) for signal in recording.signals
+        ]
     except SignalError as error:
-        raise SignalError(f"{signal.source}: {error}") from None
+        raise SignalError(f"{recording.signals[0].source}: {error}") from None
+    records = np.concatenate(channels, axis=1)
     with np.errstate(over="ignore"):
         return records.astype(np.float32)
 
@@ -128,8 +133,8 @@ def _own_samples(signal: Signal, turn: Turn) -> np.ndarray:
     return signal.values[first : max(first + 1, math.ceil((turn.start + turn.duration) * signal.sample_rate - 1e-6))]
 
 
-def _flaw(own_samples: np.ndarray, record: np.ndarray | None) -> str:
-    if np.ptp(own_samples) == 0.0:
+def _flaw(own_samples: Sequence[np.ndarray], record: np.ndarray | None) -> str:
+    if any(np.ptp(samples) == 0.0 for samples in own_samples):
         return "must vary, got one value throughout; check the sensor and its cable"
     if not np.isfinite(record).all():  # type: ignore[arg-type]
         return "must stay within the range of float32, got a larger number"
@@ -137,7 +142,7 @@ def _flaw(own_samples: np.ndarray, record: np.ndarray | None) -> str:
 
 
 def _columns(source: Source, label: Label, settings: Settings, recording: Recording) -> dict[str, Any]:
-    signal = recording.signal
+    signal = recording.signals[0]
     known = from_mapping(Known, {**asdict(settings.known), **source.known}, "known")
     versions = {name: value for name, value in version_columns().items() if name not in _OF_SIMULATION}
     return {
@@ -151,7 +156,7 @@ def _columns(source: Source, label: Label, settings: Settings, recording: Record
         **asdict(known),
         **source.faults,
         "source": source.name,
-        "source_channel": recording.channel,
+        "source_channel": channels_text(recording.channels),
         "source_rate": signal.sample_rate,
         "groups": groups_text(source),
         **versions,

@@ -19,6 +19,7 @@ from datagen.ingest.cut import cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
+from datagen.ingest.survey import check_channels, surveyed
 from datagen.progress import Advance, progress
 from datagen.rows import made_with
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
@@ -58,13 +59,19 @@ def ingest(
     if inside is not None:
         raise refuse("ingest", "out", "a folder without measured files", str(folder), f"{inside} lies in it")
     labels = labels_of(sources, settings.split, settings.seed)
+    check_channels(sources, settings)
+    settings = surveyed(sources, settings)
     tally = _Tally()
     with progress("ingesting", len(sources), "files") as advance:
         entries = _entries(sources, labels, settings, tally, advance)
         beginning = _until_a_record(entries, len(sources))
         with making(folder, head, overwrite, anew=True) as place:
             shards = _written(place, itertools.chain(beginning, entries), settings.shard_items)
-            manifest = {**head, **tally.summary(labels), "shards": shards}
+            records = {
+                "sample_rate": settings.sample_rate,
+                "duration": settings.samples / settings.rate,
+            }
+            manifest = {**head, **tally.summary(labels), **records, "shards": shards}
             finish(place, manifest)
             write_card(place, manifest, {})
             clear(place)

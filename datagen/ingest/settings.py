@@ -111,10 +111,11 @@ class Settings:
 
     Attributes
     ----------
-    sample_rate : float
-        Rate of the records [Hz], > 0.
+    sample_rate : float or None
+        Rate of the records [Hz], > 0; None: the lowest of the files.
     period : float or None
-        Nominal duration of a turn of the table [s], > 0; None: from `motor_turns` and the known motor speed.
+        Nominal duration of a turn of the table [s], > 0; None: from `motor_turns` and the known motor speed, and where
+        these and a pulse are not given either, each file is one record.
     motor_turns : float or None
         Turns of the motor in one turn of the table, i·S, > 0: 205 for the reference machine.
     pulse, read, known, split
@@ -125,7 +126,7 @@ class Settings:
         Turns in one file, >= 1.
     """
 
-    sample_rate: float = 1000.0
+    sample_rate: float | None = None
     period: float | None = None
     motor_turns: float | None = None
     pulse: Pulse = Pulse()
@@ -136,33 +137,48 @@ class Settings:
     shard_items: int = 512
 
     def __post_init__(self) -> None:
-        check_number("ingest", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
         check_integer("ingest", "seed", self.seed, low=0, high=2**63 - 1)
         check_integer("ingest", "shard_items", self.shard_items, low=1)
-        for name, unit in (("period", "s"), ("motor_turns", "")):
+        for name, unit in (("sample_rate", "Hz"), ("period", "s"), ("motor_turns", "")):
             if getattr(self, name) is not None:
                 check_number("ingest", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
         if self.period is not None and self.motor_turns is not None:
             raise refuse("ingest", "motor_turns", "left out where a period is given", self.motor_turns)
-        if self.period is None and (self.motor_turns is None or self.known.motor_speed is None):
+        if self.motor_turns is not None and self.known.motor_speed is None:
+            rule = "given with known.motor_speed_rpm, from which the period follows"
+            raise refuse("ingest", "motor_turns", rule, self.motor_turns, "give that or period=SECONDS")
+        if self.pulse.column is not None and not self.turns_are_cut:
             remedy = "or give motor_turns=NUMBER and known.motor_speed_rpm=NUMBER"
             raise refuse("ingest", "period", "the duration of one turn of the table in s", None, remedy)
+        if self.sample_rate is None or not self.turns_are_cut:
+            return
         if not MINIMUM_SAMPLES <= self.turn_duration * self.sample_rate < 2**31 / self.shard_items:
             rule = f"long enough for {MINIMUM_SAMPLES} samples and short enough for 2^31 in one file"
             raise refuse("ingest", "period", rule, f"{self.turn_duration:g} s at {self.sample_rate:g} Hz")
 
     @property
+    def turns_are_cut(self) -> bool:
+        """Whether files are cut to turns; else each is one record."""
+        return self.period is not None or self.motor_turns is not None
+
+    @property
     def turn_duration(self) -> float:
-        """Nominal duration of a turn [s]."""
+        """Nominal duration of a turn [s]; of settings that hold one."""
         if self.period is not None:
             return float(self.period)
         assert self.motor_turns is not None and self.known.motor_speed is not None
         return 2.0 * math.pi * self.motor_turns / self.known.motor_speed
 
     @property
+    def rate(self) -> float:
+        """Rate of the records [Hz]; of settings that hold one."""
+        assert self.sample_rate is not None
+        return float(self.sample_rate)
+
+    @property
     def samples(self) -> int:
-        """Samples of a record."""
-        return round(self.turn_duration * self.sample_rate)
+        """Samples of a record; of settings that hold its rate and duration."""
+        return round(self.turn_duration * self.rate)
 
 
 _PARTS = {"pulse": Pulse, "read": Reading, "known": Known, "split": Split}

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 from datagen.campaign import SUBSETS
 from datagen.file_table import FILE, files_found, table_rows
 from datagen.ingest.settings import Known
+from datagen.measured import Reading
 from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import ParameterError, SignalError, refuse
 from indexer_env.faults import Faults
 
 CLASS, SUBSET = "class", "subset"
+CHANNELS = "|"
+"""What stands between the channels of a record in a cell of the labels table."""
+
+_READING = {known.name for known in fields(Reading)}
+"""Columns of a labels table that say how to read a file."""
+
 _CONDITIONS = {known.name for known in fields(Known)} | {"motor_speed_rpm"}
 """Columns of a labels table that are conditions."""
 
@@ -37,6 +45,8 @@ class Source:
         As the labels table says; None: left to the split.
     groups : mapping
         Text by name, e.g. {"machine": "B"}.
+    read : mapping
+        What the labels table says about reading the file, as `measured.Reading` takes it.
     known : mapping
         Conditions that the labels table says, as `settings.Known` takes them.
     faults : mapping
@@ -48,8 +58,13 @@ class Source:
     class_name: str
     subset: str | None = None
     groups: Mapping[str, str] = field(default_factory=dict)
+    read: Mapping[str, Any] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     faults: Mapping[str, float] = field(default_factory=dict)
+
+    def reading(self, common: Reading) -> Reading:
+        """How to read the file: as its row says, else as all files."""
+        return replace(common, **self.read) if self.read else common
 
 
 def sources_of(files: str, labels: Path | None) -> list[Source]:
@@ -114,14 +129,20 @@ def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> So
     if subset is not None:
         check_choice(f"{labels}, {name}", SUBSET, subset, SUBSETS)
     known = {key: _number(cell, key, name, labels) for key, cell in row.items() if key in _CONDITIONS and cell}
+    read: dict[str, Any] = {key: cell for key, cell in row.items() if key in _READING and cell}
+    read |= {key: _number(read[key], key, name, labels) for key in ("sample_rate", "scale") if key in read}
+    if CHANNELS in read.get("signal_column", ""):
+        read["signal_column"] = tuple(part.strip() for part in read["signal_column"].split(CHANNELS))
     try:
+        # A scale may stand here and its unit be that of all files.
+        from_mapping(Reading, {"unit": "g" if "scale" in read else None, **read}, "read")
         from_mapping(Known, known, "known")
         faults = _faults(row, name, labels)
     except ParameterError as error:
         raise SignalError(f"{labels}, {name}: {error}") from None
-    own = (FILE, CLASS, SUBSET, *_CONDITIONS)
+    own = (FILE, CLASS, SUBSET, *_CONDITIONS, *_READING)
     groups = {key: cell for key, cell in row.items() if key not in own and not key.startswith(_FAULT)}
-    return Source(path, name, row[CLASS], subset, groups, known, faults)
+    return Source(path, name, row[CLASS], subset, groups, read, known, faults)
 
 
 def _faults(row: Mapping[str, str], name: str, labels: Path) -> dict[str, float]:

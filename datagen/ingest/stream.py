@@ -14,7 +14,7 @@ import numpy as np
 from datagen.ingest.resample import REACH, check_ratio, on_grid, resampled
 from datagen.ingest.settings import Settings
 from datagen.ingest.turns import EdgeFinder, Turn, turns_by_pulse
-from datagen.quality import quality_columns
+from datagen.quality import worst_quality
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError
 
@@ -32,10 +32,10 @@ class StreamedTurn:
         Where it begins after the first sample of all, and how long it lasts [s].
     problem : str
         The rule it breaks, as the end of a sentence; "" for none.
-    record : numpy.ndarray or None, shape (samples,), float32
+    record : numpy.ndarray or None, shape (samples,) or (channels, samples), float32
         As `datagen.ingest` writes it; None where there is a problem.
     clipped_share, constant_share : float
-        Of the turn's own samples [-], see `datagen.quality`; 0 where there is a problem.
+        Of the turn's own samples [-], see `datagen.quality`, the largest of its channels; 0 where there is a problem.
     """
 
     start: float
@@ -58,6 +58,8 @@ class TurnStream:
     pulse_range : tuple of float, optional
         Least and greatest value of a pulse that comes with the samples, in its unit; None: turns follow each other by
         the period from the first sample on.
+    channels : int
+        Of the measurement.
 
     Raises
     ------
@@ -67,11 +69,14 @@ class TurnStream:
         The records' rate is too far above that of the samples; a pulse that `EdgeFinder` refuses.
     """
 
-    def __init__(self, rate: float, settings: Settings, pulse_range: tuple[float, float] | None = None) -> None:
+    def __init__(
+        self, rate: float, settings: Settings, pulse_range: tuple[float, float] | None = None, channels: int = 1
+    ) -> None:
         check_number("TurnStream", "rate", rate, low=0.0, low_open=True, unit="Hz")
-        check_ratio(rate, settings.sample_rate)
+        check_ratio(rate, settings.rate)
         self._rate, self._settings, self._pulse_range = float(rate), settings, pulse_range
-        self._margin = math.ceil(REACH * max(1.0, rate / settings.sample_rate))
+        self._channels = channels
+        self._margin = math.ceil(REACH * max(1.0, rate / settings.rate))
         longest = settings.turn_duration * (1.0 + settings.pulse.tolerance)
         # A turn, the wait until its last edge is sure, which may take another, and what lies around.
         self._kept = math.ceil(2.0 * longest * rate) + 2 * self._margin + 2
@@ -83,7 +88,7 @@ class TurnStream:
         self._edge: float | None = None
         self._count = self._turns = 0
         self._waiting: deque[Turn] = deque()
-        self._buffer, self._held = np.empty(2 * (self._kept + LONGEST_PIECE)), 0
+        self._buffer, self._held = np.empty((self._channels, 2 * (self._kept + LONGEST_PIECE))), 0
 
     @property
     def count(self) -> int:
@@ -95,7 +100,7 @@ class TurnStream:
 
         Parameters
         ----------
-        values : array_like, shape (n,)
+        values : array_like, shape (n,), of several channels (channels, n)
             Samples in the order in which they were taken, any number; not finite where the sensor gave none.
         pulse : array_like, shape (n,), optional
             The once-per-turn pulse at the same times.
@@ -106,12 +111,12 @@ class TurnStream:
             Samples that are no real numbers of this shape, a pulse that is missing, not asked for or not finite. The
             stream is then as it was before.
         """
-        samples = _samples(values, "values")
-        edges = self._checked_pulse(pulse, samples)
+        samples = _samples(values, "values", self._channels)
+        edges = self._checked_pulse(pulse, samples.shape[1])
         turns = []
-        for first in range(0, len(samples), LONGEST_PIECE):
+        for first in range(0, samples.shape[1], LONGEST_PIECE):
             piece = slice(first, first + LONGEST_PIECE)
-            self._take(samples[piece])
+            self._take(samples[:, piece])
             self._find(None if edges is None else edges[piece])
             turns += self._ready(final=False)
         return turns
@@ -122,28 +127,29 @@ class TurnStream:
         self.reset()
         return turns
 
-    def _checked_pulse(self, pulse: np.ndarray | None, samples: np.ndarray) -> np.ndarray | None:
+    def _checked_pulse(self, pulse: np.ndarray | None, samples: int) -> np.ndarray | None:
         if (pulse is None) != (self._edges is None):
             rule = "given with all samples" if pulse is None else "left out where its range was not given"
             raise SignalError(f"the pulse must be {rule}.")
         if pulse is None:
             return None
-        checked = _samples(pulse, "pulse")
-        if len(checked) != len(samples):
-            raise SignalError(f"the pulse must be as long as the samples, {len(samples)}, got {len(checked)}.")
+        checked = _samples(pulse, "pulse")[0]
+        if len(checked) != samples:
+            raise SignalError(f"the pulse must be as long as the samples, {samples}, got {len(checked)}.")
         if not np.isfinite(checked).all():
             place = self._count + int(np.argmin(np.isfinite(checked)))
             raise SignalError(f"the pulse must be finite, got {checked[place - self._count]} at sample {place}.")
         return checked
 
     def _take(self, samples: np.ndarray) -> None:
-        if self._held + len(samples) > len(self._buffer):
+        count = samples.shape[1]
+        if self._held + count > self._buffer.shape[1]:
             kept = min(self._kept, self._held)
-            self._buffer[:kept] = self._buffer[self._held - kept : self._held]
+            self._buffer[:, :kept] = self._buffer[:, self._held - kept : self._held]
             self._held = kept
-        self._buffer[self._held : self._held + len(samples)] = samples
-        self._held += len(samples)
-        self._count += len(samples)
+        self._buffer[:, self._held : self._held + count] = samples
+        self._held += count
+        self._count += count
 
     def _find(self, pulse: np.ndarray | None) -> None:
         """Put the turns whose end has come into the queue."""
@@ -181,42 +187,49 @@ class TurnStream:
         begin, end = turn.start * self._rate, (turn.start + turn.duration) * self._rate
         settings, samples = self._settings, self._settings.samples
         step = np.array([self._step(turn)])
-        if on_grid(self._rate, settings.sample_rate, np.array([turn.start]), step, samples):
+        if on_grid(self._rate, settings.rate, np.array([turn.start]), step, samples):
             return round(begin), round(begin) + samples
         return max(0, math.floor(begin) - self._margin), math.ceil(end) + self._margin
 
     def _step(self, turn: Turn) -> float:
         # By the pulse, samples lie evenly over the turn; by the period, at the rate exactly.
-        return turn.duration / self._settings.samples if self._edges is not None else 1.0 / self._settings.sample_rate
+        return turn.duration / self._settings.samples if self._edges is not None else 1.0 / self._settings.rate
 
     def _streamed(self, turn: Turn, first: int, last: int) -> StreamedTurn:
         if turn.problem:
             return StreamedTurn(turn.start, turn.duration, turn.problem)
         offset = self._count - self._held
-        stretch = self._buffer[first - offset : last - offset]
-        if not np.isfinite(stretch).all():
-            missing = int(np.count_nonzero(~np.isfinite(stretch)))
-            place = (first + int(np.argmin(np.isfinite(stretch)))) / self._rate
+        stretch = self._buffer[:, first - offset : last - offset]
+        finite = np.isfinite(stretch)
+        if not finite.all():
+            missing = int(np.count_nonzero(~finite))
+            place = (first + int(np.argmin(finite.all(axis=0)))) / self._rate
             problem = f"must hold finite samples only, got {missing} that are none, the first at {place:.6g} s"
             return StreamedTurn(turn.start, turn.duration, problem)
         start = np.array([turn.start - first / self._rate])
         step, settings = np.array([self._step(turn)]), self._settings
-        record = resampled(stretch, self._rate, settings.sample_rate, start, step, settings.samples)[0]
+        channels = [resampled(row, self._rate, settings.rate, start, step, settings.samples)[0] for row in stretch]
+        record = channels[0] if self._channels == 1 else np.stack(channels)
         with np.errstate(over="ignore"):
             record = record.astype(np.float32)
         if not np.isfinite(record).all():
             problem = "must stay within the range of float32, got a larger number"
             return StreamedTurn(turn.start, turn.duration, problem)
         begin, end = (math.ceil(time * self._rate - 1e-6) for time in (turn.start, turn.start + turn.duration))
-        own = self._buffer[begin - offset : max(begin + 1, end) - offset]
-        return StreamedTurn(turn.start, turn.duration, "", record, **quality_columns(own[None])[0])
+        own = self._buffer[:, begin - offset : max(begin + 1, end) - offset]
+        return StreamedTurn(turn.start, turn.duration, "", record, **worst_quality(list(own)))
 
 
-def _samples(values: np.ndarray, name: str) -> np.ndarray:
+def _samples(values: np.ndarray, name: str, channels: int = 1) -> np.ndarray:
+    """Values (n,) or (channels, n) as float64 (channels, n)."""
     array = np.asanyarray(values)
     if np.ma.isMaskedArray(array):
         array = np.ma.filled(array.astype(np.float64), np.nan)
-    if array.dtype.kind not in "iuf" or array.ndim != 1:
+    fits = array.ndim == 1 if channels == 1 else array.ndim == 2 and len(array) == channels
+    if array.dtype.kind not in "iuf" or not fits:
         shape = f"shape {array.shape} of {array.dtype}"
-        raise SignalError(f"the {name} must be real numbers in a one-dimensional array (n,), got {shape}.")
-    return array.astype(np.float64)
+        wanted = (
+            "a one-dimensional array (n,)" if channels == 1 else f"an array ({channels}, n), a row for each channel"
+        )
+        raise SignalError(f"the {name} must be real numbers in {wanted}, got {shape}.")
+    return array.astype(np.float64).reshape(channels, -1)

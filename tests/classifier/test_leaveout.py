@@ -8,7 +8,8 @@ import pyarrow as pa
 import pytest
 
 from classifier.groups import groups_of, part
-from classifier.leaveout import ALL, KNOWN, NEW, draw, judge, overall, splits
+from classifier.leaveout import ACCURACY, KNOWN, MEAN, draw, judge, overall, side_by_side, splits
+from classifier.leaveout_methods import CNN, LOGISTIC, METHODS, MLP, cnn, logistic, mlp
 from classifier.train import train
 from indexer_env.errors import ParameterError, SignalError
 
@@ -69,18 +70,41 @@ def test_one_group_alone_is_refused(grouped):
         splits(dataset, np.full(len(machines), "M1"))
 
 
-def test_known_and_left_out_groups_are_judged_and_drawn(grouped, features, trainer):
-    dataset, machines = grouped
-
-    def learn(rest, seed):
+@pytest.fixture
+def learners(features, trainer):
+    def trained(rest, seed):
         return train(rest, features, trainer, hidden=6, seed=seed, restarts=2, parts=())
 
-    rows = [row for split in splits(dataset, machines)[0] for row in judge(split, learn, 0)]
-    assert {row.method for row in rows} == {KNOWN, NEW}
-    wrong = [row.value for row in rows if row.metric == "misclassified [%]" and row.method == NEW]
-    means = [row for row in overall(rows) if row.metric == "misclassified [%]" and row.method == NEW]
-    assert [row.data for row in means] == [ALL] and means[0].value == pytest.approx(np.mean(wrong))
-    assert len(draw(rows + overall(rows)).axes) == 1
+    return {MLP: mlp(trained), LOGISTIC: logistic(features), CNN: cnn(features)}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_judged_on_the_group_that_it_did_not_see(grouped, learners, method):
+    """The first group's classes are exchanged: a method that saw it would name half of them right."""
+    dataset, machines = grouped
+    first = machines == "M1"
+    exchanged = dataclasses.replace(dataset, classes=np.where(first, dataset.classes % 3 + 1, dataset.classes))
+    split = splits(exchanged, machines)[0][0]
+    found = {row.metric: row.value for row in judge(split, method, learners[method], 0)}
+    assert split.group == "M1" and found[ACCURACY] < 20 and found[KNOWN] > 90
+    assert ("refused as novel [%]" in found) <= (method == MLP)
+
+
+def test_a_line_a_method_and_a_column_a_group(grouped, learners):
+    dataset, machines = grouped
+    names = (MLP, LOGISTIC)
+    rows = [
+        row for split in splits(dataset, machines)[0] for name in names for row in judge(split, name, learners[name], 0)
+    ]
+    right = [row.value for row in rows if row.metric == ACCURACY and row.method == MLP]
+    means = [row for row in overall(rows) if row.metric == ACCURACY and row.method == MLP]
+    assert [row.data for row in means] == [MEAN] and means[0].value == pytest.approx(np.mean(right))
+    rows += overall(rows)
+    head, _, *lines = side_by_side(rows).splitlines()
+    assert head == f"| accuracy [%] on | M1 | M2 | M3 | {MEAN} |"
+    assert [line.split(" | ")[0] for line in lines] == [f"| {name}" for name in names]
+    assert lines[0].split(" | ")[1] == f"{right[0]:.1f}"
+    assert len(draw(rows).axes) == 1
 
 
 def test_a_part_keeps_the_classes_that_are_left(grouped):

@@ -168,7 +168,7 @@ def test_a_title_line_of_two_cells_is_no_title_of_a_line_with_units(tmp_path, wa
 
 def test_what_the_file_says_must_not_be_given_otherwise(tmp_path, wave):
     path = write(tmp_path / "a.csv", wave)
-    assert "leave sample_rate out" in refusal(path, sample_rate=500.0)
+    assert "leave read.sample_rate out" in refusal(path, sample_rate=500.0)
     assert "given once" in refusal(path, unit="g")
     assert read_signal(path, unit="m/s2").unit == "m/s^2"
 

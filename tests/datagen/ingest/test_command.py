@@ -54,7 +54,11 @@ def test_a_labels_table(call, tmp_path):
     ("arguments", "said"),
     [
         (("out=set", "period=1"), "measured must be given"),
-        (("measured=files", "out=set"), "error: period must be the duration of one turn"),
+        (("measured=files", "out=set", "pulse.column=pulse"), "error: period must be the duration of one turn"),
+        (
+            ("measured=files", "out=set", "motor_turns=205"),
+            "error: motor_turns must be given with known.motor_speed_rpm",
+        ),
         (("measured=nowhere", "out=set", "period=1"), "error: measured must be a folder or pattern"),
         ((*GOOD, "puls.column=x"), "puls"),
         ((*GOOD, "pulse.colunm=x"), "did you mean 'column'"),

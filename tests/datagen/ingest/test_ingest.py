@@ -23,7 +23,11 @@ from tests.datagen.formats.samples import OPTIONS, PULSE, WRITERS, written
 
 RATE, PERIOD = 2000.0, 0.5
 SETTINGS = Settings(
-    period=PERIOD, pulse=Pulse(column="pulse"), read=Reading(signal_column="acc"), known=Known(load_torque=2.0)
+    sample_rate=1000.0,
+    period=PERIOD,
+    pulse=Pulse(column="pulse"),
+    read=Reading(signal_column="acc"),
+    known=Known(load_torque=2.0),
 )
 STATED = ("csv", "parquet", "hdf5", "tdms", "uff", "uff_binary")
 """Formats whose files say their unit."""
@@ -196,12 +200,13 @@ def test_formats_without_a_unit_take_it_from_the_command(kind, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({}, "period must be the duration of one turn"),
+        ({"pulse": Pulse(column="pulse")}, "period must be the duration of one turn"),
+        ({"motor_turns": 205.0}, "motor_turns must be given with known.motor_speed_rpm"),
         ({"period": 0.0}, "period must be a finite number > 0 s"),
-        ({"period": 1e-3}, "long enough for 16 samples"),
+        ({"period": 1e-3, "sample_rate": 1000.0}, "long enough for 16 samples"),
         ({"period": 8.2, "motor_turns": 205.0}, "left out where a period is given"),
         ({"period": 8.2, "sample_rate": True}, "sample_rate must be"),
-        ({"period": 8.2, "shard_items": 10**6}, "short enough"),
+        ({"period": 8.2, "sample_rate": 1000.0, "shard_items": 10**6}, "short enough"),
     ],
 )
 def test_settings_are_checked_first(changes, said):
@@ -210,7 +215,7 @@ def test_settings_are_checked_first(changes, said):
 
 
 def test_the_period_follows_from_the_motor():
-    settings = Settings(motor_turns=205.0, known=Known(motor_speed=1500.0 * 2.0 * np.pi / 60.0))
+    settings = Settings(sample_rate=1000.0, motor_turns=205.0, known=Known(motor_speed=1500.0 * 2.0 * np.pi / 60.0))
     assert settings.turn_duration == pytest.approx(8.2) and settings.samples == 8200
 
 

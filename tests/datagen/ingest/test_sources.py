@@ -68,7 +68,13 @@ def test_a_labels_table_gives_classes_groups_and_conditions(bench):
     found = {source.name: source for source in sources_of(str(bench), labels)}
     assert list(found) == ["healthy/a.csv", "worn/a.csv", "worn/b.tdms"]
     assert found["worn/a.csv"] == Source(
-        bench / "worn/a.csv", "worn/a.csv", "cracked roller", "control", {"machine": "M1"}, {"motor_speed_rpm": 1500.0}
+        bench / "worn/a.csv",
+        "worn/a.csv",
+        "cracked roller",
+        "control",
+        {"machine": "M1"},
+        {},
+        {"motor_speed_rpm": 1500.0},
     )
     assert found["worn/b.tdms"].known == {}
 
