@@ -3,8 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from classifier.study.claims import CLAIMS
-from classifier.study.claims.fig10 import record_of
+from classifier.study.claims.fig10 import Fig10, record_of
 from classifier.study.claims.models import misfits
 from classifier.study.measured import JOINTS, SENSOR, drawn, measured, read, scaled
 from datagen.changes import value_at, with_changes
@@ -51,7 +50,7 @@ def test_a_model_fits_what_it_can_express():
 @pytest.mark.parametrize("key", ["20° of play", "intact"])
 def test_the_record_of_fig_10_is_that_of_its_setting(key):
     """The crack and the play change the record by far more than the noise; the same seed gives it again."""
-    settings = {setting.key: setting for setting in CLAIMS["fig10"].settings}
+    settings = {setting.key: setting for setting in Fig10.settings}
     record, intact = record_of(settings[key], 0, 600, 0), record_of(settings["intact"], 0, 600, 0)
     assert np.array_equal(record, intact) == (key == "intact")
     assert not np.array_equal(record, record_of(settings[key], 1, 600, 0))
