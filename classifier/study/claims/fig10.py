@@ -15,7 +15,7 @@ from classifier.study.measured import drawn, measured
 from classifier.study.recipes import labelled_by_code
 from classifier.study.settings import RAW, SCALED, Setting, Training
 from classifier.study.trials import nearest
-from classifier.study.verdicts import Interval, Line, data_sets
+from classifier.study.verdicts import Interval, Line
 from classifier.style import COLOURS, DARK
 from datagen.changes import with_changes
 from indexer_env.faults import STATES, Faults
@@ -112,7 +112,7 @@ class Fig10(Claim):
                 f"data sets whose best network answers {rows[0]['expected']}",
                 "1 of 1",
                 Interval.of_yes(row["said"] == row["expected"] for row in rows),
-                f"Answers: {counted}; of all networks {networks:.2g} % give the expected one.",
+                f"Answers: {counted}; of all networks {networks:.0f} % give the expected one.",
                 low=MOST,
                 percent=True,
             ),
@@ -121,11 +121,11 @@ class Fig10(Claim):
     def draw(self, axes: list[Axes], rows: Rows) -> None:
         """Outputs of the kept networks, one dot a data set, beside the expected bits."""
         (ax,) = axes
-        for own, shift in zip(data_sets(rows), np.linspace(-0.2, 0.2, len(rows)), strict=True):
-            values = [own[0][f"output_{node}"] for node in range(NODES)]
-            ax.plot(np.arange(NODES) + 1 + shift, values, ".", color=COLOURS[0])
-        bits = [int(bit) for bit in rows[0]["expected"]]
-        ax.plot(np.arange(NODES) + 1, bits, "_", color=DARK, markersize=40, label=f"expected, {rows[0]['expected']}")
+        nodes = np.arange(NODES) + 1
+        for row, shift in zip(rows, np.linspace(-0.2, 0.2, len(rows)), strict=True):
+            ax.plot(nodes + shift, [row[f"output_{node}"] for node in range(NODES)], ".", color=COLOURS[0])
+        expected = rows[0]["expected"]
+        ax.hlines([int(bit) for bit in expected], nodes - 0.3, nodes + 0.3, color=DARK, label=f"expected, {expected}")
         ax.set(xlabel="output node", ylabel="output, one dot a data set", ylim=(-0.1, 1.3))
         ax.legend()
 
