@@ -158,6 +158,6 @@ BENCH = (
     OnBench("printed targets", "0.24, 0.48 and 0.76", _TRIGGERED, targets=(0.0, 0.24, 0.48, 0.76, 1.0)),
     OnBench("seven teach", "the 3 others stop the training and judge it", _TRIGGERED, judge_stops=True),
 )
-"""The bench, §5. The records are one turn of the table and are laid over computed motions in figs. 1 and 10, which needs
-the cam angle of the first sample: a trigger. The training is that of §4.3.
+"""The bench, §5. The records are one turn of the table and are laid over computed motions in figs. 1 and 10, which
+needs the cam angle of the first sample: a trigger. The training is that of §4.3.
 """

@@ -136,9 +136,9 @@ def by_seed(rows: Iterable[Mapping[str, Any]], value: str, reduce: Any = np.mean
     }
 
 
-def data_sets(rows: Iterable[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
+def data_sets(rows: Iterable[dict[str, Any]]) -> list[list[dict[str, Any]]]:
     """The rows of each data set, in the order of their seeds."""
-    cells: dict[int, list[Mapping[str, Any]]] = {}
+    cells: dict[int, list[dict[str, Any]]] = {}
     for row in rows:
         cells.setdefault(row["data_seed"], []).append(row)
     return [cells[seed] for seed in sorted(cells)]

@@ -50,7 +50,7 @@ class Finding:
     @property
     def main(self) -> tuple[Line, ...]:
         """Those on which the verdict rests."""
-        return self.lines[self.claim.settings[0].key]
+        return next(iter(self.lines.values()))
 
     @property
     def verdict(self) -> Verdict:
@@ -75,7 +75,7 @@ class Finding:
             size = (11, 3.6) if self.claim.panels > 1 else (6.4, 3.9)
             figure = Figure(figsize=size, layout="constrained")
             axes = figure.subplots(1, self.claim.panels, squeeze=False).flatten()
-            self.claim.draw(list(axes), self.rows[self.claim.settings[0].key])
+            self.claim.draw(list(axes), next(iter(self.rows.values())))
         return figure
 
 

@@ -12,7 +12,7 @@ from classifier.features import Fft
 from classifier.study.claims.base import Claim, Rows
 from classifier.study.claims.lines import draw_lines, errors_made, performances, ratio
 from classifier.study.lab import Lab
-from classifier.study.settings import ANALYSIS, PATIENT, Training
+from classifier.study.settings import ANALYSIS, Training
 from classifier.study.verdicts import Line
 
 CUTS = (100.0, 50.0, 25.0, 12.5, 6.3, 3.1)
@@ -43,7 +43,7 @@ class Fig4(Claim):
         f"“Acceptable” is not defined: a mean error at most {ACCEPTABLE:g} times that with finer features of its kind.",
         "Compared are the features that the paper calls acceptable: PSD 0.5 to 8 Hz, FFT 100 to 12.5 Hz.",
     )
-    settings: ClassVar[tuple[Training, ...]] = (*ANALYSIS, PATIENT)
+    settings: ClassVar[tuple[Training, ...]] = ANALYSIS
 
     def collect(self, lab: Lab, setting: Training) -> Rows:
         """All cuts and all resolutions."""

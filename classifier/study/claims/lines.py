@@ -39,6 +39,14 @@ def errors_made(rows: Rows) -> str:
     return f"{100 * np.mean([row['control_misclassified'] for row in rows]):.2g} % of control records are misclassified"
 
 
+def draw_means(ax: Axes, cells: Sequence[np.ndarray], label: str, colour: int) -> None:
+    """Geometric means over data sets, one place after the other on a logarithmic axis, with their intervals."""
+    middle, low, high = _spans(cells)
+    arms = np.array([middle - low, high - middle]) if np.isfinite(high).all() else None
+    ax.errorbar(range(len(cells)), middle, arms, fmt="o", color=COLOURS[colour], label=label)
+    ax.set_yscale("log")
+
+
 def draw_lines(ax: Axes, rows: Rows, names: Sequence[str], label: str, colour: int, style: str | None = None) -> None:
     """Mean and best performance over x: geometric means over data sets, with the interval of the mean as a band.
 
@@ -47,12 +55,17 @@ def draw_lines(ax: Axes, rows: Rows, names: Sequence[str], label: str, colour: i
     x = [next(row["x"] for row in rows if row["variant"] == name) for name in names]
     for reduce, words, own in ((np.mean, "mean", ":"), (np.min, "best", "-")):
         cells = performances(rows, reduce)
-        spans = [Interval.of(np.log(cells[name])) for name in names]
-        middle, low, high = (np.exp([getattr(span, end) for span in spans]) for end in ("mean", "low", "high"))
+        middle, low, high = _spans([cells[name] for name in names])
         marker = "o" if words == "mean" else "."
         ax.plot(x, middle, style or own, marker=marker, markersize=4, color=COLOURS[colour], label=f"{label}, {words}")
-        if np.isfinite(low).all():
+        if np.isfinite(high).all():
             ax.fill_between(x, low, high, color=COLOURS[colour], alpha=0.15, linewidth=0)
     ax.set_yscale("log")
     ax.set_ylabel(AXIS)
     ax.legend()
+
+
+def _spans(cells: Sequence[np.ndarray]) -> np.ndarray:
+    """Geometric mean over data sets and the ends of its interval (3, cells)."""
+    spans = [Interval.of(np.log(values)) for values in cells]
+    return np.exp([[getattr(span, end) for span in spans] for end in ("mean", "low", "high")])

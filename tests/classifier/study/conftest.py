@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from classifier.study.recipes import Labelled, Recipe
-from classifier.study.settings import Setting
+from classifier.study.settings import Training
 
 
 @pytest.fixture(scope="session")
-def small() -> Setting:
+def small() -> Training:
     """Three records of each class in each subset, just long enough for a PSD of 1 Hz."""
-    return Setting("paper", "small", Recipe("small", ("campaign=table2", "count=54", "run.samples=1200")), main=True)
+    return Training("small", "small data", Recipe("small", ("campaign=table2", "count=54", "run.samples=1200")))
 
 
 @pytest.fixture(scope="session")
