@@ -13,7 +13,7 @@ import numpy as np
 import indexer_env  # noqa: F401 (registers the environment)
 from benchmarks.report import Row, number
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 PEERS = ("CartPole-v1", "Pendulum-v1")
 MANY = 1024
 SIZES = (64, 256, 1024, 4096, 16384)

@@ -1,6 +1,6 @@
-"""What a controller of `indexer_env/Indexer-v0` is worth: its throughput, and how tables ring where work is done.
+"""What a controller of `indexer_env/Indexer-v1` is worth: its throughput, and how tables ring where work is done.
 
-Any policy, here a function of observations (n, 7) that returns speed shares (n, 1), is measured by `score` on machines
+Any policy, a function of observations (n, 7) that returns actions (n, 1), is measured by `score` on machines
 whose joints are drawn ±10 % and on several faults. Two controllers stand here that need no learning: `constant`, and
 `profile`, a speed that depends on the cam's phase alone, whose numbers `best_profile` finds.
 """
@@ -19,7 +19,7 @@ import indexer_env
 
 Policy = Callable[[np.ndarray], np.ndarray]
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 HALF_WIDTH = 0.1
 """Of the law by which joints are drawn [-]: the paper's ±10 %."""
 
@@ -101,11 +101,11 @@ def _nominal_cam_rate() -> float:
 
 def constant(share: float) -> Policy:
     """Always the same speed [share of nominal]."""
-    return lambda observations: np.full((len(observations), 1), share)
+    return lambda observations: np.full((len(observations), 1), 2.0 * share - 1.0)
 
 
 def profile(numbers: np.ndarray) -> Policy:
-    """A speed that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα), k to HARMONICS, within [0, 1].
+    """A speed [share of nominal] that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα), k to HARMONICS, within [0, 1].
 
     numbers : a0, a1, b1, a2, b2 … (9,) for all machines, or (n, 9), one row for each.
     """
@@ -115,7 +115,7 @@ def profile(numbers: np.ndarray) -> Policy:
         waves = np.stack([phase**k for k in range(1, HARMONICS + 1)], axis=1)
         terms = np.stack([waves.real, waves.imag], axis=2).reshape(len(phase), 2 * HARMONICS)
         speed = (np.column_stack([np.ones(len(phase)), terms]) * numbers).sum(axis=1)
-        return np.clip(speed, 0.0, 1.0)[:, np.newaxis]
+        return 2.0 * np.clip(speed, 0.0, 1.0)[:, np.newaxis] - 1.0
 
     return policy
 

@@ -12,7 +12,7 @@ import indexer_env  # noqa: F401 (registers the environments)
 from indexer_env.diagnosis import BANDS
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 
-ID = "indexer_env/IndexerDiagnosis-v0"
+ID = "indexer_env/IndexerDiagnosis-v1"
 SMALL = {"speeds": [1.0, 1.3], "brakes": [0.0, 200.0]}
 """A grid of fast turns, which take little time to simulate."""
 

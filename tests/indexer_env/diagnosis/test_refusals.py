@@ -30,7 +30,7 @@ def test_an_action_that_is_none(action):
 
 
 def test_steps_out_of_order():
-    for fresh in (IndexerDiagnosisEnv(), gymnasium.make("indexer_env/IndexerDiagnosis-v0")):
+    for fresh in (IndexerDiagnosisEnv(), gymnasium.make("indexer_env/IndexerDiagnosis-v1")):
         with pytest.raises(ResetNeeded):
             fresh.step(0)
     env = IndexerDiagnosisEnv()

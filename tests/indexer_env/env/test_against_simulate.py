@@ -69,7 +69,7 @@ def test_readings_of_a_noiseless_chain_are_those_of_the_whole_record(reference):
 
 def test_a_brake_is_a_load_torque(reference):
     env = IndexerEnv(machine=reference, brake_torque=100.0)
-    record = readings(env, 60, action=np.array([1.0, 0.5], dtype=np.float32))
+    record = readings(env, 60, action=np.array([1.0, 0.0], dtype=np.float32))
     point = OperatingPoint(start_angle=0.3, load_torque=2.0 + 50.0)
     braked = simulate(reference, point, Run(samples=601, warmup_turns=0)).table_acceleration
     # the table is put on its law before the brake is applied, so only the first reading is without it
@@ -81,15 +81,15 @@ def test_a_ramp_takes_the_time_it_must(smooth):
     """From 1 to 0.5 at 5 per second in 0.1 s, then constant; the way is the integral of the command."""
     env = IndexerEnv(machine=smooth, ramp=5.0)
     env.reset(seed=0, options={"start_angle": math.pi})
-    speeds = [float(env.step(np.full(1, 0.5))[0][6]) * env.limits.motor_speed for _ in range(20)]
+    speeds = [float(env.step(np.zeros(1))[0][6]) * env.limits.motor_speed for _ in range(20)]
     np.testing.assert_allclose(speeds[:10], 1.0 - 0.05 * np.arange(1, 11), atol=1e-6)
     np.testing.assert_allclose(speeds[10:], 0.5, atol=1e-6)
 
 
 def test_throughput_is_that_of_the_command(smooth):
-    env = IndexerEnv(machine=smooth, vibration_weight=0.0)
+    env = IndexerEnv(machine=smooth, vibration_weight=0.0, ramp=5.0)
     env.reset(seed=0)
-    rewards = [env.step(np.full(1, 0.5))[1] for _ in range(300)]
+    rewards = [env.step(np.zeros(1))[1] for _ in range(300)]
     assert np.mean(rewards[100:]) == pytest.approx(0.5, abs=1e-3)
 
 
@@ -119,7 +119,9 @@ def test_the_observation_is_what_its_limits_say(reference):
         acceleration / limits.acceleration, math.cos(8 * table), math.sin(8 * table), rate / limits.table_rate,
         math.cos(cam), math.sin(cam), motor / OperatingPoint().motor_speed / limits.motor_speed,
     ]  # fmt: skip
-    np.testing.assert_array_equal(observation, np.array(expected).astype(np.float32))
+    np.testing.assert_allclose(observation, expected, rtol=3e-7)
+    peak = 2.0 * limits.vibration / 0.1  # twice the peak of rigid motion, not the sensor's range
+    assert limits.acceleration == pytest.approx(peak) and limits.reading == 100.0
 
 
 def test_a_reading_beyond_the_range_is_clipped(reference):
@@ -128,6 +130,17 @@ def test_a_reading_beyond_the_range_is_clipped(reference):
     record = readings(env, 80)
     assert np.abs(record).max() == 1.0
     assert np.abs(simulated(reference, 801)).max() > 10.0
+
+
+def test_an_acceleration_beyond_its_limit_is_observed_as_one(reference):
+    """While info still has the reading."""
+    env = IndexerEnv(machine=Faults(backlash=math.radians(20)).applied_to(reference))
+    env.reset(seed=0)
+    seen, read = zip(
+        *((step[0][0], step[4]["acceleration"][-1]) for step in (env.step(ONE) for _ in range(300))), strict=True
+    )
+    beyond = np.abs(read) > env.limits.acceleration
+    assert beyond.any() and (np.abs(seen)[beyond] == 1.0).all() and (np.abs(seen)[~beyond] < 1.0).all()
 
 
 def test_a_joint_without_edges_beside_one_with_edges_keeps_its_bits(smooth, reference):
