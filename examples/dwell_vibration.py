@@ -20,6 +20,10 @@ import indexer_env
 Policy = Callable[[np.ndarray], np.ndarray]
 
 ID = "indexer_env/Indexer-v1"
+RAMP = 5.0
+"""Of the inverter's command [share of nominal per s]: a servo drive's, 0.05 in a period, twenty times the default of the
+environment. What is measured here is what fast control of the speed can do."""
+
 HALF_WIDTH = 0.1
 """Of the law by which joints are drawn [-]: the paper's ±10 %."""
 
@@ -89,7 +93,7 @@ def score(
 def _fleet(count: int, faults: Mapping[str, Any]) -> Any:
     """Machines drawn ±10 %, one long episode each, that show what no bench does."""
     return gymnasium.make_vec(
-        ID, num_envs=count, vectorization_mode="vector_entry_point", half_width=HALF_WIDTH, faults=dict(faults),
+        ID, num_envs=count, vectorization_mode="vector_entry_point", half_width=HALF_WIDTH, ramp=RAMP, faults=dict(faults),
         reveal=True, max_episode_steps=10**9,
     )  # fmt: skip
 
@@ -105,7 +109,8 @@ def constant(share: float) -> Policy:
 
 
 def profile(numbers: np.ndarray) -> Policy:
-    """A speed [share of nominal] that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα), k to HARMONICS, within [0, 1].
+    """A speed that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα) [share of nominal], k to HARMONICS,
+    within [0, 1].
 
     numbers : a0, a1, b1, a2, b2 … (9,) for all machines, or (n, 9), one row for each.
     """

@@ -17,9 +17,8 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.turns import LEAST_SPEED
 
-RIGID_MARGIN = 2.0
-"""What is observed as 1 of the table's rate and acceleration, over the peak of rigid motion at the highest speed [-]. A
-sensor's range is wider, for knocks; over that the ringing in the dwell would be a hundredth, which no network sees."""
+RATE_MARGIN = 2.0
+"""The encoder's range over the table's peak rate of rigid motion at the highest speed [-]."""
 
 SPEED_MARGIN = 1.5
 """Range of the motor's speed over its highest command [-]: a slipping motor may overshoot."""
@@ -132,9 +131,7 @@ class Limits:
     Attributes
     ----------
     acceleration : float
-        Of the reading [the sensor's unit], at most the sensor's range.
-    reading : float
-        The sensor's range [its unit]; info["acceleration"] holds readings up to it.
+        The sensor's range [its unit].
     table_rate : float
         Range of the table's encoder [rad/s].
     motor_speed : float
@@ -144,7 +141,6 @@ class Limits:
     """
 
     acceleration: float
-    reading: float
     table_rate: float
     motor_speed: float
     vibration: float
@@ -171,13 +167,11 @@ def limits_of(machine: Machine, operating_point: OperatingPoint, sensor: Sensor,
     angles = np.linspace(0.0, 2.0 * math.pi, 4097)
     _, slope, curvature = machine.motion_law.evaluate(angles, machine.stations, machine.motion_share)
     cam_rate = machine.reduction * operating_point.motor_speed
-    peak = cam_rate**2 * float(np.abs(curvature).max())
     return Limits(
-        acceleration=min(RIGID_MARGIN * task.highest_share**2 * peak * abs(sensor.scale), float(sensor.full_scale)),
-        reading=float(sensor.full_scale),
-        table_rate=RIGID_MARGIN * task.highest_share * cam_rate * float(np.abs(slope).max()),
+        acceleration=float(sensor.full_scale),
+        table_rate=RATE_MARGIN * task.highest_share * cam_rate * float(np.abs(slope).max()),
         motor_speed=SPEED_MARGIN * task.highest_share,
-        vibration=VIBRATION_SHARE * peak,
+        vibration=VIBRATION_SHARE * cam_rate**2 * float(np.abs(curvature).max()),
     )
 
 
@@ -187,7 +181,7 @@ def task_numbers(task: ControlTask, limits: Limits, reading: float) -> np.ndarra
     row[kernel.PERIOD] = task.samples / task.sample_rate
     row[kernel.MOST_CHANGE] = task.ramp * row[kernel.PERIOD]
     row[kernel.BRAKE] = task.brake_torque
-    row[kernel.LIMIT_ACCELERATION] = limits.reading
+    row[kernel.LIMIT_ACCELERATION] = limits.acceleration
     row[kernel.LIMIT_RATE] = limits.table_rate
     row[kernel.LIMIT_SPEED] = limits.motor_speed
     row[kernel.WEIGHT] = task.vibration_weight

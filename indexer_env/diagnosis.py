@@ -94,7 +94,11 @@ def check_hypotheses(task: DiagnosisTask, machine: Machine) -> None:
         ends = {field.name: getattr(law, field.name).extremes for field in dataclasses.fields(Faults)}
         for place in range(max(len(values) for values in ends.values())):
             faults = Faults(**{field: values[min(place, len(values) - 1)] for field, values in ends.items()})
-            steps = _steps([coefficients(_faulty(name, machine, faults), OperatingPoint())])[0]
+            faulty = _faulty(name, machine, faults)
+            try:
+                steps = _steps([coefficients(faulty, OperatingPoint())])[0]
+            except ParameterError as error:
+                raise ParameterError(f"diagnosis.hypotheses.{name}: {error}") from None
             if steps > MOST_STEPS:
                 rule = (
                     f"such that a step of {1e3 / (MOST_STEPS * SAMPLE_RATE):g} ms resolves the machine's fastest mode"
@@ -122,8 +126,8 @@ def measure(
     """One turn of each case at its setting, read by the sensor; case i takes from generator i, and from nothing else.
 
     The record starts at a cam angle drawn uniformly over the table's turn, for a bench has no mark; then the noise is
-    drawn. Of the turn before it WARMUP is simulated, from motion on the law. The integrator's step is the longest part of a sampling
-    interval that resolves the machine's fastest mode.
+    drawn. Of the turn before it WARMUP is simulated, from motion on the law. The integrator's step is the longest part
+    of a sampling interval that resolves the machine's fastest mode.
 
     Raises
     ------

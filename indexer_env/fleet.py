@@ -74,7 +74,6 @@ class Fleet:
         self.task, self.truth = task, truth
         self._stream = SensorStream(sensor, task.sample_rate, n)
         self._plain = self._stream.plain
-        self._zoom = limits.reading / limits.acceleration
         self._numbers = task_numbers(task, limits, sensor.scale if self._plain else 0.0)
         self._samples, self._every = task.samples, task.steps_per_sample
         self._step = task.integrator_step
@@ -250,10 +249,7 @@ class Fleet:
     @property
     def observations(self) -> np.ndarray:
         """Observations (n, 7) float32 of the present, a new array."""
-        seen = self._observations.copy()
-        readings = seen[:, 0]  # the kernel gives them over the sensor's range
-        np.clip(readings * self._zoom, -1.0, 1.0, out=readings)
-        return seen
+        return self._observations.copy()
 
     def channels(self, i: int) -> dict[str, np.ndarray]:
         """What a picture of item i needs, at the last period's samples (m,); the fleet must record the truth."""

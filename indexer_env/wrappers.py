@@ -59,7 +59,7 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
         if samples > MOST_WINDOW:
             rule = f"at most {MOST_WINDOW / (duration * indexer.task.sample_rate):.3g}, {MOST_WINDOW} samples"
             raise refuse("TurnWindow", "turns", rule, turns)
-        self._range = indexer.limits.reading
+        self._limit = indexer.limits.acceleration
         self._window = np.zeros(max(1, round(samples)), dtype=np.float32)
         self.observation_space = Box(-1.0, 1.0, self._window.shape)
 
@@ -68,7 +68,7 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Fill the window with the episode's first reading."""
         _, info = self.env.reset(seed=seed, options=options)
-        self._window.fill(info["acceleration"][-1] / self._range)
+        self._window.fill(info["acceleration"][-1] / self._limit)
         return self._window.copy(), info
 
     def step(self, action: Any) -> Step:
@@ -77,7 +77,7 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
         if not terminated:
             new = info["acceleration"][-len(self._window) :]
             self._window[: -len(new)] = self._window[len(new) :].copy()
-            self._window[-len(new) :] = new / self._range
+            self._window[-len(new) :] = new / self._limit
         return self._window.copy(), float(reward), terminated, truncated, info
 
 
@@ -109,7 +109,7 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
         assert space.shape is not None
         if space.shape[0] < self._rate:
             raise refuse("PowerSpectrum", "turns", "long enough for a window of 1 s", turns)
-        self._range, self._lines = indexer.limits.reading, int(highest_hz) + 1
+        self._limit, self._lines = indexer.limits.acceleration, int(highest_hz) + 1
         self.observation_space = Box(*LEVELS, (self._lines,))
 
     def reset(
@@ -125,7 +125,7 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
         return self._level(window), float(reward), terminated, truncated, info
 
     def _level(self, window: np.ndarray) -> np.ndarray:
-        record = self._range * window.astype(np.float64)
+        record = self._limit * window.astype(np.float64)
         return level(density(record, self._rate, self._lines), LEVELS).astype(np.float32)
 
 
@@ -189,7 +189,7 @@ class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
         if env.observation_space != indexer.observation_space:
             rule = "one whose observation is still that of IndexerEnv"
             raise refuse("SensorNoise", "env", rule, env, "put the noise on before windows and spectra")
-        self._limits = indexer.limits
+        self._limit = indexer.limits.acceleration
         self._sigma = density * math.sqrt(indexer.task.sample_rate / 2.0)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -198,7 +198,7 @@ class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
         observation, info = self.env.reset(seed=seed, options=options)
         readings = info["acceleration"]
         readings[:] = self._noisy(readings[-1:], rng)
-        observation[0] = self._observed(readings[-1])
+        observation[0] = readings[-1] / self._limit
         return observation, info
 
     def step(self, action: Any) -> Step:
@@ -207,7 +207,7 @@ class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
         readings = info["acceleration"]
         readings[:] = self._noisy(readings, self._draws(None))
         if not terminated:
-            observation[0] = self._observed(readings[-1])
+            observation[0] = readings[-1] / self._limit
         return observation, float(reward), terminated, truncated, info
 
     def _draws(self, seed: int | None) -> np.random.Generator:
@@ -218,8 +218,4 @@ class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
         return self._rng
 
     def _noisy(self, readings: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        most = self._limits.reading
-        return np.clip(readings + self._sigma * rng.standard_normal(readings.size), -most, most)
-
-    def _observed(self, reading: float) -> float:
-        return min(max(reading / self._limits.acceleration, -1.0), 1.0)
+        return np.clip(readings + self._sigma * rng.standard_normal(readings.size), -self._limit, self._limit)

@@ -22,10 +22,10 @@ def table(results: dict[str, Any]) -> str:
     ]
     for script in dict.fromkeys(run["script"] for run in results["trainings"]):
         runs = [run for run in results["trainings"] if run["script"] == script]
-        seconds = np.mean([run["seconds"] for run in runs])
+        ends = [run["curve"][-1] for run in runs]
         lines.append(
-            f"| PPO, {script}, {len(runs)} seeds | {_said([run['mean'] for run in runs])} | {runs[0]['steps']} | "
-            f"{seconds:.0f} s |"
+            f"| PPO, {script}, {len(runs)} seeds | {_said([mean for _, mean, _, _ in ends])} | {ends[0][0]} | "
+            f"{np.mean([seconds for *_, seconds in ends]):.0f} s |"
         )
     return "\n".join(lines)
 

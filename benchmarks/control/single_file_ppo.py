@@ -66,8 +66,9 @@ def _clipped(value: np.ndarray) -> np.ndarray:
     return np.clip(value, -LARGEST_INPUT, LARGEST_INPUT)
 
 
-def train(name: str, steps: int, seed: int) -> Policy:
-    """Train for so many steps, rounded down to whole rollouts; the actor's mean as a function of raw observations."""
+def train(name: str, steps: int, seed: int, watch: Callable[[int, Policy], None]) -> None:
+    """Train for so many steps, rounded down to whole rollouts; `watch` is called after each with the steps so far and
+    the actor's mean as a function of raw observations."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     env = wrapped(name)
@@ -79,7 +80,7 @@ def train(name: str, steps: int, seed: int) -> Policy:
         optimiser.param_groups[0]["lr"] = LEARNING_RATE * (1.0 - rollout / rollouts)
         batch, observation, ended = _rollout(env, agent, observation, ended)
         _update(agent, optimiser, batch, rng)
-    return _policy(agent, env)
+        watch((rollout + 1) * STEPS_A_ROLLOUT, _policy(agent, env))
 
 
 def _rollout(

@@ -119,9 +119,7 @@ def test_the_observation_is_what_its_limits_say(reference):
         acceleration / limits.acceleration, math.cos(8 * table), math.sin(8 * table), rate / limits.table_rate,
         math.cos(cam), math.sin(cam), motor / OperatingPoint().motor_speed / limits.motor_speed,
     ]  # fmt: skip
-    np.testing.assert_allclose(observation, expected, rtol=3e-7)
-    peak = 2.0 * limits.vibration / 0.1  # twice the peak of rigid motion, not the sensor's range
-    assert limits.acceleration == pytest.approx(peak) and limits.reading == 100.0
+    np.testing.assert_array_equal(observation, np.array(expected).astype(np.float32))
 
 
 def test_a_reading_beyond_the_range_is_clipped(reference):
@@ -130,17 +128,6 @@ def test_a_reading_beyond_the_range_is_clipped(reference):
     record = readings(env, 80)
     assert np.abs(record).max() == 1.0
     assert np.abs(simulated(reference, 801)).max() > 10.0
-
-
-def test_an_acceleration_beyond_its_limit_is_observed_as_one(reference):
-    """While info still has the reading."""
-    env = IndexerEnv(machine=Faults(backlash=math.radians(20)).applied_to(reference))
-    env.reset(seed=0)
-    seen, read = zip(
-        *((step[0][0], step[4]["acceleration"][-1]) for step in (env.step(ONE) for _ in range(300))), strict=True
-    )
-    beyond = np.abs(read) > env.limits.acceleration
-    assert beyond.any() and (np.abs(seen)[beyond] == 1.0).all() and (np.abs(seen)[~beyond] < 1.0).all()
 
 
 def test_a_joint_without_edges_beside_one_with_edges_keeps_its_bits(smooth, reference):

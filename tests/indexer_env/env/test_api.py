@@ -209,3 +209,10 @@ def test_gymnasium_s_wrappers_work():
     for _ in range(20):
         *_, info = vector.step(np.ones((3, 1), dtype=np.float32))
     assert info["episode"]["l"].tolist() == [20, 20, 20]
+
+
+@pytest.mark.parametrize("name", ["Indexer", "IndexerDiagnosis"])
+@pytest.mark.filterwarnings("ignore:.*is out of date")
+def test_the_version_that_went_names_the_one_that_came(name):
+    with pytest.raises(gymnasium.error.DeprecatedEnv, match=f"use `indexer_env/{name}-v1` instead"):
+        gymnasium.make(f"indexer_env/{name}-v0")

@@ -67,6 +67,24 @@ def test_an_item_s_action_is_named():
         env.step(np.zeros((2, 2)))
 
 
+def test_an_item_s_machine_is_named(smooth):
+    """When it is made, and when a reset draws or is given what it cannot have."""
+    slipping = smooth.with_effects(make_effect("drive.slip", {"compliance": 20.0}))
+    with pytest.raises(
+        ParameterError, match=r"^IndexerVectorEnv item 1: IndexerEnv\.machine must be one that keeps 20%"
+    ):
+        IndexerVectorEnv(3, machine=[smooth, slipping, smooth], brake_torque=500.0)
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 2: IndexerVectorEnv\.machine must be a Machine"):
+        IndexerVectorEnv(3, machine=[smooth, smooth, 3])
+    cracked = {"roller_crack": 0.2, "cracked_station": 7}
+    few = dataclasses.replace(smooth, stations=6)
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 1: faults\.\w+ can be .*6 stations, got 7"):
+        IndexerVectorEnv(2, machine=[smooth, few], faults=cracked)
+    env = IndexerVectorEnv(2, machine=[smooth, few])
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 1: .*6 stations, got 7"):
+        env.reset(options={"faults": cracked})
+
+
 def test_steps_out_of_order(env):
     for fresh in (IndexerEnv(), gymnasium.make("indexer_env/Indexer-v1")):
         with pytest.raises(ResetNeeded):
