@@ -15,7 +15,7 @@ import indexer_env  # noqa: F401 (registers the environment)
 from benchmarks.report import Row, number
 from benchmarks.session import CORES
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 PEERS = ("CartPole-v1", "Pendulum-v1")
 MANY = 1024
 SIZES = (64, 256, 1024, 4096, 16384)

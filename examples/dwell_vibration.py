@@ -1,6 +1,6 @@
-"""What a controller of `indexer_env/Indexer-v0` is worth: its throughput, and how tables ring where work is done.
+"""What a controller of `indexer_env/Indexer-v1` is worth: its throughput, and how tables ring where work is done.
 
-Any policy, here a function of observations (n, 7) that returns speed shares (n, 1), is measured by `score` on machines
+Any policy, a function of observations (n, 7) that returns actions (n, 1), is measured by `score` on machines
 whose joints are drawn ±10 % and on several faults. Two controllers stand here that need no learning: `constant`, and
 `profile`, a speed that depends on the cam's phase alone, whose numbers `best_profile` finds.
 """
@@ -19,7 +19,11 @@ import indexer_env
 
 Policy = Callable[[np.ndarray], np.ndarray]
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
+RAMP = 5.0
+"""Of the inverter's command [share of nominal per s]: a servo drive's, 0.05 in a period, twenty times the default of the
+environment. What is measured here is what fast control of the speed can do."""
+
 HALF_WIDTH = 0.1
 """Of the law by which joints are drawn [-]: the paper's ±10 %."""
 
@@ -89,7 +93,7 @@ def score(
 def _fleet(count: int, faults: Mapping[str, Any]) -> Any:
     """Machines drawn ±10 %, one long episode each, that show what no bench does."""
     return gymnasium.make_vec(
-        ID, num_envs=count, vectorization_mode="vector_entry_point", half_width=HALF_WIDTH, faults=dict(faults),
+        ID, num_envs=count, vectorization_mode="vector_entry_point", half_width=HALF_WIDTH, ramp=RAMP, faults=dict(faults),
         reveal=True, max_episode_steps=10**9,
     )  # fmt: skip
 
@@ -101,11 +105,12 @@ def _nominal_cam_rate() -> float:
 
 def constant(share: float) -> Policy:
     """Always the same speed [share of nominal]."""
-    return lambda observations: np.full((len(observations), 1), share)
+    return lambda observations: np.full((len(observations), 1), 2.0 * share - 1.0)
 
 
 def profile(numbers: np.ndarray) -> Policy:
-    """A speed that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα), k to HARMONICS, within [0, 1].
+    """A speed that depends on the cam's phase α: a0 + Σ (a_k cos kα + b_k sin kα) [share of nominal], k to HARMONICS,
+    within [0, 1].
 
     numbers : a0, a1, b1, a2, b2 … (9,) for all machines, or (n, 9), one row for each.
     """
@@ -115,7 +120,7 @@ def profile(numbers: np.ndarray) -> Policy:
         waves = np.stack([phase**k for k in range(1, HARMONICS + 1)], axis=1)
         terms = np.stack([waves.real, waves.imag], axis=2).reshape(len(phase), 2 * HARMONICS)
         speed = (np.column_stack([np.ones(len(phase)), terms]) * numbers).sum(axis=1)
-        return np.clip(speed, 0.0, 1.0)[:, np.newaxis]
+        return 2.0 * np.clip(speed, 0.0, 1.0)[:, np.newaxis] - 1.0
 
     return policy
 

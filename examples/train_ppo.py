@@ -1,4 +1,4 @@
-"""Trains PPO on `indexer_env/Indexer-v0` and measures it beside controllers that need no learning.
+"""Trains PPO on `indexer_env/Indexer-v1` and measures it beside controllers that need no learning.
 
     python -m examples.train_ppo [FOLDER] [--seeds 0 1 2] [--steps 4000000]
 
@@ -23,8 +23,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from examples import learning_report
-from examples.dwell_vibration import HALF_WIDTH, ID, Policy, best_profile
-from indexer_env.stable_baselines import StableBaselinesVecEnv, environment_action
+from examples.dwell_vibration import HALF_WIDTH, ID, RAMP, Policy, best_profile
+from indexer_env.stable_baselines import StableBaselinesVecEnv
 
 TRAINING_FAULTS = {"backlash_deg": {"uniform": [0.0, 15.0]}}
 FLEET, ROLLOUT = 128, 128
@@ -44,7 +44,7 @@ def train(seed: int, steps: int = STEPS, *, fleet: int = FLEET, rollout: int = R
     env = StableBaselinesVecEnv(
         gymnasium.make_vec(
             ID, num_envs=fleet, vectorization_mode="vector_entry_point", autoreset_mode="SameStep",
-            half_width=HALF_WIDTH, faults=TRAINING_FAULTS,
+            half_width=HALF_WIDTH, ramp=RAMP, faults=TRAINING_FAULTS,
         )
     )  # fmt: skip
     model = PPO(
@@ -57,8 +57,8 @@ def train(seed: int, steps: int = STEPS, *, fleet: int = FLEET, rollout: int = R
 
 
 def acting(policy: ActorCriticPolicy) -> Policy:
-    """The policy without its exploration, in speed shares."""
-    return lambda observations: environment_action(policy.predict(observations, deterministic=True)[0])
+    """The policy without its exploration."""
+    return lambda observations: policy.predict(observations, deterministic=True)[0]
 
 
 def save(policy: ActorCriticPolicy, path: Path) -> None:

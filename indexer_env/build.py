@@ -58,6 +58,14 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
         raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.")) from None
 
 
+def check_keywords(owner: str, given: Collection[str], arguments: Collection[str], cls: type) -> None:
+    """Refuse a keyword that is neither an argument of `owner` nor a field of `cls`, whose fields it takes too."""
+    names = (*arguments, *(field.name for field in dataclasses.fields(cls)))
+    for key in given:
+        if key not in names:
+            field_of(owner, key, names)
+
+
 def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]:
     """The SI field that a key stands for, and the factor to its unit: ("backlash", π/180) for ``backlash_deg``.
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -56,7 +54,9 @@ class ControlTask:
     step : float
         Largest step of the integrator [s], as `Run.step`; a period takes at most MOST_STEPS.
     ramp : float
-        Fastest change of the inverter's command [share of nominal speed per s], > 0.
+        Fastest change of the inverter's command [share of nominal speed per s], > 0. The default takes 4 s from
+        standstill to nominal, as inverters of such drives are set; a faster one lets the random commands of an
+        algorithm that explores shake the table until standing still pays best.
     highest_share : float
         Upper end of the speed command [share of nominal speed], in [0.1, 1.5].
     brake_torque : float
@@ -70,7 +70,7 @@ class ControlTask:
     period: float = 0.01
     sample_rate: float = 1000.0
     step: float = 0.25e-3
-    ramp: float = 5.0
+    ramp: float = 0.25
     highest_share: float = 1.0
     brake_torque: float = 0.0
     vibration_weight: float = 0.5
@@ -119,10 +119,9 @@ class ControlTask:
         """Numbers in an action: the speed command, and the brake's where there is one."""
         return 2 if self.brake_torque > 0.0 else 1
 
-    @property
-    def action_high(self) -> np.ndarray:
-        """Upper ends of the actions (k,), float32; the lower ones are 0."""
-        return np.array([self.highest_share, 1.0][: self.actions], dtype=np.float32)
+    def shares(self, actions: np.ndarray) -> np.ndarray:
+        """Speed commands [share of nominal] and brake commands [share] (..., k) of actions (..., k) in [-1, 1]."""
+        return 0.5 * (1.0 + actions) * np.array([self.highest_share, 1.0][: self.actions])
 
 
 @dataclass(frozen=True)
@@ -213,7 +212,7 @@ def reward_bounds(task: ControlTask) -> tuple[float, float]:
     return lowest, kernel.MOST_THROUGHPUT
 
 
-def checked_actions(owner: str, given: object, shape: tuple[int, ...], high: Sequence[float]) -> np.ndarray:
+def checked_actions(owner: str, given: object, shape: tuple[int, ...]) -> np.ndarray:
     """Actions (k,) or (n, k) as float64, or one sentence on what is wrong with them; nothing is clipped."""
     if isinstance(given, np.ma.MaskedArray):
         raise refuse(owner, "action", "an array without a mask", given, "fill what is masked yourself")
@@ -224,22 +223,16 @@ def checked_actions(owner: str, given: object, shape: tuple[int, ...], high: Seq
         raise refuse(owner, "action", f"of shape {shape}", given if actions.size < 9 else actions.shape)
     if len(shape) == 1:  # a single environment's few numbers are checked faster one by one
         for place, value in enumerate(actions.tolist()):
-            if not 0.0 <= value <= high[place] and not _within(value, high[place]):  # NaN fails too
-                raise _out_of_box(owner, place, value, high)
+            if not -1.0 <= value <= 1.0:  # NaN fails too
+                raise _out_of_box(owner, place, value)
     else:
-        good = (actions >= 0.0) & (actions <= np.asarray(high))
-        if not good.all() and not (good := good | _within(actions, np.asarray(high))).all():
+        good = np.abs(actions) <= 1.0
+        if not good.all():
             item, place = np.argwhere(~good)[0].tolist()
-            raise _out_of_box(f"{owner} (item {item})", place, float(actions[item, place]), high)
+            raise _out_of_box(f"{owner} (item {item})", place, float(actions[item, place]))
     return actions.astype(np.float64, order="C")
 
 
-def _within(values: Any, high: Any) -> Any:
-    """Whether values are in the box as the space counts it: its bounds are the float32 next to what was asked for."""
-    return (values >= 0.0) & (np.asarray(values, dtype=np.float32) <= np.asarray(high, dtype=np.float32))
-
-
-def _out_of_box(owner: str, place: int, value: float, high: Sequence[float]) -> ParameterError:
-    name = ("speed share", "brake share")[place]
-    rule = f"finite and within [0, {high[place]:g}] ({name})"
-    return refuse(owner, "action", rule, value, "clip it yourself where that is meant")
+def _out_of_box(owner: str, place: int, value: float) -> ParameterError:
+    name = ("speed", "brake")[place]
+    return refuse(owner, "action", f"finite and within [-1, 1] ({name})", value, "clip it yourself where that is meant")

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from indexer_env.coefficients import coefficients
-from indexer_env.diagnosis_task import TURNS, DiagnosisTask, Setting
+from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.diagnosis_task import DiagnosisTask, Setting
 from indexer_env.errors import ParameterError, SimulationError, refuse
 from indexer_env.faults import Faults
 from indexer_env.machine import Machine
@@ -24,7 +24,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.simulate import simulate_batch
 from indexer_env.spectrum import density, level
-from indexer_env.wrappers import varied
+from indexer_env.variation import varied
 
 SAMPLE_RATE = 1000.0
 """Of a record [Hz], as on the paper's bench (section 5.1)."""
@@ -36,8 +36,23 @@ LEVELS = (-70.0, 30.0)
 """Level of a band [dB over 1 (unit of the reading)²/Hz] that is observed as -1 and as 1; what lies beyond is clipped.
 The bench's noise stands at -54 dB, its strongest band at about +10 dB."""
 
+WARMUP = 0.5
+"""Share of a turn that is simulated before a record: at 1.3 of nominal speed nine time constants of the reference
+machine's slowest mode, after which 2e-4 is left of the start's transient."""
+
+MOST_STEPS = 4
+"""Integrator steps in a sampling interval that a hypothesis may ask for; 4 resolve a housing at 150 Hz."""
+
 SHORTEST_TURN, LONGEST_TURN = 1.0, 600.0
 """Bounds of a turn's time [s]: a window of the spectrum, and what a record may hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a turn shows: the record, and its spectrum as it is observed, (BANDS,) in [-1, 1]."""
+
+    record: Signal
+    levels: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -78,22 +93,26 @@ def check_hypotheses(task: DiagnosisTask, machine: Machine) -> None:
     for name, law in task.hypotheses:
         ends = {field.name: getattr(law, field.name).extremes for field in dataclasses.fields(Faults)}
         for place in range(max(len(values) for values in ends.values())):
-            chosen = {field: values[min(place, len(values) - 1)] for field, values in ends.items()}
-            _faulty(name, machine, Faults(**chosen))
+            faults = Faults(**{field: values[min(place, len(values) - 1)] for field, values in ends.items()})
+            faulty = _faulty(name, machine, faults)
+            try:
+                steps = _steps([coefficients(faulty, OperatingPoint())])[0]
+            except ParameterError as error:
+                raise ParameterError(f"diagnosis.hypotheses.{name}: {error}") from None
+            if steps > MOST_STEPS:
+                rule = (
+                    f"such that a step of {1e3 / (MOST_STEPS * SAMPLE_RATE):g} ms resolves the machine's fastest mode"
+                )
+                remedy = f"it needs {1e3 / (steps * SAMPLE_RATE):.2g} ms, so make loose screws looser or tight"
+                raise refuse("diagnosis.hypotheses", name, rule, faults, remedy)
 
 
 def _faulty(name: str, machine: Machine, faults: Faults) -> Machine:
     """The machine with the faults of a hypothesis, if it can have them."""
     try:
-        faulty = faults.applied_to(machine)
-        largest = float(largest_steps([coefficients(faulty, OperatingPoint())])[0])
+        return faults.applied_to(machine)
     except ParameterError as error:
         raise ParameterError(f"diagnosis.hypotheses.{name}: {error}") from None
-    if Run().actual_step > largest:
-        rule = f"such that a step of {1e3 * Run().actual_step:g} ms resolves the machine's fastest mode"
-        remedy = f"it needs {1e3 * largest:.2g} ms, so make loose screws looser or tight"
-        raise refuse("diagnosis.hypotheses", name, rule, faults, remedy)
-    return faulty
 
 
 def measure(
@@ -102,16 +121,18 @@ def measure(
     operating_point: OperatingPoint,
     sensor: Sensor,
     rngs: Sequence[np.random.Generator],
-) -> list[Signal]:
+    numbers: Sequence[int] | None = None,
+) -> list[Measurement]:
     """One turn of each case at its setting, read by the sensor; case i takes from generator i, and from nothing else.
 
     The record starts at a cam angle drawn uniformly over the table's turn, for a bench has no mark; then the noise is
-    drawn. A turn is run before it, from motion on the law.
+    drawn. Of the turn before it WARMUP is simulated, from motion on the law. The integrator's step is the longest part
+    of a sampling interval that resolves the machine's fastest mode.
 
     Raises
     ------
     SimulationError
-        A machine that leaves the model's range at its setting.
+        A machine that leaves the model's range at its setting; the sentence calls case i by `numbers[i]`, or by i.
     """
     points = [
         _point(case, setting, operating_point, rng) for case, setting, rng in zip(cases, settings, rngs, strict=True)
@@ -119,16 +140,48 @@ def measure(
     lengths = [
         round(case.machine.turn_duration(point) * SAMPLE_RATE) for case, point in zip(cases, points, strict=True)
     ]
-    records: dict[int, Signal] = {}
-    for length in dict.fromkeys(lengths):
-        members = [i for i in range(len(cases)) if lengths[i] == length]
-        run = Run(sample_rate=SAMPLE_RATE, samples=length, warmup_turns=TURNS - 1)
-        batch = simulate_batch([cases[i].machine for i in members], [points[i] for i in members], run)
-        if batch.rejected:
-            raise SimulationError(next(iter(batch.rejected.values())))
-        for row, i in enumerate(members):
-            records[i] = sensor.read(batch.table_acceleration[row], SAMPLE_RATE, rngs[i])
-    return [records[i] for i in range(len(cases))]
+    kinds = list(zip(lengths, _steps([coefficients(case.machine, OperatingPoint()) for case in cases]), strict=True))
+    found: dict[int, Measurement] = {}
+    for kind in dict.fromkeys(kinds):
+        length, steps = kind
+        members = [i for i in range(len(cases)) if kinds[i] == kind]
+
+        def read(
+            items: np.ndarray, channels: Mapping[str, np.ndarray], members: list[int] = members, length: int = length
+        ) -> None:
+            """Called from several threads while a record is still in the cache."""
+            rows = [members[item] for item in items.tolist()]
+            turns = channels["table_acceleration"][:, -length:]
+            found.update(zip(rows, _read(turns, sensor, [rngs[i] for i in rows]), strict=True))
+
+        samples = length + round(WARMUP * length)
+        run = Run(sample_rate=SAMPLE_RATE, samples=samples, step=1.0 / (SAMPLE_RATE * steps), warmup_turns=0)
+        batch = simulate_batch([cases[i].machine for i in members], [points[i] for i in members], run, sink=read)
+        for row, reason in batch.rejected.items():
+            raise SimulationError(
+                reason.replace(
+                    f"(item {row})", f"(item {members[row] if numbers is None else numbers[members[row]]})", 1
+                )
+            )
+    return [found[i] for i in range(len(cases))]
+
+
+def _steps(items: Sequence[Coefficients]) -> list[int]:
+    """Integrator steps in a sampling interval, for each of some machines."""
+    found = np.zeros(len(items))
+    for model in {item.model for item in items}:
+        members = [place for place, item in enumerate(items) if item.model == model]
+        found[members] = np.ceil(1.0 / (SAMPLE_RATE * largest_steps([items[place] for place in members])) - 1e-9)
+    return np.maximum(found, 1.0).astype(int).tolist()
+
+
+def _read(accelerations: np.ndarray, sensor: Sensor, rngs: Sequence[np.random.Generator]) -> list[Measurement]:
+    """What the sensor makes of accelerations (n, samples) [rad/s²]."""
+    readings, rate = sensor.read_batch(accelerations, SAMPLE_RATE, rngs), sensor.record_rate(SAMPLE_RATE)
+    return [
+        Measurement(Signal(values, rate, unit=sensor.unit, source="simulated sensor"), levels)
+        for values, levels in zip(readings, band_levels(readings, rate), strict=True)
+    ]
 
 
 def _point(case: Case, setting: Setting, nominal: OperatingPoint, rng: np.random.Generator) -> OperatingPoint:
@@ -140,12 +193,12 @@ def _point(case: Case, setting: Setting, nominal: OperatingPoint, rng: np.random
     )
 
 
-def band_levels(record: Signal) -> np.ndarray:
-    """The spectrum of a record as it is observed, (BANDS,) in [-1, 1]: mean density of each band, as a level in dB, -1
-    and 1 at LEVELS."""
-    lines = density(record.values, record.sample_rate, BANDS * BAND_HZ + 1)[1:]
+def band_levels(records: np.ndarray, sample_rate: float) -> np.ndarray:
+    """The spectra of records (n, samples) as they are observed, (n, BANDS) in [-1, 1]: mean density of each band, as a
+    level in dB, -1 and 1 at LEVELS. A row does not depend on the others."""
+    lines = density(records, sample_rate, BANDS * BAND_HZ + 1)[:, 1:]
     low, high = LEVELS
-    levels = level(lines.reshape(BANDS, BAND_HZ).mean(axis=1), LEVELS)
+    levels = level(lines.reshape(-1, BANDS, BAND_HZ).mean(axis=2), LEVELS)
     return (2.0 * levels - low - high) / (high - low)
 
 

@@ -1,4 +1,4 @@
-"""`indexer_env/IndexerDiagnosis-v0`: a fault to be named from turns that cost.
+"""`indexer_env/IndexerDiagnosis-v1`: a fault to be named from turns that cost, one machine: a fleet of one.
 
 All about it: docs/environments/indexer_diagnosis.md.
 """
@@ -6,24 +6,20 @@ All about it: docs/environments/indexer_diagnosis.md.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.spaces import Box, Discrete
 
 from indexer_env.checks import check_choice, check_integer
-from indexer_env.diagnosis import BANDS, Case, band_levels, check_bench, check_hypotheses, draw_case, measure
-from indexer_env.diagnosis_task import DiagnosisTask, task_from_mapping
-from indexer_env.errors import ParameterError, refuse
+from indexer_env.diagnosis import Measurement
+from indexer_env.diagnosis_fleet import DiagnosisFleet
+from indexer_env.diagnosis_task import DiagnosisTask, Setting
+from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
-from indexer_env.scenario import loaded
 from indexer_env.sensors import Sensor
-from indexer_env.signal import Signal
 
 
 class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
@@ -44,8 +40,8 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         A preset of `conf/diagnosis`, a YAML file or the fields of `DiagnosisTask`.
     reveal : bool
         Whether info carries the truth.
-    render_mode : None
-        There is no picture.
+    render_mode : None or "rgb_array"
+        `render` gives a picture of what is known. Needs the extra ``[render]``.
     **changes
         Fields of `DiagnosisTask` that differ from those of `task`.
 
@@ -55,7 +51,7 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         One sentence on the parameter in question.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 (Gymnasium's interface)
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 (Gymnasium's interface)
 
     def __init__(
         self,
@@ -68,27 +64,50 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         render_mode: str | None = None,
         **changes: Any,
     ) -> None:
-        owner = "IndexerDiagnosisEnv"
-        self.machine: Machine = loaded(owner, "machine", machine, Machine, load_machine)
-        self.operating_point: OperatingPoint = loaded(
-            owner, "operating_point", operating_point, OperatingPoint, load_operating_point
-        )
-        self.sensor: Sensor = loaded(owner, "sensor", sensor, Sensor, load_sensor)
-        self.task = _task(task, changes)
-        check_bench(self.task, self.machine, self.operating_point, self.sensor)
-        check_hypotheses(self.task, self.machine)
+        self._fleet = DiagnosisFleet(1, machine, operating_point, sensor, task, changes)
         if not isinstance(reveal, bool):
-            raise refuse(owner, "reveal", "True or False", reveal)
+            raise refuse("IndexerDiagnosisEnv", "reveal", "True or False", reveal)
         if render_mode is not None:
-            raise refuse(owner, "render_mode", "None", render_mode, "it has no picture")
-        self.render_mode = None
-        self._reveal = reveal
-        self.settings, self.names = self.task.settings, self.task.names
-        self.costs = self.task.costs(self.machine, self.operating_point)
-        self.action_space = Discrete(len(self.settings) + len(self.names))
-        self.observation_space = Box(-1.0, 1.0, (BANDS + len(self.settings) + 1,))
-        self._case: Case | None = None
-        self._left, self._observation = 0.0, np.zeros(0, dtype=np.float32)
+            check_choice("IndexerDiagnosisEnv", "render_mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self._reveal, self._running = reveal, False
+        self.action_space, self.observation_space = self._fleet.spaces()
+        self._shown: list[tuple[Setting, np.ndarray]] | None = None
+
+    @property
+    def machine(self) -> Machine:
+        """The machine around which an episode's own is drawn."""
+        return self._fleet.machine
+
+    @property
+    def operating_point(self) -> OperatingPoint:
+        """Nominal motor speed and load torque."""
+        return self._fleet.operating_point
+
+    @property
+    def sensor(self) -> Sensor:
+        """The chain through which the acceleration is read."""
+        return self._fleet.sensor
+
+    @property
+    def task(self) -> DiagnosisTask:
+        """What may be measured and named, and what it costs."""
+        return self._fleet.task
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """The settings of the measuring actions, which come first."""
+        return self._fleet.settings
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the naming actions, which come after them."""
+        return self._fleet.names
+
+    @property
+    def costs(self) -> np.ndarray:
+        """What a turn at each setting costs (k,) [reward]."""
+        return self._fleet.costs
 
     @property
     def reward_range(self) -> tuple[float, float]:
@@ -108,11 +127,10 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
             An option that does not exist, or a value of one that cannot be.
         """
         super().reset(seed=seed)
-        self._case = None
-        self._case = draw_case(self.task, self.machine, self.np_random, self._hypothesis(options))
-        self._left = self.task.budget
-        self._observation = self._observed(np.full(BANDS, -1.0), None)
-        return self._observation.copy(), self._info(None)
+        self._running = False
+        self._fleet.start(0, self.np_random, self._fleet.hypothesis(options))
+        self._running, self._shown = True, []
+        return self._fleet.observations[0], self._info(None)
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Run one turn, or name the fault.
@@ -126,72 +144,50 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         SimulationError
             The machine leaves the model's range at the setting; the episode goes on.
         """
-        if self._case is None:
+        if not self._running:
             raise ResetNeeded("IndexerDiagnosisEnv.step must follow a reset, at first and after each end; call reset.")
-        place = _checked(action, len(self.settings) + len(self.names))
-        if place < len(self.settings) and self.costs[place] <= self._left:
-            (record,) = measure(
-                [self._case], [self.settings[place]], self.operating_point, self.sensor, [self.np_random]
+        place = _checked(action, int(self.action_space.n))  # type: ignore[attr-defined]
+        turn = self._fleet.step(np.array([place]), np.ones(1, dtype=bool), (self.np_random,))
+        self._running = not turn.terminated[0]
+        (measured,) = turn.measured
+        if measured is not None and self._shown is not None:
+            self._shown.append((self.settings[place], measured.levels))
+        return turn.observations[0], float(turn.rewards[0]), bool(turn.terminated[0]), False, self._info(measured)
+
+    def render(self) -> np.ndarray | None:  # type: ignore[override]
+        """What the episode's turns have shown and what is left of the budget, (480, 640, 3) uint8.
+
+        Raises
+        ------
+        ResetNeeded
+            Before the first reset.
+        gymnasium.error.DependencyNotInstalled
+            pygame, the extra ``[render]``, is not installed.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn(
+                "IndexerDiagnosisEnv.render was called without a render mode; make the environment with "
+                'render_mode="rgb_array".'
             )
-            self._left -= float(self.costs[place])
-            self._observation = self._observed(band_levels(record), place)
-            return self._observation.copy(), -float(self.costs[place]), False, False, self._info(record)
-        info = self._info(None)
-        right = place - len(self.settings) == self._case.name
-        self._case = None
-        reward = float(self.task.right if right else -self.task.wrong)
-        return self._observation.copy(), reward, True, False, info
-
-    def _hypothesis(self, options: Mapping[str, Any] | None) -> int | None:
-        """Place of the hypothesis that is asked for, None where it is to be drawn."""
-        if options and not isinstance(options, Mapping):
-            raise refuse("IndexerDiagnosisEnv.reset", "options", "a mapping", options)
-        for key in options or {}:
-            if key != "hypothesis":
-                raise ParameterError(f"IndexerDiagnosisEnv.reset has no option {key!r}; its only one is 'hypothesis'.")
-        if not options:
             return None
-        check_choice("IndexerDiagnosisEnv.reset", "hypothesis", options["hypothesis"], self.names)
-        return self.names.index(options["hypothesis"])
+        if self._shown is None:
+            raise ResetNeeded("IndexerDiagnosisEnv.render must follow a reset; call reset.")
+        from indexer_env.render import draw_spectra
 
-    def _observed(self, levels: np.ndarray, place: int | None) -> np.ndarray:
-        taken = np.zeros(len(self.settings))
-        if place is not None:
-            taken[place] = 1.0
-        return np.concatenate([levels, taken, [self._left / self.task.budget]]).astype(np.float32)
+        return draw_spectra(self._shown, float(self._fleet.left[0] / self.task.budget))
 
-    def _info(self, record: Signal | None) -> dict[str, Any]:
-        assert self._case is not None
-        affordable = self.costs <= self._left
-        info: dict[str, Any] = {"action_mask": np.concatenate([affordable, np.ones(len(self.names))]).astype(np.int8)}
-        if record is not None:
-            info["record"] = record
+    def _info(self, measured: Measurement | None) -> dict[str, Any]:
+        info: dict[str, Any] = {"action_mask": self._fleet.action_masks[0]}
+        if measured is not None:
+            info["record"] = measured.record
         if self._reveal:
-            faults = self._case.faults
-            info["truth"] = {
-                "hypothesis": self._case.name,
-                "roller_crack": faults.roller_crack,
-                "cracked_station": -1 if faults.cracked_station is None else faults.cracked_station,
-                "screw_looseness": faults.screw_looseness,
-                "backlash": faults.backlash,
-            }
+            info["truth"] = {name: values[0].item() for name, values in self._fleet.truths().items()}
         return info
 
 
-def _task(given: object, changes: Mapping[str, Any]) -> DiagnosisTask:
-    if isinstance(given, DiagnosisTask):
-        given = {key: getattr(given, key) for key in DiagnosisTask.__dataclass_fields__}
-    elif isinstance(given, str | Path):
-        given = load_yaml("diagnosis", given)
-    if not isinstance(given, Mapping):
-        rule = "a DiagnosisTask, a mapping of its fields or the name of a preset"
-        raise refuse("IndexerDiagnosisEnv", "task", rule, given)
-    return task_from_mapping({**given, **changes})
-
-
 def _checked(action: object, count: int) -> int:
-    """The action as an int, or one sentence on what is wrong with it."""
-    if type(action) is np.ndarray and action.shape == ():
+    """The action as an int, or one sentence on what is wrong with it; an array of one whole number is one."""
+    if type(action) is np.ndarray and action.size == 1:
         action = action.item()
     check_integer("IndexerDiagnosisEnv", "action", action, low=0, high=count - 1)
     return int(action)  # type: ignore[call-overload]

@@ -1,4 +1,4 @@
-"""`indexer_env/Indexer-v0`: one machine under speed control, a fleet of one (docs/environments/indexer.md)."""
+"""`indexer_env/Indexer-v1`: one machine under speed control, a fleet of one (docs/environments/indexer.md)."""
 
 from __future__ import annotations
 
@@ -80,7 +80,6 @@ class IndexerEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             check_choice("IndexerEnv", "render_mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
         self.action_space, self.observation_space = self._scenario.spaces()
-        self._high = self.action_space.high.tolist()
         truth = reveal or render_mode is not None
         self._fleet = Fleet(1, self._scenario.task, self._scenario.limits, self._scenario.sensor, truth=truth)
         self._reveal, self._running = reveal, False
@@ -150,9 +149,9 @@ class IndexerEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """
         if not self._running:
             raise ResetNeeded("IndexerEnv.step must follow a reset, at first and after each end; call reset.")
-        actions = checked_actions("IndexerEnv", action, (len(self._high),), self._high)
+        actions = checked_actions("IndexerEnv", action, (self.task.actions,))
         self._running = False  # a step that is broken off leaves nothing that could go on
-        period = self._fleet.step(actions[np.newaxis], None, (self.np_random,))
+        period = self._fleet.step(self.task.shares(actions)[np.newaxis], None, (self.np_random,))
         terminated = bool(period.terminated[0])
         self._running = not terminated
         if self.render_mode is not None and not terminated:

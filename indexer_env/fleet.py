@@ -202,7 +202,7 @@ class Fleet:
         )  # fmt: skip
         if self._any_changing:
             self._change(terminated)
-        return Period(self._observations.copy(), rewards, terminated, readings)
+        return Period(self.observations, rewards, terminated, readings)
 
     def _run_some(self, model: int, features: int, index: np.ndarray, n_steps: np.ndarray) -> None:
         """Run items `index` (k,), which do not stand side by side."""

@@ -62,7 +62,7 @@ def record_episodes(
     if not isinstance(env.unwrapped, IndexerEnv):
         raise refuse("record_episodes", "env", "an IndexerEnv or a wrapper of one", env)
     if env.spec is None or env.spec.max_episode_steps is None:
-        remedy = 'make it with gymnasium.make("indexer_env/Indexer-v0")'
+        remedy = 'make it with gymnasium.make("indexer_env/Indexer-v1")'
         raise refuse("record_episodes", "env", "one with a spec and an end of its episodes", env, remedy)
     try:
         json.dumps([env.spec.kwargs, [wrapper.kwargs for wrapper in env.spec.additional_wrappers]])

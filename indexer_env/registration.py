@@ -1,7 +1,7 @@
 """Enters the environments into Gymnasium's registry, on `import indexer_env`.
 
 Gymnasium 1.0 took away the entry points by which a plugin could register itself without an import; in their place
-``gymnasium.make("indexer_env:indexer_env/Indexer-v0")`` imports the package in the same call.
+``gymnasium.make("indexer_env:indexer_env/Indexer-v1")`` imports the package in the same call.
 """
 
 from __future__ import annotations
@@ -13,11 +13,15 @@ MAX_EPISODE_STEPS = 1640
 
 
 def register_environments() -> None:
-    """Register `indexer_env/Indexer-v0` and `indexer_env/IndexerDiagnosis-v0`."""
+    """Register `indexer_env/Indexer-v1` and `indexer_env/IndexerDiagnosis-v1`."""
     register(
-        id="indexer_env/Indexer-v0",
+        id="indexer_env/Indexer-v1",
         entry_point="indexer_env.env:IndexerEnv",
         vector_entry_point="indexer_env.vector_env:IndexerVectorEnv",
         max_episode_steps=MAX_EPISODE_STEPS,
     )
-    register(id="indexer_env/IndexerDiagnosis-v0", entry_point="indexer_env.diagnosis_env:IndexerDiagnosisEnv")
+    register(
+        id="indexer_env/IndexerDiagnosis-v1",
+        entry_point="indexer_env.diagnosis_env:IndexerDiagnosisEnv",
+        vector_entry_point="indexer_env.diagnosis_vector_env:IndexerDiagnosisVectorEnv",
+    )

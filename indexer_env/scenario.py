@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from indexer_env.build import from_mapping
+from indexer_env.build import check_keywords, from_mapping
 from indexer_env.checks import did_you_mean
 from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, limits_of
 from indexer_env.errors import ParameterError, refuse
@@ -52,11 +52,7 @@ class Scenario:
         others: Sequence[str] = (),
     ) -> Scenario:
         """From the arguments of an environment, which has `others` besides; raises ParameterError."""
-        names = (*_ARGUMENTS, *others, *(field.name for field in dataclasses.fields(ControlTask)))
-        for key in task:
-            if key.removesuffix("_deg") not in names:
-                hint = did_you_mean(key, names) or "its parameters are " + ", ".join(names)
-                raise ParameterError(f"IndexerEnv has no parameter {key!r}; {hint}.")
+        check_keywords("IndexerEnv", task, (*_ARGUMENTS, *others), ControlTask)
         numbers = from_mapping(ControlTask, task, owner="IndexerEnv")
         chain = loaded("IndexerEnv", "sensor", sensor, Sensor, load_sensor)
         ordered = loaded("IndexerEnv", "machine", machine, Machine, load_machine)
@@ -69,8 +65,7 @@ class Scenario:
 
     def spaces(self) -> tuple[Box, Box]:
         """Action and observation space of one machine."""
-        high = self.task.action_high
-        return Box(np.zeros_like(high), high), Box(-1.0, 1.0, (OBSERVED,))
+        return Box(-1.0, 1.0, (self.task.actions,)), Box(-1.0, 1.0, (OBSERVED,))
 
     def draw(self, rng: np.random.Generator) -> Start:
         """Start of an episode: the start angle is drawn first, uniform over the first dwell, then the faults.

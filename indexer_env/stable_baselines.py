@@ -6,7 +6,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
@@ -15,16 +14,11 @@ from indexer_env.errors import refuse
 from indexer_env.vector_env import IndexerVectorEnv
 
 
-def environment_action(action: np.ndarray, high: np.ndarray | float = 1.0) -> np.ndarray:
-    """high (1 + a) / 2: the environment's action from one of an algorithm, a, which is clipped to [-1, 1]."""
-    return 0.5 * (1.0 + np.clip(action, -1.0, 1.0)) * high
-
-
 class StableBaselinesVecEnv(VecEnv):
     """An `IndexerVectorEnv`, all machines in one kernel call, under the interface of stable-baselines3's algorithms.
 
-    Its actions are in [-1, 1], as stable-baselines3 advises; `environment_action` gives the environment's. Infos hold
-    what stable-baselines3 itself reads: "terminal_observation" and "TimeLimit.truncated" where an episode has ended.
+    Infos hold what stable-baselines3 itself reads: "terminal_observation" and "TimeLimit.truncated" where an episode
+    has ended.
 
     Parameters
     ----------
@@ -45,9 +39,8 @@ class StableBaselinesVecEnv(VecEnv):
         if native.autoreset_mode is not AutoresetMode.SAME_STEP:
             rule = 'in autoreset mode "SameStep"'
             raise refuse("StableBaselinesVecEnv", "env", rule, native.autoreset_mode.value, "give it to make_vec")
-        self._env, self._high = native, native.task.action_high
-        actions = Box(-1.0, 1.0, self._high.shape)
-        super().__init__(native.num_envs, native.single_observation_space, actions)
+        self._env = native
+        super().__init__(native.num_envs, native.single_observation_space, native.single_action_space)
 
     def reset(self) -> np.ndarray:
         """Start all episodes; item i has the seed s + i after `seed(s)`."""
@@ -60,13 +53,8 @@ class StableBaselinesVecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Keep the actions (n, k) until `step_wait`; raises ParameterError for another shape or what is not finite."""
-        shape = (self.num_envs, *self.action_space.shape)  # type: ignore[misc]
-        given = np.asarray(actions)
-        if given.shape != shape or given.dtype.kind not in "fiu" or not np.isfinite(given).all():
-            rule = f"finite numbers of shape {shape}"
-            raise refuse("StableBaselinesVecEnv", "action", rule, given if given.size < 9 else given.shape)
-        self._actions = environment_action(actions, self._high)
+        """Keep the actions (n, k) until `step_wait`, which checks them."""
+        self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
         """Run one control period: observations (n, 7), rewards (n,), ends (n,) bool and infos."""

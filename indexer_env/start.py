@@ -27,6 +27,10 @@ class Start:
         """The coefficients with these faults, for an integrator's step [s]; raises as `items_of`."""
         return items_of([(self, faults)], step)[0]
 
+    def check(self, step: float) -> None:
+        """Refuse what the first or the worst faults of its course make of it; raises as `items_of`."""
+        items_of([(self, self.course.at(0.0, 0.0)), (self, self.course.worst)], step)
+
 
 def items_of(starts: Sequence[tuple[Start, Faults]], step: float) -> list[Coefficients]:
     """The coefficients of starts with faults, for an integrator's step [s].

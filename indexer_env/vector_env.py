@@ -1,4 +1,4 @@
-"""`indexer_env/Indexer-v0` for many machines: one kernel call steps them all."""
+"""`indexer_env/Indexer-v1` for many machines: one kernel call steps them all."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from indexer_env.checks import check_choice, check_integer
+from indexer_env.checks import check_integer
 from indexer_env.control import ControlTask, Limits, checked_actions
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fleet import Fleet
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.presets import load_machine, load_operating_point
 from indexer_env.registration import MAX_EPISODE_STEPS
-from indexer_env.scenario import Scenario, check_faults, options_for
+from indexer_env.scenario import Scenario, check_faults, loaded, options_for
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start
 from indexer_env.variation import check_half_width, variation_rng, varied
+from indexer_env.vector_parts import Generators, autoreset_mode_of, final_infos, mask_of, naming, seeds_of
 
 _ARGUMENTS = ("num_envs", "half_width", "autoreset_mode", "max_episode_steps")
 """What it takes that the single environment does not."""
@@ -89,7 +90,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             raise ParameterError(f"IndexerVectorEnv.reveal must be True or False, got {reveal!r}.")
         check_half_width("IndexerVectorEnv", half_width)
         self.num_envs = num_envs
-        self.autoreset_mode = _mode(autoreset_mode)
+        self.autoreset_mode = autoreset_mode_of("IndexerVectorEnv", autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._scenarios = _scenarios(num_envs, machine, operating_point, faults, sensor, task)
         first = self._scenarios[0]
@@ -99,12 +100,10 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         self.single_action_space, self.single_observation_space = first.spaces()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._high = self.single_action_space.high.tolist()
         self._fleet = Fleet(num_envs, first.task, first.limits, first.sensor, truth=reveal)
         self._reveal, self._most_steps, self._half_width = reveal, max_episode_steps, half_width
-        self._rngs: list[np.random.Generator] = []
-        self._machine_rngs: list[np.random.Generator] = []
-        self._seeds: list[int] = []
+        self._generators = Generators(num_envs)
+        self._machine_rngs: dict[int, np.random.Generator] = {}
         self._elapsed = np.zeros(num_envs, dtype=np.int64)
         self._ended, self._started = np.zeros(num_envs, dtype=bool), np.zeros(num_envs, dtype=bool)
 
@@ -122,26 +121,18 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The items' generators."""
         self._seed([None] * self.num_envs, np.zeros(self.num_envs, dtype=bool))
-        return tuple(self._rngs)
+        return tuple(self._generators.rngs)
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """The items' seeds."""
         self._seed([None] * self.num_envs, np.zeros(self.num_envs, dtype=bool))
-        return tuple(self._seeds)
+        return tuple(self._generators.seeds)
 
     def _seed(self, seeds: Sequence[int | None], mask: np.ndarray) -> None:
-        """Give the items of the mask that have a seed new generators, and every item those that has none yet."""
-        given = [seed if chosen else None for seed, chosen in zip(seeds, mask, strict=True)]
-        if not self._rngs:
-            pairs = [seeding.np_random(seed) for seed in given]
-            self._rngs, self._seeds = [rng for rng, _ in pairs], [known for _, known in pairs]
-            self._machine_rngs = [variation_rng(seed) for seed in given]
-            return
-        for i, seed in enumerate(given):
-            if seed is not None:
-                self._rngs[i], self._seeds[i] = seeding.np_random(seed)
-                self._machine_rngs[i] = variation_rng(seed)
+        """Seed the items' generators, those of their machines too."""
+        for i in self._generators.seed(seeds, mask):
+            self._machine_rngs[i] = variation_rng(seeds[i] if mask[i] else None)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -157,13 +148,8 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         if options and not isinstance(options, Mapping):
             raise refuse("IndexerVectorEnv.reset", "options", "a mapping", options)
         given = dict(options or {})
-        mask = _checked_mask(given.pop("reset_mask", None), self.num_envs)
-        if seed is None or isinstance(seed, int):
-            seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
-        else:
-            seeds = list(seed) if isinstance(seed, list | tuple | range) else []
-        if len(seeds) != self.num_envs:
-            raise refuse("IndexerVectorEnv.reset", "seed", f"one or {self.num_envs} whole numbers", seed)
+        mask = mask_of("IndexerVectorEnv", given.pop("reset_mask", None), self.num_envs)
+        seeds = seeds_of("IndexerVectorEnv", seed, self.num_envs)
         self._seed(seeds, mask)
         index = np.flatnonzero(mask)
         readings = np.zeros((self.num_envs, self._fleet.task.samples))
@@ -189,9 +175,10 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             raise ResetNeeded(
                 f'Episodes {which} have ended; reset them with options={{"reset_mask": …}} before a step.'
             )
-        checked = checked_actions("IndexerVectorEnv", actions, (self.num_envs, len(self._high)), self._high)
+        checked = checked_actions("IndexerVectorEnv", actions, (self.num_envs, self.task.actions))
         self._started[:] = False  # a step that is broken off leaves nothing that could go on
-        period = self._fleet.step(checked, np.flatnonzero(~ended) if any_ended else None, self._rngs)
+        live = np.flatnonzero(~ended) if any_ended else None
+        period = self._fleet.step(self.task.shares(checked), live, self._generators.rngs)
         observations, rewards, terminations = period.observations, period.rewards, period.terminated
         self._elapsed += 1
         truncations = self._elapsed >= self._most_steps
@@ -213,21 +200,25 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         """Start the episodes that this step ended, in place; what they ended with, as final_obs and final_info."""
         ended = self._ended.copy()
         index = np.flatnonzero(ended)
-        final = np.full(self.num_envs, None, dtype=object)
-        for i in index:
-            final[i] = observations[i].copy()
         last = self._infos(np.where(ended[:, np.newaxis], readings, 0.0), ended)
-        infos: dict[str, Any] = {
-            "final_obs": final, "_final_obs": ended, "final_info": last, "_final_info": ended.copy(),
-        }  # fmt: skip
+        infos = final_infos(observations, ended, last)
         readings[index] = self._start(index)
         observations[index] = self._fleet.observations[index]
         return infos
 
     def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> np.ndarray:
         """Start items anew; readings (k, m)."""
-        starts = [self._drawn(int(i), options) for i in index]
-        readings = self._fleet.start(index.tolist(), starts, self._rngs)
+        starts = []
+        for i in index.tolist():
+            with naming("IndexerVectorEnv", i):
+                starts.append(self._drawn(i, options))
+        try:
+            readings = self._fleet.start(index.tolist(), starts, self._generators.rngs)
+        except ParameterError:
+            for i, start in zip(index.tolist(), starts, strict=True):  # they were checked together: which is it?
+                with naming("IndexerVectorEnv", i):
+                    start.check(self.task.integrator_step)
+            raise
         self._elapsed[index], self._ended[index], self._started[index] = 0, False, True
         return readings
 
@@ -237,7 +228,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         if self._half_width > 0.0:
             machine = varied(scenario.machine, self._half_width, self._machine_rngs[i])
             scenario = dataclasses.replace(scenario, machine=machine)
-        return scenario.draw(self._rngs[i])
+        return scenario.draw(self._generators.rngs[i])
 
     def _infos(self, readings: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
         infos: dict[str, Any] = {"acceleration": readings, "_acceleration": mask.copy()}
@@ -248,23 +239,6 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
                 truth |= {name: values, f"_{name}": mask.copy()}
             infos |= {"truth": truth, "_truth": mask.copy()}
         return infos
-
-
-def _mode(given: object) -> AutoresetMode:
-    if isinstance(given, AutoresetMode):
-        return given
-    names = {mode.value: mode for mode in AutoresetMode}
-    check_choice("IndexerVectorEnv", "autoreset_mode", given, names)
-    return names[str(given)]
-
-
-def _checked_mask(mask: object, n: int) -> np.ndarray:
-    if mask is None:
-        return np.ones(n, dtype=bool)
-    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (n,) or not mask.any():
-        rule = f"a bool array of shape ({n},) with at least one True"
-        raise refuse("IndexerVectorEnv.reset", "reset_mask", rule, mask)
-    return mask
 
 
 def _scenarios(
@@ -279,8 +253,23 @@ def _scenarios(
     for name, given in (("machine", machines), ("operating_point", points)):
         if len(given) != n:
             raise refuse("IndexerVectorEnv", name, f"one, or a sequence of num_envs = {n}", f"{len(given)} of them")
-    first = Scenario.of(machines[0], points[0], faults, sensor, task, _ARGUMENTS)
-    given = zip(machines, points, strict=True)
-    scenarios = [options_for(first, {"machine": machine, "operating_point": point}) for machine, point in given]
-    check_faults(scenarios)
+    pairs = []
+    for i, (own, point) in enumerate(zip(machines, points, strict=True)):
+        with naming("IndexerVectorEnv", i):
+            pairs.append((
+                loaded("IndexerVectorEnv", "machine", own, Machine, load_machine),
+                loaded("IndexerVectorEnv", "operating_point", point, OperatingPoint, load_operating_point),
+            ))  # fmt: skip
+    first = Scenario.of(*pairs[0], faults, sensor, task, _ARGUMENTS)
+    scenarios = []
+    for i, (own, point) in enumerate(pairs):
+        with naming("IndexerVectorEnv", i):
+            scenarios.append(options_for(first, {"machine": own, "operating_point": point}))
+    try:
+        check_faults(scenarios)
+    except ParameterError:
+        for i, scenario in enumerate(scenarios):  # they were checked together: which is it?
+            with naming("IndexerVectorEnv", i):
+                check_faults([scenario])
+        raise
     return scenarios

@@ -1,4 +1,4 @@
-"""Baselines of `IndexerDiagnosis-v0`: how often they are right against what their measurements cost.
+"""Baselines of `IndexerDiagnosis-v1`: how often they are right against what their measurements cost.
 
 measured     cases measured once at every setting
 belief       what measurements say about the name

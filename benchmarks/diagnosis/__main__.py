@@ -20,7 +20,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few cases, a look whether all runs; nothing is written")
     size = QUICK if parser.parse_args().quick else Size()
-    env = gymnasium.make("indexer_env/IndexerDiagnosis-v0").unwrapped
+    env = gymnasium.make("indexer_env/IndexerDiagnosis-v1").unwrapped
     assert isinstance(env, IndexerDiagnosisEnv)
     rows, told = evaluate(env, size, lambda text: print(text, "…", flush=True))
     results = {

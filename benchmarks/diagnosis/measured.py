@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from indexer_env.diagnosis import band_levels, draw_case, measure
+from indexer_env.diagnosis import draw_case, measure
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 
 CHUNK = 256
@@ -42,7 +42,7 @@ def measured(env: IndexerDiagnosisEnv, count: int, seed: int) -> Measured:
         ]
         cases = [draw_case(env.task, env.machine, rng) for rng in rngs]
         shown = [
-            [band_levels(record) for record in measure(cases, [s] * len(cases), env.operating_point, env.sensor, rngs)]
+            [found.levels for found in measure(cases, [s] * len(cases), env.operating_point, env.sensor, rngs)]
             for s in env.settings
         ]
         names += [case.name for case in cases]

@@ -64,7 +64,7 @@ def draw(results: dict[str, Any], path: Path = PICTURE) -> None:
         )  # fmt: skip
     axes.set_xlabel("cost of the measurements of an episode [reward]")
     axes.set_ylabel("right names [%]")
-    axes.set_title("IndexerDiagnosis-v0: upper left is better")
+    axes.set_title("IndexerDiagnosis-v1: upper left is better")
     axes.set_xscale("log")
     axes.set_xticks([0.05, 0.1, 0.2, 0.5, 1.0])
     axes.xaxis.set_major_formatter("{x:g}")

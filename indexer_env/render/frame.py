@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,8 @@ from indexer_env.render.scene import Scene
 
 if TYPE_CHECKING:
     import pygame
+
+    from indexer_env.diagnosis_task import Setting
 
 SMALLEST = (480, 360)
 """Width and height below which words would touch [px]."""
@@ -31,11 +34,26 @@ def draw(scene: Scene, width: int = 640, height: int = 480) -> np.ndarray:
     gymnasium.error.DependencyNotInstalled
         pygame is not installed.
     """
-    surface = _surface(scene, width, height)
+    return _pixels(_surface(scene, width, height))
+
+
+def draw_spectra(
+    turns: Sequence[tuple[Setting, np.ndarray]], left: float, width: int = 640, height: int = 480
+) -> np.ndarray:
+    """What the turns of a diagnosis have shown, each a setting and its spectrum (BANDS,) in [-1, 1], and the share
+    `left` of the budget, as pixels; returns and raises as `draw`."""
+    _check_size("draw_spectra", width, height)
+    _need_pygame()
+    from indexer_env.render.spectra_view import paint_spectra
+
+    return _pixels(paint_spectra(turns, left, width, height).finished())
+
+
+def _pixels(surface: pygame.Surface) -> np.ndarray:
     import pygame
 
     pixels = np.frombuffer(pygame.image.tobytes(surface, "RGB"), dtype=np.uint8)
-    return pixels.reshape(height, width, 3).copy()
+    return pixels.reshape(surface.get_height(), surface.get_width(), 3).copy()
 
 
 class Window:
@@ -104,6 +122,13 @@ def _check_size(owner: str, width: int, height: int) -> None:
 
 def _surface(scene: Scene, width: int, height: int) -> pygame.Surface:
     _check_size("draw", width, height)
+    _need_pygame()
+    from indexer_env.render.picture import paint
+
+    return paint(scene, width, height).finished()
+
+
+def _need_pygame() -> None:
     # Gymnasium before pygame: it keeps pygame from printing its greeting
     from gymnasium.error import DependencyNotInstalled
 
@@ -113,6 +138,3 @@ def _surface(scene: Scene, width: int, height: int) -> pygame.Surface:
         raise DependencyNotInstalled(
             'pygame is not installed, run `pip install "indexer-diagnosis[render]"`'
         ) from error
-    from indexer_env.render.picture import paint
-
-    return paint(scene, width, height).finished()

@@ -12,7 +12,7 @@ import indexer_env  # noqa: F401 (registers the environments)
 from indexer_env.diagnosis import BANDS
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 
-ID = "indexer_env/IndexerDiagnosis-v0"
+ID = "indexer_env/IndexerDiagnosis-v1"
 SMALL = {"speeds": [1.0, 1.3], "brakes": [0.0, 200.0]}
 """A grid of fast turns, which take little time to simulate."""
 
@@ -147,3 +147,27 @@ def test_a_vector_is_its_single_environments(mode):
         np.testing.assert_array_equal(vector.step(np.array([1, 1, 1]))[0][2], singles[2].step(1)[0])
     else:
         np.testing.assert_array_equal(begun, fresh)
+
+
+def test_a_picture_shows_every_turn_and_the_budget():
+    env = gymnasium.make(ID, render_mode="rgb_array", **SMALL)
+    env.reset(seed=0)
+    pictures = [env.render()]
+    for action in (1, 2):
+        env.step(action)
+        pictures.append(env.render())
+    assert all(picture.shape == (480, 640, 3) and picture.dtype == np.uint8 for picture in pictures)
+    assert not np.array_equal(pictures[0], pictures[1]) and not np.array_equal(pictures[1], pictures[2])
+    env.step(4)
+    np.testing.assert_array_equal(env.render(), pictures[2])
+    env.reset(seed=1)
+    np.testing.assert_array_equal(env.render(), pictures[0])
+
+
+def test_a_picture_needs_its_mode_and_a_reset():
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"IndexerDiagnosisEnv\.render must follow a reset"):
+        IndexerDiagnosisEnv(render_mode="rgb_array").render()
+    env = IndexerDiagnosisEnv()
+    env.reset()
+    with pytest.warns(UserWarning, match="without a render mode"):
+        assert env.render() is None

@@ -1,15 +1,15 @@
 """A measurement is a simulated turn read by the sensor; money and names are booked as the page says."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from indexer_env import OperatingPoint, Run, load_machine, load_sensor, simulate
-from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, band_levels, draw_case, measure
+from indexer_env import Faults, OperatingPoint, Run, load_machine, load_sensor, simulate, simulate_batch
+from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, WARMUP, Case, band_levels, draw_case, measure
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 from indexer_env.diagnosis_task import Setting
-from indexer_env.signal import Signal
 
 TASK = IndexerDiagnosisEnv().task
 
@@ -20,31 +20,74 @@ def cases_and_rngs(count: int) -> tuple[list, list[np.random.Generator]]:
 
 
 def test_a_batch_gives_the_bits_of_its_items():
+    """Records and spectra; one of the machines needs a finer step than the others."""
     settings = [Setting(1.3, 0.0), Setting(1.0, 200.0), Setting(1.3, 200.0), Setting(1.3, 0.0)]
     sensor, point = load_sensor("bench"), OperatingPoint()
     cases, rngs = cases_and_rngs(4)
+    cases[3] = loose(0.05)
     together = measure(cases, settings, point, sensor, rngs)
     cases, rngs = cases_and_rngs(4)
+    cases[3] = loose(0.05)
     for i in range(4):
-        assert measure([cases[i]], [settings[i]], point, sensor, [rngs[i]]) == [together[i]]
+        (alone,) = measure([cases[i]], [settings[i]], point, sensor, [rngs[i]])
+        assert alone.record == together[i].record
+        np.testing.assert_array_equal(alone.levels, together[i].levels)
+
+
+def loose(looseness: float) -> Case:
+    faults = Faults(screw_looseness=looseness)
+    return Case(0, faults, faults.applied_to(load_machine("reference")))
 
 
 def test_a_record_is_a_turn_of_simulate():
     (case,), (rng,) = cases_and_rngs(1)
-    (record,) = measure([case], [Setting(1.3, 200.0)], OperatingPoint(), load_sensor("bench"), [rng])
+    (found,) = measure([case], [Setting(1.3, 200.0)], OperatingPoint(), load_sensor("bench"), [rng])
     twin = np.random.default_rng(0)
     draw_case(TASK, load_machine("reference"), twin)
     nominal = OperatingPoint()
     point = OperatingPoint(1.3 * nominal.motor_speed, nominal.load_torque + 200.0, 16.0 * math.pi * twin.random())
-    truth = simulate(case.machine, point, Run(samples=len(record.values), warmup_turns=1)).table_acceleration
-    assert len(truth) == round(8200 / 1.3)
-    np.testing.assert_array_equal(record.values, load_sensor("bench").read(truth, 1000.0, twin).values)
+    length = round(8200 / 1.3)
+    run = Run(samples=length + round(WARMUP * length), warmup_turns=0, step=1e-3)
+    truth = simulate(case.machine, point, run).table_acceleration[-length:]
+    np.testing.assert_array_equal(found.record.values, load_sensor("bench").read(truth, 1000.0, twin).values)
+    np.testing.assert_array_equal(found.levels, band_levels(found.record.values[np.newaxis], 1000.0)[0])
+
+
+def test_the_step_is_the_longest_that_resolves_the_machine(monkeypatch):
+    """The housing stands at 55 Hz with a looseness of 0.05 and at 95 Hz with 0.016; 40 Hz and 80 Hz are the bounds."""
+    steps = []
+
+    def watched(machines, points, run, **others):
+        steps.append(run.step)
+        return simulate_batch(machines, points, run, **others)
+
+    monkeypatch.setattr("indexer_env.diagnosis.simulate_batch", watched)
+    for looseness in (0.3, 0.05, 0.016):
+        measure(
+            [loose(looseness)], [TASK.settings[6]], OperatingPoint(), load_sensor("bench"), [np.random.default_rng(0)]
+        )
+    assert steps == pytest.approx([1e-3, 1e-3 / 2, 1e-3 / 3])
+
+
+def test_a_coarser_step_and_a_shorter_start_show_the_same_spectrum():
+    """Without play, where a record can be compared at all: to a tenth of a decibel wherever a band stands out of the
+    noise."""
+    machine = load_machine("smooth")
+    quiet = dataclasses.replace(load_sensor("bench"), noise_density=0.0, bits=None)
+    rng = np.random.default_rng(4)
+    (found,) = measure([Case(0, Faults(), machine)], [Setting(1.3, 0.0)], OperatingPoint(), quiet, [rng])
+    point = OperatingPoint(
+        1.3 * OperatingPoint().motor_speed, start_angle=16.0 * math.pi * np.random.default_rng(4).random()
+    )
+    point = dataclasses.replace(point, start_angle=point.start_angle + WARMUP * 16.0 * math.pi)
+    fine = simulate(machine, point, Run(samples=len(found.record.values), step=0.1e-3, warmup_turns=2))
+    expected = band_levels(quiet.read(fine.table_acceleration, 1000.0).values[np.newaxis], 1000.0)[0]
+    np.testing.assert_allclose(found.levels, expected, atol=0.1 * 2.0 / (LEVELS[1] - LEVELS[0]))
 
 
 def test_a_turn_of_a_sine_shows_in_its_band_alone():
     time = np.arange(4000) / 1000.0
-    record = Signal(np.sin(2.0 * math.pi * 30.5 * time), 1000.0)
-    levels = band_levels(record)
+    levels = band_levels(np.sin(2.0 * math.pi * 30.5 * time)[np.newaxis], 1000.0)[0]
     assert levels.shape == (BANDS,) and levels.argmax() == (30 - 1) // BAND_HZ
     decibels = 0.5 * (levels.max() * (LEVELS[1] - LEVELS[0]) + LEVELS[0] + LEVELS[1])
     assert decibels == pytest.approx(10.0 * math.log10(0.5 / BAND_HZ), abs=0.1)  # power ½ in a band of 4 Hz
@@ -87,7 +130,9 @@ def test_the_observation_says_what_was_measured():
     start, _ = env.reset(seed=3)
     np.testing.assert_array_equal(start, [-1.0] * BANDS + [0.0] * 8 + [1.0])
     observation, _, _, _, info = env.step(7)
-    np.testing.assert_array_equal(observation[:BANDS], band_levels(info["record"]).astype(np.float32))
+    np.testing.assert_array_equal(
+        observation[:BANDS], band_levels(info["record"].values[np.newaxis], 1000.0)[0].astype(np.float32)
+    )
     assert observation[BANDS:-1].tolist() == [0.0] * 7 + [1.0]
 
 

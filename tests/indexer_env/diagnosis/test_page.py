@@ -35,7 +35,7 @@ def test_every_argument_stands_there_with_its_default():
 
 
 def test_its_numbers_are_those_of_the_code():
-    env = gymnasium.make("indexer_env/IndexerDiagnosis-v0")
+    env = gymnasium.make("indexer_env/IndexerDiagnosis-v1")
     assert str(env.action_space) in PAGE and str(env.observation_space) in PAGE
     own = env.unwrapped
     assert isinstance(own, IndexerDiagnosisEnv)

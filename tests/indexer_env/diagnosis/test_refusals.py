@@ -17,7 +17,19 @@ TWO = {"sound": {}, "worn": {"backlash_deg": 5.0}}
 
 @pytest.mark.parametrize(
     "action",
-    [-1, 16, 1.0, True, "1", None, math.nan, np.ones(1, dtype=int), np.ma.masked, np.ma.array(1, mask=True)],
+    [
+        -1,
+        16,
+        1.0,
+        True,
+        "1",
+        None,
+        math.nan,
+        np.ones(2, dtype=int),
+        np.ones(1),
+        np.ma.masked,
+        np.ma.array(1, mask=True),
+    ],
     ids=repr,
 )
 def test_an_action_that_is_none(action):
@@ -27,10 +39,11 @@ def test_an_action_that_is_none(action):
     with pytest.raises(ParameterError, match=r"IndexerDiagnosisEnv\.action must be a whole number >= 0 and <= 15, got"):
         env.step(action)
     np.testing.assert_array_equal(env.step(np.array(6))[0], twin.step(np.int64(6))[0])
+    np.testing.assert_array_equal(env.step(np.array([6]))[0], twin.step(6)[0])  # as some algorithms give it
 
 
 def test_steps_out_of_order():
-    for fresh in (IndexerDiagnosisEnv(), gymnasium.make("indexer_env/IndexerDiagnosis-v0")):
+    for fresh in (IndexerDiagnosisEnv(), gymnasium.make("indexer_env/IndexerDiagnosis-v1")):
         with pytest.raises(ResetNeeded):
             fresh.step(0)
     env = IndexerDiagnosisEnv()
@@ -63,7 +76,13 @@ def test_an_option_that_cannot_be(options, said):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"budgt": 1.0}, "diagnosis has no parameter 'budgt'; did you mean 'budget'."),
+        ({"budgt": 1.0}, "IndexerDiagnosisEnv has no parameter 'budgt'; did you mean 'budget'."),
+        ({"machin": "smooth"}, "IndexerDiagnosisEnv has no parameter 'machin'; did you mean 'machine'."),
+        (
+            {"xyz": 1},
+            "IndexerDiagnosisEnv has no parameter 'xyz'; its parameters are machine, operating_point, sensor, task, "
+            "reveal, render_mode, speeds, brakes, hypotheses, machine_spread, budget, time_price, brake_price, right,",
+        ),
         ({"budget": 0.0}, "diagnosis.budget must be a finite number > 0 reward, got 0.0."),
         ({"time_price": 0.0}, "diagnosis.time_price must be a finite number > 0 reward per s, got 0.0."),
         ({"wrong": -1.0}, "diagnosis.wrong must be a finite number >= 0 reward, got -1.0."),
@@ -93,7 +112,7 @@ def test_an_option_that_cannot_be(options, said):
         ({"sensor": "benhc"}, "There is no sensor preset or YAML file 'benhc'; did you mean 'bench'."),
         ({"machine": 3}, "IndexerDiagnosisEnv.machine must be a Machine or the name of a preset, got 3."),
         ({"reveal": 1}, "IndexerDiagnosisEnv.reveal must be True or False, got 1."),
-        ({"render_mode": "human"}, "IndexerDiagnosisEnv.render_mode must be None, got 'human'; it has no picture."),
+        ({"render_mode": "human"}, "IndexerDiagnosisEnv.render_mode must be one of rgb_array, got 'human'."),
         (
             {
                 "sensor": dataclasses.replace(

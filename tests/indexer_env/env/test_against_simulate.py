@@ -69,7 +69,7 @@ def test_readings_of_a_noiseless_chain_are_those_of_the_whole_record(reference):
 
 def test_a_brake_is_a_load_torque(reference):
     env = IndexerEnv(machine=reference, brake_torque=100.0)
-    record = readings(env, 60, action=np.array([1.0, 0.5], dtype=np.float32))
+    record = readings(env, 60, action=np.array([1.0, 0.0], dtype=np.float32))
     point = OperatingPoint(start_angle=0.3, load_torque=2.0 + 50.0)
     braked = simulate(reference, point, Run(samples=601, warmup_turns=0)).table_acceleration
     # the table is put on its law before the brake is applied, so only the first reading is without it
@@ -81,15 +81,15 @@ def test_a_ramp_takes_the_time_it_must(smooth):
     """From 1 to 0.5 at 5 per second in 0.1 s, then constant; the way is the integral of the command."""
     env = IndexerEnv(machine=smooth, ramp=5.0)
     env.reset(seed=0, options={"start_angle": math.pi})
-    speeds = [float(env.step(np.full(1, 0.5))[0][6]) * env.limits.motor_speed for _ in range(20)]
+    speeds = [float(env.step(np.zeros(1))[0][6]) * env.limits.motor_speed for _ in range(20)]
     np.testing.assert_allclose(speeds[:10], 1.0 - 0.05 * np.arange(1, 11), atol=1e-6)
     np.testing.assert_allclose(speeds[10:], 0.5, atol=1e-6)
 
 
 def test_throughput_is_that_of_the_command(smooth):
-    env = IndexerEnv(machine=smooth, vibration_weight=0.0)
+    env = IndexerEnv(machine=smooth, vibration_weight=0.0, ramp=5.0)
     env.reset(seed=0)
-    rewards = [env.step(np.full(1, 0.5))[1] for _ in range(300)]
+    rewards = [env.step(np.zeros(1))[1] for _ in range(300)]
     assert np.mean(rewards[100:]) == pytest.approx(0.5, abs=1e-3)
 
 

@@ -19,7 +19,7 @@ import indexer_env  # registers the environments
 from indexer_env.env import IndexerEnv
 from indexer_env.vector_env import IndexerVectorEnv
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 ROOT = Path(indexer_env.__file__).parent.parent
 ARGUMENTS = (
     {},
@@ -127,7 +127,7 @@ def test_two_environments_share_nothing():
     beside = [env.reset(seed=5)]
     other.reset(seed=1)
     for _ in range(40):
-        other.step(np.full(1, 0.4))
+        other.step(np.full(1, -0.2))
         beside.append(env.step(action(env, rng)))
     assert data_equivalence(alone, beside, exact=True)
 
@@ -144,8 +144,8 @@ def test_types_are_gymnasium_s():
 
 @settings(max_examples=40)
 @given(
-    commands=st.lists(st.sampled_from([0.0, 0.1, 0.5, 0.9, 1.0]), min_size=1, max_size=60),
-    brake=st.sampled_from([0.0, 1.0]),
+    commands=st.lists(st.sampled_from([-1.0, -0.8, 0.0, 0.8, 1.0]), min_size=1, max_size=60),
+    brake=st.sampled_from([-1.0, 1.0]),
     play=st.sampled_from([0.0, 20.0, 90.0]),
     crack=st.sampled_from([0.0, 0.9]),
     loose=st.sampled_from([0.0, 1.0]),
@@ -209,3 +209,10 @@ def test_gymnasium_s_wrappers_work():
     for _ in range(20):
         *_, info = vector.step(np.ones((3, 1), dtype=np.float32))
     assert info["episode"]["l"].tolist() == [20, 20, 20]
+
+
+@pytest.mark.parametrize("name", ["Indexer", "IndexerDiagnosis"])
+@pytest.mark.filterwarnings("ignore:.*is out of date")
+def test_the_version_that_went_names_the_one_that_came(name):
+    with pytest.raises(gymnasium.error.DeprecatedEnv, match=f"use `indexer_env/{name}-v1` instead"):
+        gymnasium.make(f"indexer_env/{name}-v0")

@@ -20,14 +20,14 @@ def folder(tmp_path, monkeypatch):
 
 def made(**arguments: object) -> gymnasium.Env:
     return gymnasium.make(
-        "indexer_env/Indexer-v0", max_episode_steps=STEPS, faults={"backlash_deg": {"uniform": [0, 20]}},
+        "indexer_env/Indexer-v1", max_episode_steps=STEPS, faults={"backlash_deg": {"uniform": [0, 20]}},
         sensor="bench", **arguments,
     )  # fmt: skip
 
 
 POLICIES = {
-    "constant": lambda observation: np.array([0.7]),
-    "of what it sees": lambda observation: 0.5 + 0.5 * observation[4:5],
+    "constant": lambda observation: np.array([0.4]),
+    "of what it sees": lambda observation: observation[4:5],
     "random": None,
 }
 

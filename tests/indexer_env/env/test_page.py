@@ -46,7 +46,7 @@ def test_its_numbers_are_those_of_the_code():
     limits = IndexerEnv().limits
     assert f"{limits.vibration:.2f} rad/s²" in PAGE and f"{limits.acceleration:g} rad/s²" in PAGE
     assert f"r = −{TERMINATION_PENALTY:g}" in PAGE and f"after {MAX_EPISODE_STEPS} periods" in PAGE
-    env = gymnasium.make("indexer_env/Indexer-v0")
+    env = gymnasium.make("indexer_env/Indexer-v1")
     assert str(env.action_space) in PAGE and str(env.observation_space) in PAGE
 
 

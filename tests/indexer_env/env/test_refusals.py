@@ -26,11 +26,11 @@ def env() -> IndexerEnv:
     [
         (
             np.array([1.1]),
-            "IndexerEnv.action must be finite and within [0, 1] (speed share), got 1.1; clip it yourself",
+            "IndexerEnv.action must be finite and within [-1, 1] (speed), got 1.1; clip it yourself",
         ),
-        (np.array([-0.1]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got -0.1"),
-        (np.array([math.nan]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got nan"),
-        (np.array([math.inf]), "IndexerEnv.action must be finite and within [0, 1] (speed share), got inf"),
+        (np.array([-1.1]), "IndexerEnv.action must be finite and within [-1, 1] (speed), got -1.1"),
+        (np.array([math.nan]), "IndexerEnv.action must be finite and within [-1, 1] (speed), got nan"),
+        (np.array([math.inf]), "IndexerEnv.action must be finite and within [-1, 1] (speed), got inf"),
         (np.ones(2), "IndexerEnv.action must be of shape (1,), got array([1., 1.])"),
         (np.ones((1, 1)), "IndexerEnv.action must be of shape (1,)"),
         (0.5, "IndexerEnv.action must be of shape (1,), got 0.5"),
@@ -60,15 +60,33 @@ def test_an_item_s_action_is_named():
     actions = np.zeros((3, 2))
     actions[1, 1] = math.nan
     with pytest.raises(
-        ParameterError, match=r"IndexerVectorEnv \(item 1\).action must be finite and within \[0, 1\] \(brake"
+        ParameterError, match=r"IndexerVectorEnv \(item 1\).action must be finite and within \[-1, 1\] \(brake"
     ):
         env.step(actions)
     with pytest.raises(ParameterError, match=r"IndexerVectorEnv.action must be of shape \(3, 2\)"):
         env.step(np.zeros((2, 2)))
 
 
+def test_an_item_s_machine_is_named(smooth):
+    """When it is made, and when a reset draws or is given what it cannot have."""
+    slipping = smooth.with_effects(make_effect("drive.slip", {"compliance": 20.0}))
+    with pytest.raises(
+        ParameterError, match=r"^IndexerVectorEnv item 1: IndexerEnv\.machine must be one that keeps 20%"
+    ):
+        IndexerVectorEnv(3, machine=[smooth, slipping, smooth], brake_torque=500.0)
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 2: IndexerVectorEnv\.machine must be a Machine"):
+        IndexerVectorEnv(3, machine=[smooth, smooth, 3])
+    cracked = {"roller_crack": 0.2, "cracked_station": 7}
+    few = dataclasses.replace(smooth, stations=6)
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 1: faults\.\w+ can be .*6 stations, got 7"):
+        IndexerVectorEnv(2, machine=[smooth, few], faults=cracked)
+    env = IndexerVectorEnv(2, machine=[smooth, few])
+    with pytest.raises(ParameterError, match=r"^IndexerVectorEnv item 1: .*6 stations, got 7"):
+        env.reset(options={"faults": cracked})
+
+
 def test_steps_out_of_order(env):
-    for fresh in (IndexerEnv(), gymnasium.make("indexer_env/Indexer-v0")):
+    for fresh in (IndexerEnv(), gymnasium.make("indexer_env/Indexer-v1")):
         with pytest.raises(ResetNeeded):
             fresh.step(np.ones(1))
     with pytest.raises(ResetNeeded, match=r"IndexerVectorEnv\.step must follow a reset of all its machines"):
@@ -209,19 +227,6 @@ def test_options_that_are_no_mapping(options):
 def test_a_window_that_no_memory_holds(turns):
     with pytest.raises(ParameterError, match=r"TurnWindow\.turns must be at most 1\.22e\+03, 10000000 samples, got "):
         TurnWindow(IndexerEnv(), turns)
-
-
-@pytest.mark.parametrize("share", [0.7, 0.9, 1.3, 1.4])
-def test_the_bound_that_was_asked_for_is_in_the_box(share):
-    """The float32 next to it, which the space has, may lie below."""
-    env, many = IndexerEnv(highest_share=share), IndexerVectorEnv(2, highest_share=share)
-    env.reset(seed=0)
-    many.reset(seed=0)
-    env.step(np.array([share]))
-    many.step(np.full((2, 1), share))
-    for refused in (lambda: env.step(np.array([share + 1e-6])), lambda: many.step(np.full((2, 1), share + 1e-6))):
-        with pytest.raises(ParameterError, match="must be finite and within"):
-            refused()
 
 
 def test_a_motor_that_cannot_turn_its_load_is_refused():

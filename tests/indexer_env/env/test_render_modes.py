@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 from indexer_env import ParameterError
 from indexer_env.env import IndexerEnv
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 ONE = np.ones(1, dtype=np.float32)
 
 
@@ -47,7 +47,7 @@ def test_a_crack_shows_once_it_has_set_in():
         for each in (env, sound):
             each.reset(seed=0)
             for _ in range(steps):
-                each.step(np.zeros(1))
+                each.step(-np.ones(1))
         pictures.append((env.render(), sound.render()))
     np.testing.assert_array_equal(*pictures[0])
     assert (np.asarray(pictures[1][0]) != np.asarray(pictures[1][1])).sum() > 30

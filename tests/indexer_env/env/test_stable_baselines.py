@@ -5,12 +5,14 @@ import dataclasses
 import gymnasium
 import numpy as np
 import pytest
+from stable_baselines3.common.env_checker import check_env
+from stable_baselines3.common.env_util import make_vec_env
 
 from indexer_env import ParameterError
-from indexer_env.stable_baselines import StableBaselinesVecEnv, environment_action
+from indexer_env.stable_baselines import StableBaselinesVecEnv
 from indexer_env.vector_env import IndexerVectorEnv
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 COUNT, STEPS = 3, 8
 
 
@@ -27,7 +29,7 @@ def test_it_gives_what_the_native_batch_gives():
     for step in range(1, 2 * STEPS + 1):
         actions = rng.uniform(-1.0, 1.0, (COUNT, 2)).astype(np.float32)
         observations, rewards, ends, infos = adapted.step(actions)
-        expected = plain.step(environment_action(actions, plain.single_action_space.high))
+        expected = plain.step(actions)
         np.testing.assert_array_equal(observations, expected[0])
         np.testing.assert_array_equal(rewards, expected[1])
         assert ends.tolist() == [step % STEPS == 0] * COUNT
@@ -61,13 +63,6 @@ def test_an_end_out_of_range_is_no_time_limit(smooth):
     assert seen and set(seen) == {(-100.0, False)}
 
 
-def test_actions_of_an_algorithm():
-    np.testing.assert_array_equal(
-        environment_action(np.array([-3.0, -1.0, 0.0, 0.5, 1.0, 2.0])), [0, 0, 0.5, 0.75, 1, 1]
-    )
-    np.testing.assert_array_equal(environment_action(np.array([[1.0, -1.0]]), np.array([1.5, 1.0])), [[1.5, 0.0]])
-
-
 def test_stable_baselines_checks_and_asks():
     env = StableBaselinesVecEnv(native())
     assert (env.num_envs, env.action_space.low, env.action_space.high) == (COUNT, -1.0, 1.0)
@@ -99,8 +94,19 @@ def test_what_it_does_not_take(env, said):
 def test_actions_of_another_shape_or_kind_are_refused(actions):
     adapted = StableBaselinesVecEnv(native(brake_torque=20.0))
     adapted.reset()
-    with pytest.raises(ParameterError, match=r"StableBaselinesVecEnv\.action must be finite numbers of shape \(3, 2\)"):
+    with pytest.raises(ParameterError, match=r"IndexerVectorEnv.*\.action must be "):
         adapted.step(actions)
+
+
+@pytest.mark.parametrize("name", ["Indexer-v1", "IndexerDiagnosis-v1"])
+def test_stable_baselines_first_line_and_its_checker(name):
+    """Its helper asks for pictures and expects a TypeError where there are none; warnings are errors here."""
+    env = make_vec_env(f"indexer_env/{name}", n_envs=2, seed=0)
+    assert env.reset().shape[0] == 2 and env.envs[0].render_mode == "rgb_array"
+    env.step([env.action_space.sample()] * 2)
+    assert env.envs[0].render().shape == (480, 640, 3)
+    check_env(gymnasium.make(f"indexer_env/{name}"), skip_render_check=False)
+    env.close()
 
 
 def test_options_are_those_of_the_next_reset():

@@ -13,7 +13,7 @@ from indexer_env.modes import largest_steps
 from indexer_env.vector_env import IndexerVectorEnv
 from indexer_env.wrappers import DomainRandomisation
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 CASES = (
     {},
     {"faults": "growing", "sensor": "bench", "reveal": True},
@@ -41,7 +41,7 @@ def test_native_is_sync(mode, arguments):
     assert data_equivalence(sync.reset(seed=5), native.reset(seed=5), exact=True)
     rng, ends = np.random.default_rng(0), 0
     for _ in range(60):
-        actions = rng.uniform(0.0, native.action_space.high).astype(np.float32)
+        actions = rng.uniform(-1.0, native.action_space.high).astype(np.float32)
         expected, got = sync.step(actions), native.step(actions)
         assert data_equivalence(expected, got, exact=True)
         ended = got[2] | got[3]
@@ -117,7 +117,7 @@ def test_machines_drawn_for_each_episode_are_those_of_the_wrapper(mode, half_wid
     assert data_equivalence(sync.reset(seed=5), native.reset(seed=5), exact=True)
     rng = np.random.default_rng(0)
     for _ in range(40):
-        actions = rng.uniform(0.0, native.action_space.high).astype(np.float32)
+        actions = rng.uniform(-1.0, native.action_space.high).astype(np.float32)
         expected, got = sync.step(actions), native.step(actions)
         assert data_equivalence(expected, got, exact=True)
         if mode is AutoresetMode.DISABLED and (got[2] | got[3]).any():

@@ -11,7 +11,7 @@ from indexer_env import OperatingPoint, ParameterError, Run, load_machine, load_
 from indexer_env.variation import varied
 from indexer_env.wrappers import LEVELS, DomainRandomisation, PowerSpectrum, SensorNoise, TurnWindow
 
-ID = "indexer_env/Indexer-v0"
+ID = "indexer_env/Indexer-v1"
 ONE = np.ones(1, dtype=np.float32)
 WRAPPERS = {
     "window": TurnWindow,
@@ -82,7 +82,7 @@ def test_a_spectrum_shows_the_lines_of_a_signal():
     )
     env.reset(seed=0)
     for _ in range(42):
-        level = env.step(np.zeros(1, dtype=np.float32))[0]
+        level = env.step(-np.ones(1, dtype=np.float32))[0]
     power = 10.0 ** (level.astype(float) / 10.0)
     assert level.argmax() == 50 and level.shape == (101,)
     assert power[48:53].sum() == pytest.approx(0.5, rel=1e-3)  # rms² of the sine, bins of 1 Hz

@@ -1,0 +1,76 @@
+"""Two PPO scripts with nothing changed but the environment's name and the number of steps."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+
+from benchmarks.control import single_file_ppo
+from benchmarks.control.baselines import ID, Policy, returns
+
+NICENESS = 10
+"""Of a training's process."""
+
+
+EVERY = 25 * 2048
+"""Steps from one measurement of the policy to the next: 25 rollouts."""
+
+Watch = Callable[[int, Policy], None]
+
+
+def stable_baselines3(steps: int, seed: int, watch: Watch) -> None:
+    """The example of stable-baselines3's README."""
+    from stable_baselines3 import PPO
+
+    env = gymnasium.make(ID)
+    model = PPO("MlpPolicy", env, seed=seed, device="cpu")
+
+    def watched(scope: dict[str, Any], _: dict[str, Any]) -> bool:
+        done = scope["self"].num_timesteps
+        if done % model.n_steps == 1 and done > 1:  # the first step after an update
+            watch(done - 1, policy)
+        return True
+
+    def policy(observations: np.ndarray) -> np.ndarray:
+        return model.predict(observations, deterministic=True)[0]
+
+    model.learn(total_timesteps=steps, callback=watched)
+    watch(model.num_timesteps, policy)
+
+
+def cleanrl(steps: int, seed: int, watch: Watch) -> None:
+    """CleanRL's single file by its documented defaults."""
+    single_file_ppo.train(ID, steps, seed, watch)
+
+
+SCRIPTS = {"stable-baselines3": (stable_baselines3, 6 * EVERY), "CleanRL": (cleanrl, 4 * EVERY)}
+"""Each script and how many steps it is given."""
+
+
+def trained(script: str, steps: int | None, seed: int) -> dict[str, Any]:
+    """Train once, in one thread, for the script's number of steps where none is given; the mean return over whole
+    episodes without exploration, with the steps and the processor time [s] until then."""
+    os.nice(NICENESS)
+    torch.set_num_threads(1)
+    run, usual = SCRIPTS[script]
+    steps, curve = steps or usual, []
+    begin, away = time.process_time(), 0.0
+
+    def watch(done: int, policy: Policy) -> None:
+        nonlocal away
+        if done % EVERY and done < steps - steps % 2048:
+            return
+        now = time.process_time()
+        found = returns(policy)
+        curve.append([done, float(found.mean()), float(found.std()), now - begin - away])
+        away += time.process_time() - now  # to measure is not to train
+        print(script, seed, curve[-1], flush=True)
+
+    run(steps, seed, watch)
+    return {"script": script, "seed": seed, "curve": curve}
