@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from indexer_env.motion_law import MOTION_LAWS
+
 ROOT = Path(__file__).parents[1]
 PARTS = ("indexer_env", "datagen", "classifier", "discrepancy", "conf", "docs", "benchmarks", "examples", "tests")
 TEXTS = sorted(
@@ -28,3 +30,14 @@ def test_every_section_of_the_physics_page_that_is_cited_is_there():
         for words in re.findall(r"docs/physics\.md, sections? ([A-Z][A-Za-z ]*)", path.read_text(encoding="utf-8")):
             cited |= {name.strip() for name in words.split(" and ")}
     assert {"Joints", "The machine", "Motion laws"} <= cited <= sections
+
+
+def test_the_peaks_on_the_physics_page_are_those_of_the_laws():
+    page = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+    row = r"^\| `(\w+)`(?: \(default\))? \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| −([\d.]+) \|$"
+    rows = re.findall(row, page, re.MULTILINE)
+    assert {name for name, *_ in rows} == set(MOTION_LAWS) - {"table"}
+    for name, *numbers in rows:
+        peaks = MOTION_LAWS[name]().peaks()
+        found = (peaks.velocity, peaks.acceleration, peaks.jerk, -peaks.jerk_at_midpoint)
+        assert numbers == [f"{value:.{digits}f}" for value, digits in zip(found, (4, 4, 2, 2), strict=True)]
