@@ -43,8 +43,7 @@ class SweepTable(Callback):
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Keep the row of a job."""
-        folder = _folder(config)
-        if config.hydra.mode is not RunMode.MULTIRUN or folder == Path():
+        if config.hydra.mode is not RunMode.MULTIRUN or (folder := _folder(config)) == Path():
             return
         given = dict(override.lstrip("+~").split("=", 1) for override in config.hydra.overrides.task if "=" in override)
         value = job_return._return_value
