@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from classifier import leaveout as command
 from classifier.groups import groups_of, part
 from classifier.leaveout import ALL, KNOWN, NEW, draw, judge, overall, splits
 from classifier.train import train
@@ -81,6 +82,20 @@ def test_known_and_left_out_groups_are_judged_and_drawn(grouped, features, train
     means = [row for row in overall(rows) if row.metric == "misclassified [%]" and row.method == NEW]
     assert [row.data for row in means] == [ALL] and means[0].value == pytest.approx(np.mean(wrong))
     assert len(draw(rows + overall(rows)).axes) == 1
+
+
+def test_what_cannot_be_refused_is_told(grouped, run_command, write_dataset, tmp_path):
+    """Records of two machines are too few to say of a third one's whether they are novel."""
+    dataset, _ = grouped
+    few = part(dataset, np.arange(72) % 24 < 6)
+    write_dataset(few, tmp_path / "set")
+    by = ("by=item", "seeds=1", "restarts=1", "features.resolution_hz=2", "features.maximum_hz=50")
+    code, out, err = run_command(command, f"data={tmp_path}/set", f"out={tmp_path}/out", *by)
+    assert (code, err) == (0, "")
+    assert (
+        "whether it is refused as novel cannot be told, 12 independent records of calibration and control, 19 needed"
+        in out
+    )
 
 
 def test_a_part_keeps_the_classes_that_are_left(grouped):
