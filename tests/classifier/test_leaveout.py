@@ -85,11 +85,11 @@ def test_known_and_left_out_groups_are_judged_and_drawn(grouped, features, train
 
 
 def test_what_cannot_be_refused_is_told(grouped, run_command, write_dataset, tmp_path):
-    """Records of two machines are too few to say of a third one's whether they are novel."""
+    """Twelve records are too few to say of those of another campaign whether they are novel."""
     dataset, _ = grouped
     few = part(dataset, np.arange(72) % 24 < 6)
-    write_dataset(few, tmp_path / "set")
-    by = ("by=item", "seeds=1", "restarts=1", "features.resolution_hz=2", "features.maximum_hz=50")
+    write_dataset(few, tmp_path / "set", campaign="other")
+    by = ("by=campaign", "seeds=1", "restarts=1", "features.resolution_hz=2", "features.maximum_hz=50")
     code, out, err = run_command(command, f"data={tmp_path}/set", f"out={tmp_path}/out", *by)
     assert (code, err) == (0, "")
     assert (

@@ -72,7 +72,7 @@ def test_few_control_records_are_helped_by_those_of_the_calibration(known, stran
         refused.append(np.mean(part.assess(scaled[drawn.rows("validation")], NOTHING, NOTHING)["is_novel"]))
         found.append(np.mean(part.assess(scaling.apply(strange), NOTHING, NOTHING)["is_novel"]))
     # Were each record judged by what was fitted to it too, scaling or distances, more of the others would be refused.
-    assert np.mean(refused) < 0.1 and np.mean(found) > 0.8
+    assert np.mean(refused) <= 1.0 - ACCEPTED and np.mean(found) > 0.8
 
 
 def test_an_unknown_score_is_refused(known):
