@@ -1,4 +1,7 @@
-"""Diagnosis of measured records: ``python -m classifier.diagnose model=DIR signal=FILE out=DIR``."""
+"""Diagnosis of measured records: ``python -m classifier.diagnose model=DIR signal=FILE out=DIR``.
+
+Exit codes are those of `datagen.command`; 1 where no part of the model tells a record unlike all that was taught.
+"""
 
 from __future__ import annotations
 
