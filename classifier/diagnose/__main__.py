@@ -1,4 +1,7 @@
-"""Diagnosis of measured records: ``indexer diagnose model=DIR measured=FILE out=DIR``."""
+"""Diagnosis of measured records: ``indexer diagnose model=DIR measured=FILE out=DIR``.
+
+Exit codes are those of `indexer_cli.command`; 1 where no part of the model tells a record unlike all that was taught.
+"""
 
 from __future__ import annotations
 

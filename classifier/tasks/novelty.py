@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from classifier.dataset import Dataset
+from classifier.features import Scaling
 from classifier.tasks.conformal import conformal_quantile, least_records
 from classifier.tasks.need import count_independent, independent, need
 from classifier.tasks.spectrum import Compression, Whitening
@@ -86,7 +87,7 @@ class Novelty:
         else:
             both = calibration | control
             raw = cls._raw(features[both], score, accepted)
-            scores = _cross_fitted(features[both], independent(dataset, both), score, accepted)
+            scores = _cross_fitted(features[both], calibration[both], independent(dataset, both), score, accepted)
         return replace(raw, threshold=conformal_quantile(scores, accepted))
 
     @classmethod
@@ -157,10 +158,15 @@ def enough(dataset: Dataset, accepted: float = ACCEPTED) -> bool:
     return False
 
 
-def _cross_fitted(features: np.ndarray, groups: np.ndarray, score: str, accepted: float) -> np.ndarray:
-    """Scores (n,) of scaled features (n, count), each group's by what is fitted to the others."""
+def _cross_fitted(
+    features: np.ndarray, calibration: np.ndarray, groups: np.ndarray, score: str, accepted: float
+) -> np.ndarray:
+    """Scores (n,) of scaled features (n, count), each group's by what is fitted to the others; of those `calibration`
+    (n,) the scaling."""
     scores = np.empty(len(features))
     for group in np.unique(groups):
         inside = groups == group
-        scores[inside] = Novelty._raw(features[~inside], score, accepted).scores(features[inside])
+        # A record that took part in the scaling is never beyond its ends, as new ones are.
+        scaled = Scaling.fit(features[calibration & ~inside]).apply(features)
+        scores[inside] = Novelty._raw(scaled[~inside], score, accepted).scores(scaled[inside])
     return scores

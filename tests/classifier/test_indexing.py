@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from classifier.compare.recipes import drawn
 from classifier.indexing import indexing_of
+from classifier.study.recipes import Recipe, make
+from datagen.shard import read_shards
 
 
 def rigid(share, stations=8, start=0.3, samples=8200):
@@ -55,3 +58,28 @@ def test_noise_has_no_sign():
 )
 def test_what_has_no_dwells_has_no_sign(record):
     assert indexing_of(record).sense == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        Recipe("bench", ("campaign=bench",)),
+        drawn(300),
+        Recipe("varied", ("campaign=random", "sensor=bench", "campaign.machines=300")),
+        Recipe("angular", ("campaign=random", "campaign.machines=300")),
+    ],
+    ids=lambda recipe: recipe.name,
+)
+def test_how_often_the_sign_is_told(recipe, tmp_path):
+    """Shares of records whose sign is told rightly and wrongly, under white noise (docs/diagnosis.md); seed 0."""
+    records = read_shards(make(recipe, 0, tmp_path)).records.astype(np.float64)
+    rng, told = np.random.default_rng(0), {}
+    for decibels in (np.inf, 10, 0, -5, -10, -20):
+        noise = 10.0 ** (-decibels / 20.0) * records.std(axis=1, keepdims=True) * rng.standard_normal(records.shape)
+        found = senses(records + noise)
+        told[decibels] = float(np.mean(found == 1)), float(np.mean(found == -1))
+        assert np.array_equal(senses(-(records + noise)), -found)
+    print(recipe.name, len(records), told)
+    assert all(told[decibels] == (1.0, 0.0) for decibels in (np.inf, 10, 0))
+    assert told[-10][1] == 0.0

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from classifier import leaveout as command
 from classifier.groups import groups_of, part
 from classifier.leaveout import ACCURACY, KNOWN, MEAN, draw, judge, overall, side_by_side, splits
 from classifier.leaveout_methods import CNN, LOGISTIC, METHODS, MLP, cnn, logistic, mlp
@@ -105,6 +106,20 @@ def test_a_line_a_method_and_a_column_a_group(grouped, learners):
     assert [line.split(" | ")[0] for line in lines] == [f"| {name}" for name in names]
     assert lines[0].split(" | ")[1] == f"{right[0]:.1f}"
     assert len(draw(rows).axes) == 1
+
+
+def test_what_cannot_be_refused_is_told(grouped, run_command, write_dataset, tmp_path):
+    """Twelve records are too few to say of those of another campaign whether they are novel."""
+    dataset, _ = grouped
+    few = part(dataset, np.arange(72) % 24 < 6)
+    write_dataset(few, tmp_path / "set", campaign="other")
+    by = ("by=campaign", "seeds=1", "restarts=1", "features.resolution_hz=2", "features.maximum_hz=50")
+    code, out, err = run_command(command, f"data={tmp_path}/set", f"out={tmp_path}/out", *by)
+    assert (code, err) == (0, "")
+    assert (
+        "whether it is refused as novel cannot be told, 12 independent records of calibration and control, 19 needed"
+        in out
+    )
 
 
 def test_a_part_keeps_the_classes_that_are_left(grouped):

@@ -62,7 +62,7 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
     assert [data.codes.names, data.codes.codes] == [("intact", "worn"), ("10", "01")]
     assert data.conditions.sensor_radius == (0.4, 0.4) and data.conditions.machines == ()
 
-    small = ("net.hidden=5", "restarts=2", "features.resolution_hz=2", "parts=[]")
+    small = ("net.hidden=5", "restarts=2", "features.resolution_hz=2", "parts=[range]")
     code, _, err = command(training, "data=set", "out=model", *small)
     assert (code, err) == (0, "")
     for name in ("new", "fast"):
@@ -79,18 +79,18 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
 
 
 def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
-    """The tone grows with the play that the table states; seeds 0 to 29 and 99."""
+    """The tone grows with the play that the table states; seeds 0 to 59 and 99."""
     rows = ["file,class,faults.backlash_deg"]
-    for number in range(30):
-        backlash = 0.0 if number % 3 == 0 else 2.0 + 0.5 * number
+    for number in range(60):
+        backlash = 0.0 if number % 3 == 0 else 2.0 + 0.25 * number
         name = "intact" if backlash == 0.0 else "worn"
-        write(tmp_path / "bench" / f"{number}.csv", TONES[name], number, amplitude=1.0 + 0.2 * backlash)
+        write(tmp_path / "bench" / f"{number}.csv", TONES[name], number, turns=2, amplitude=1.0 + 0.2 * backlash)
         rows.append(f"{number}.csv,{name},{backlash}")
     (tmp_path / "labels.csv").write_text("\n".join(rows))
     of_turns = (f"sample_rate={RATE}", f"period={PERIOD}")
     assert command(ingesting, "measured=bench", "labels=labels.csv", "out=set", *of_turns)[0] == 0
     data = load_dataset(tmp_path / "set")
-    assert np.ptp(np.degrees(data.table.column("fault_backlash").to_numpy())) == pytest.approx(16.5)
+    assert np.ptp(np.degrees(data.table.column("fault_backlash").to_numpy())) == pytest.approx(16.75)
     assert data.table.column("fault_roller_crack").null_count == len(data.records)
     assert check(tmp_path / "set").faults == []
 
@@ -104,6 +104,51 @@ def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
     assert len(told["turns"]) == 3
     for turn in told["turns"]:
         assert turn["assessment"]["backlash_deg"] == pytest.approx(10.0, abs=2.0)
+
+
+def write_record(path, record):
+    """A record of 8.2 s as a data logger leaves it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    time = np.arange(record.size) / 1000.0
+    header = "time [s],acc [m/s^2]"
+    np.savetxt(path, np.column_stack([time, record]), delimiter=",", fmt="%.6g", header=header, comments="")
+
+
+def test_a_model_of_twelve_files_refuses_what_is_strange(command, tmp_path, machines, cracked, strange_records):
+    """From files to exit codes: 6 files of each class, and 28 others of the bench that it has to know again."""
+    records, places = machines.records.astype(float), {"whole": ~cracked, "cracked": cracked}
+    for name, rows in places.items():
+        for number, row in enumerate(np.flatnonzero(rows)):
+            write_record(tmp_path / ("bench" if number < 6 else "held") / f"{name}-{row}.csv", records[row])
+    labels = ["file,class", *(f"{path.name},{path.stem.split('-')[0]}" for path in (tmp_path / "bench").iterdir())]
+    (tmp_path / "labels.csv").write_text("\n".join(labels))
+    of_turns = ("period=8.2", "known.sensor_radius=0.4", "labels=labels.csv")
+    assert command(ingesting, "measured=bench", "out=set", *of_turns)[0] == 0
+    code, out, _ = command(training, "data=set", "out=model", "restarts=2")
+    assert code == 0
+    for reason in (
+        "novelty: not available, 10 independent records of calibration and control, 19 needed",
+        "confidence: not available, 2 independent control records, 20 needed",
+    ):
+        assert reason in out
+    code, _, err = command(training, "data=set", "out=other", "restarts=1", "parts=[range,novelty]")
+    assert code == 2 and "10 independent records of calibration and control, 19 needed" in err
+
+    known = ("model=model", "known.sensor_radius=0.4")
+    for name, record in strange_records.items():
+        write_record(tmp_path / "strange" / f"{name}.csv", record)
+        code, out, err = command(diagnosing, *known, f"measured='strange/{name}.csv'")
+        if name in ("noise", "tone"):
+            assert code == 2 and "must show the indexing of the table" in err
+        else:
+            assert code == 0 and "outside the range of the training" in out
+    write_record(tmp_path / "flipped.csv", -records[0])
+    code, _, err = command(diagnosing, *known, "measured=flipped.csv")
+    assert code == 2 and "its sign is reversed; is the sensor mounted the other way round" in err
+    assert command(diagnosing, *known, "measured=held", "out=held_out", "pictures=0")[0] == 0
+    told = json.loads((tmp_path / "held_out" / "diagnosis.json").read_text())
+    assert (told["turns"], told["turns_not_diagnosed"]) == (28, 0)
+    assert set(told["verdicts"]) == {"whole", "cracked"}
 
 
 def test_a_class_that_no_validation_file_has_is_refused(command, tmp_path):

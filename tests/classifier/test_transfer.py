@@ -68,3 +68,4 @@ def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path)
     assert again.provenance["fine_tuned_on"] == learner.dataset.provenance
     assert again.metrics["validation"]["misclassified_percent"] < 10
     assert "confidence" in {part.kind for part in again.parts}
+    assert set(again.left_out) >= {"indexing", "sign"} and again.left_out == model.left_out

@@ -161,7 +161,8 @@ def test_a_model_that_nothing_guards_says_so_everywhere(result, place, diagnosed
     code, out, _ = diagnosed("model=bare", "measured=bench")
     assert code == 1 and "unguarded    5 turns" in out
     # In a sweep every job is done, and the greatest code is that of the command.
-    code, _, err = diagnosed("-m", "model=bare,model", "measured=bench/one.csv", "out=swept")
+    sweep = ("-m", "model=bare,model", "measured=bench/one.csv", "out=swept")
+    code, _, err = diagnosed.func(command, *sweep)
     assert (code, err) == (1, "") and (place / "swept" / "1" / "diagnosis.json").is_file()
 
 
