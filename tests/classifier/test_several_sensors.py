@@ -157,10 +157,10 @@ def test_several_channels_are_one_record_from_the_file_to_the_diagnosis(files, r
     code, _, err = run_command(training, "data=set", "out=model", "parts=[convolution]", *SMALL)
     assert code == 0, err
     mapped = "signal=files/0.csv", "read.signal_column=[S1 out,other]"
-    code, out, err = run_command(diagnosing, "model=model", *mapped, "out=told", "known.sensor_radius=null")
+    code, _, err = run_command(diagnosing, "model=model", *mapped, "out=told")
     assert code == 0, err
     told_of = json.loads((files / "told" / "0.diagnosis.json").read_text())["turns"][0]
-    code, out, err = run_command(diagnosing, "model=model", "signal=set", "out=all", "pictures=1")
+    code, _, err = run_command(diagnosing, "model=model", "signal=set", "out=all", "pictures=1")
     assert code == 0, err
     of_row = json.loads((files / "all" / "set-item-0.diagnosis.json").read_text())["turns"][0]
     assert told_of["outputs"] == pytest.approx(of_row["outputs"], abs=1e-6)
@@ -173,7 +173,7 @@ def test_a_file_of_other_channels_is_refused(files, run_command):
     labels = files / "labels.csv"
     labels.write_text(labels.read_text().replace("S4 out,,", "S4 out|other,,"))
     code, _, err = run_command(ingesting, *TABLE, "out=set")
-    assert code == 2 and "read.signal_column must be as many channels for each file, got 1 for" in err
+    assert code == 2 and "read.signal_column must be as many channels for each file, got '1 for" in err
     code, _, err = run_command(ingesting, "files=files", "out=set", "read.signal_column=[other,other]")
     assert code == 2 and "read.signal_column must be a text, a list of different texts or null" in err
 
@@ -226,6 +226,13 @@ def test_a_model_of_two_channels_draws_and_hears_both(dataset, trainer):
     again = Convolution.restore(part_of_it.body(), part_of_it.arrays())
     assert np.array_equal(again.seen.logits(both[:4]), network.logits(both[:4]))
     assert part(two, two.classes != 2).records.shape == (48, 2, 400)
+
+
+def test_a_short_record_is_decimated_less_and_too_short_a_one_refused(measured):
+    short = dataclasses.replace(measured, records=measured.records[:, :600])
+    assert Learning(epochs=1).fit(short, 0).decimated.factor == 2  # 16 would leave 38 samples
+    with pytest.raises(SignalError, match="at least 284 samples for the convolutional network, got 283"):
+        Learning(epochs=1).fit(dataclasses.replace(measured, records=measured.records[:, :283]), 0)
 
 
 def test_one_channel_is_asked_for_where_only_one_can_be_used(files):
