@@ -81,7 +81,7 @@ def _machine(name: str, rng: np.random.Generator) -> np.ndarray:
     bursts = np.zeros(SAMPLES)
     if name == "cracked":
         bursts[np.round(np.arange(rng.uniform(0, 1), time[-1] * 2.2 * shaft) / (2.2 * shaft) * RATE).astype(int)] = size
-        bursts = lfilter(*_resonance(620.0, 12.0), bursts)
+        bursts = np.asarray(lfilter(*_resonance(620.0, 12.0), bursts))
     return load * (np.asarray(harmonics) + 0.3 * rng.standard_normal(SAMPLES) + 1.5 * bursts)
 
 

@@ -21,6 +21,7 @@ Read in this order:
     results        numbers over several seeds, their means with intervals, their tables
     compare/       other methods, severities, novelty and robustness, measured   (python -m classifier.compare)
     groups         what records were measured with and when; data sets without a group
+    leaveout_methods  the methods that it sets side by side
     leaveout       each sensor, machine or day left out in turn                  (python -m classifier.leaveout)
     transfer       a model goes on learning on another machine                   (python -m classifier.transfer)
     style          the one style of all pictures
