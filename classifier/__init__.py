@@ -22,6 +22,7 @@ Read in this order:
     results        numbers over several seeds, their means with intervals, their tables
     compare/       other methods, severities, novelty and robustness, measured   (indexer compare)
     groups         what records were measured with and when; data sets without a group
+    leaveout_methods  the methods that it sets side by side
     leaveout       each sensor, machine or day left out in turn                  (indexer leaveout)
     transfer       a model goes on learning on another machine                   (indexer transfer)
     style          the one style of all pictures

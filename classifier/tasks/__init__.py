@@ -8,6 +8,7 @@
     severity     backlash in degrees, crack and looseness, each with its interval
     novelty      whether a record is like those of the training at all, by its spectrum
     range        the same by its level and octaves, which few records are enough for
+    logistic     logistic regression, the linear method beside the network in `leaveout` and `compare`
     decimate     records at a lower rate and of unit size, for what sees the record itself
     convolution  what a convolutional network names by the record itself, fitted on request
 

@@ -15,6 +15,7 @@ from classifier.dataset import Dataset
 from classifier.tasks.confidence import LEAST, fit_temperature, softmax
 from classifier.tasks.decimate import RATE, Decimated
 from classifier.tasks.need import count_independent, need
+from indexer_env.errors import SignalError
 
 
 def layers(classes: int, channels: int = 1) -> nn.Sequential:
@@ -26,6 +27,10 @@ def layers(classes: int, channels: int = 1) -> nn.Sequential:
         for part in (nn.Conv1d(into, out, width, stride), nn.BatchNorm1d(out), nn.ReLU())
     ]
     return nn.Sequential(*blocks, nn.AdaptiveAvgPool1d(1), nn.Flatten(), nn.Dropout(0.2), nn.Linear(64, classes))
+
+
+LEAST = 284
+"""Fewest samples that the four convolutions take: what is left behind the third must be as long as the fourth."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +64,17 @@ class Learning:
     rate: float = 2e-3
 
     def fit(self, dataset: Dataset, seed: int, rate: float = RATE) -> RecordNetwork:
-        """Learn from the calibration subset at a rate of at least so many Hz; all chance comes from `seed`."""
-        decimated = Decimated.fit(dataset, rate)
+        """Learn from the calibration subset at a rate of at least so many Hz; all chance comes from `seed`.
+
+        Raises SignalError for records that are too short.
+        """
+        samples = dataset.records.shape[-1]
+        if samples < LEAST:
+            raise SignalError(
+                f"records must have at least {LEAST} samples for the convolutional network, got {samples}; "
+                "leave it out or take longer records."
+            )
+        decimated = Decimated.fit(dataset, max(rate, dataset.sample_rate * LEAST / samples))
         inputs = _inputs(decimated, dataset.records)
         positions = torch.from_numpy(dataset.codes.positions(dataset.classes))
         teach, watch = (torch.from_numpy(np.flatnonzero(dataset.rows(name))) for name in ("calibration", "control"))

@@ -152,11 +152,11 @@ def test_the_command_writes_one_file(exported, tmp_path):
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        (["out=model.bin"], "export.out must be a file that ends in .onnx"),
-        (["out=null"], "export.out must be a path"),
-        (["out=a.onnx", "input=signal"], "export.input must be one of record, features"),
+        (["out=model.bin"], "error: out must be a file that ends in .onnx"),
+        (["out=null"], "error: out must be a path"),
+        (["out=a.onnx", "input=signal"], "error: input must be one of record, features"),
         (["out=a.onnx", "model=nowhere"], "model.yaml"),
-        (["out=a.onnx", "overwrite=5"], "export.overwrite must be true or false"),
+        (["out=a.onnx", "overwrite=5"], "error: overwrite must be true or false"),
         (["out=folder.onnx"], "a folder stands there"),
     ],
 )

@@ -158,10 +158,10 @@ def test_settings_of_another_rule_may_be_sought():
 @pytest.mark.parametrize(
     ("command", "overrides", "words"),
     [
-        (tune, ("out=new", "trials=0"), "tune.trials must be a whole number >= 1"),
-        (tune, ("out=new", "search=null"), "tune.search must be a mapping"),
+        (tune, ("out=new", "trials=0"), "error: trials must be a whole number >= 1"),
+        (tune, ("out=new", "search=null"), "error: search must be a mapping"),
         (tune, ("out=set",), "other files"),
-        (training, ("out=new", "tensorboard=5"), "classifier.tensorboard must be true or false"),
+        (training, ("out=new", "tensorboard=5"), "error: tensorboard must be true or false"),
         (training, ("out=new", "parts=novelty"), "error: parts must be a list of"),
         (training, ("out=new", "parts=[noveltie]"), "error: parts must be one of"),
     ],

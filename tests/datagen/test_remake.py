@@ -70,8 +70,8 @@ def test_the_rows_made_again_are_a_file(call, dataset, tmp_path):
     ("arguments", "sentence"),
     [
         (["item=99"], "item must be an item that has a record, 0 to 19"),
-        (["item=-1"], "remake.item must be a whole number >= 0, got -1"),
-        (["item=first"], "remake.item must be a whole number"),
+        (["item=-1"], "error: item must be a whole number >= 0, got -1"),
+        (["item=first"], "error: item must be a whole number"),
         (["item=3", "out=x.csv"], "must be a new file that ends in .parquet, got 'x.csv'"),
         ([], "item must be given"),
     ],
