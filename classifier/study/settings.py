@@ -135,26 +135,29 @@ _BENCH = "campaign=bench"
 _TRIGGER = "campaign.drift.operating_point.start_angle_deg=0"
 _TRIGGERED = Recipe("bench-trigger", (_BENCH, _TRIGGER))
 
-BENCH = (
-    OnBench("trigger", "records start at the same cam angle; scaled inputs, 6 epochs of patience", _TRIGGERED),
-    OnBench("random start", "records start at any cam angle", Recipe("bench-random", (_BENCH,))),
-    OnBench("raw inputs", "inputs as they are", _TRIGGERED, scaled=False),
-    OnBench("raw, 100 epochs", "inputs as they are, 100 epochs of patience", _TRIGGERED, scaled=False, patience=100),
-    OnBench(
-        "rough bench",
-        "joints and backlash ±10 %, 25 times the noise",
-        Recipe(
-            "bench-rough",
-            (
-                _BENCH,
-                _TRIGGER,
-                "campaign.draws.machine.input_joint.stiffness.around=0.1",
-                "campaign.draws.machine.output_joint.stiffness.around=0.1",
-                "campaign.drift.faults.backlash.around=0.1",
-                "sensor.noise_density=0.05",
-            ),
+TRIGGER = OnBench("trigger", "records start at the same cam angle; scaled inputs, 6 epochs of patience", _TRIGGERED)
+RANDOM = OnBench("random start", "records start at any cam angle", Recipe("bench-random", (_BENCH,)))
+ROUGH = OnBench(
+    "rough bench",
+    "joints and backlash ±10 %, 25 times the noise",
+    Recipe(
+        "bench-rough",
+        (
+            _BENCH,
+            _TRIGGER,
+            "campaign.draws.machine.input_joint.stiffness.around=0.1",
+            "campaign.draws.machine.output_joint.stiffness.around=0.1",
+            "campaign.drift.faults.backlash.around=0.1",
+            "sensor.noise_density=0.05",
         ),
     ),
+)
+BENCH = (
+    TRIGGER,
+    RANDOM,
+    ROUGH,
+    OnBench("raw inputs", "inputs as they are", _TRIGGERED, scaled=False),
+    OnBench("raw, 100 epochs", "inputs as they are, 100 epochs of patience", _TRIGGERED, scaled=False, patience=100),
     OnBench("printed targets", "0.24, 0.48 and 0.76", _TRIGGERED, targets=(0.0, 0.24, 0.48, 0.76, 1.0)),
     OnBench("seven teach", "the 3 others stop the training and judge it", _TRIGGERED, judge_stops=True),
 )

@@ -29,7 +29,7 @@ def layers(classes: int, channels: int = 1) -> nn.Sequential:
     return nn.Sequential(*blocks, nn.AdaptiveAvgPool1d(1), nn.Flatten(), nn.Dropout(0.2), nn.Linear(64, classes))
 
 
-LEAST = 284
+LEAST_SAMPLES = 284
 """Fewest samples that the four convolutions take: what is left behind the third must be as long as the fourth."""
 
 
@@ -69,12 +69,12 @@ class Learning:
         Raises SignalError for records that are too short.
         """
         samples = dataset.records.shape[-1]
-        if samples < LEAST:
+        if samples < LEAST_SAMPLES:
             raise SignalError(
-                f"records must have at least {LEAST} samples for the convolutional network, got {samples}; "
+                f"records must have at least {LEAST_SAMPLES} samples for the convolutional network, got {samples}; "
                 "leave it out or take longer records."
             )
-        decimated = Decimated.fit(dataset, max(rate, dataset.sample_rate * LEAST / samples))
+        decimated = Decimated.fit(dataset, max(rate, dataset.sample_rate * LEAST_SAMPLES / samples))
         inputs = _inputs(decimated, dataset.records)
         positions = torch.from_numpy(dataset.codes.positions(dataset.classes))
         teach, watch = (torch.from_numpy(np.flatnonzero(dataset.rows(name))) for name in ("calibration", "control"))

@@ -56,17 +56,12 @@ class Fig4(Claim):
         means, bests = performances(rows), performances(rows, np.min)
         psd = [_psd(step) for step in RESOLUTIONS if step <= PSD_LIMIT]
         fft = [_fft(cut) for cut in CUTS if cut >= FFT_LIMIT]
-        hard, best = (
-            f"{errors_made(rows)[0].upper()}{errors_made(rows)[1:]}.",
-            "The best network of each kind and data set.",
-        )
+        hard, best = f"{errors_made(rows)}.", "The best network of each kind and data set."
         return (
-            Line(
-                "error on the PSD over that on the FFT, in the mean", "below 1", ratio(means, psd, fft), hard, high=1.0
-            ),
+            Line("error on the PSD over that on the FFT, mean", "below 1", ratio(means, psd, fft), hard, high=1.0),
             Line("the same at best", "below 1", ratio(bests, psd, fft), best, high=1.0),
-            *_limit(means, {_psd(step): f"PSD of {step:g} Hz" for step in RESOLUTIONS}, psd),
-            *_limit(means, {_fft(cut): f"FFT to {cut:g} Hz" for cut in CUTS}, fft),
+            *_limit(means, [_psd(step) for step in RESOLUTIONS], psd),
+            *_limit(means, [_fft(cut) for cut in CUTS], fft),
         )
 
     def draw(self, axes: list[Axes], rows: Rows) -> None:
@@ -89,15 +84,14 @@ def _psd(step: float) -> str:
     return f"PSD at {step:g} Hz"
 
 
-def _limit(means: dict[str, np.ndarray], words: dict[str, str], good: Sequence[str]) -> tuple[Line, Line]:
+def _limit(means: dict[str, np.ndarray], names: Sequence[str], good: Sequence[str]) -> tuple[Line, Line]:
     """The last acceptable variant and the next one, each against all better ones."""
-    names = list(words)
     last, beyond = good[-1], names[len(good)]
-    order = [f"{words[name]} {float(np.exp(np.mean(np.log(means[name])))):.2g}" for name in (good[0], last, beyond)]
+    order = [f"{name} {float(np.exp(np.mean(np.log(means[name])))):.2g}" for name in (good[0], last, beyond)]
     why = f"Mean errors: {', '.join(order)}."
     return (
-        Line(f"error with a {words[last]} over that with finer ones", f"acceptable (below {ACCEPTABLE:g})",
+        Line(f"error on the {last} over that on finer ones", f"acceptable (below {ACCEPTABLE:g})",
              ratio(means, [last], good[:-1]), why, high=ACCEPTABLE),
-        Line(f"error with a {words[beyond]} over that with finer ones", f"not acceptable (above {ACCEPTABLE:g})",
+        Line(f"error on the {beyond} over that on finer ones", f"not acceptable (above {ACCEPTABLE:g})",
              ratio(means, [beyond], good), why, low=ACCEPTABLE),
     )  # fmt: skip

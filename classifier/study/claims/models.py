@@ -152,7 +152,7 @@ def misfits(record: np.ndarray, drawing: Machine, point: OperatingPoint) -> dict
     # Model A is Model B with a rigid joint 1, so its fit is one more place to start from.
     rigid = np.where(stiffness, np.log(LIMIT / 2), 0.0)
     rigid[output] = simple.x
-    full = _best(record, drawing, point, "B", [*starts, rigid])
+    full = _best(record, drawing, point, "B", [starts[0], rigid])
     scale = np.std(record) * np.sqrt(len(record))
     return {"A": float(np.sqrt(2.0 * simple.cost) / scale), "B": float(np.sqrt(2.0 * full.cost) / scale)}
 

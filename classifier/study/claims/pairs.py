@@ -93,9 +93,8 @@ class Fig7(Pair):
     def why(self, rows: Rows) -> str:
         """The ratio on the targets' own scale, too."""
         own = ratio(performances(rows, value="performance_of_targets"), _names(self.first), _names(self.second))
-        return (
-            f"With each error on its targets' own scale the ratio would be {own.mean:.2g}; {_lower(super().why(rows))}"
-        )
+        scale = f"With each error on its targets' own scale the ratio would be {own.mean:.2g}."
+        return f"{super().why(rows)} {scale}"
 
 
 class Fig8(Pair):
@@ -116,10 +115,6 @@ class Fig8(Pair):
 
 def _name(kind: str, hidden: int) -> str:
     return f"{kind}, {hidden} hidden"
-
-
-def _lower(sentence: str) -> str:
-    return sentence[0].lower() + sentence[1:]
 
 
 def _names(kind: str) -> list[str]:
