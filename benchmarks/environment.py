@@ -15,6 +15,9 @@ from benchmarks.report import Row, number
 
 ID = "indexer_env/Indexer-v1"
 PEERS = ("CartPole-v1", "Pendulum-v1")
+PERIOD = 0.01
+"""Control period that is measured [s]."""
+
 MANY = 1024
 SIZES = (64, 256, 1024, 4096, 16384)
 SYNC = 64
@@ -53,7 +56,7 @@ def _rate(step: Callable[[], object], seconds: float, repeats: int) -> float:
 
 def _stepper(name: str) -> Callable[[], None]:
     """Steps an environment as `gymnasium.make` gives it, under one sampled action; resets it where it ends."""
-    env = gymnasium.make(name)
+    env = gymnasium.make(name, **({"period": PERIOD} if name == ID else {}))
     env.reset(seed=0)
     env.action_space.seed(0)
     action = env.action_space.sample()
@@ -80,14 +83,14 @@ def _single(seconds: float, repeats: int) -> Row:
 
 def _native(size: int, seconds: float, repeats: int) -> float:
     """Environment steps per second of the native batch."""
-    env = gymnasium.make_vec(ID, num_envs=size, vectorization_mode="vector_entry_point")
+    env = gymnasium.make_vec(ID, num_envs=size, vectorization_mode="vector_entry_point", period=PERIOD)
     env.reset(seed=0)
     actions = np.full((size, 1), 0.9, dtype=np.float32)
     return size * _rate(lambda: env.step(actions), seconds, repeats)
 
 
 def _beside_sync(native: float, seconds: float, repeats: int) -> Row:
-    env = gymnasium.make_vec(ID, num_envs=SYNC, vectorization_mode="sync")
+    env = gymnasium.make_vec(ID, num_envs=SYNC, vectorization_mode="sync", period=PERIOD)
     env.reset(seed=0)
     actions = np.full((SYNC, 1), 0.9, dtype=np.float32)
     loop = SYNC * _rate(lambda: env.step(actions), seconds, repeats)
@@ -130,7 +133,7 @@ def _memory(size: int) -> float:
     program = (
         "import tracemalloc, gymnasium, numpy, indexer_env; "
         "make = lambda n: gymnasium.make_vec("
-        f"{ID!r}, num_envs=n, vectorization_mode='vector_entry_point'); "
+        f"{ID!r}, num_envs=n, vectorization_mode='vector_entry_point', period={PERIOD}); "
         "small = make(2); small.reset(seed=0); small.step(numpy.ones((2, 1))); tracemalloc.start(); "
         f"env = make({size}); env.reset(seed=0); [env.step(numpy.ones(({size}, 1))) for _ in range(3)]; "
         "print(tracemalloc.get_traced_memory()[1])"

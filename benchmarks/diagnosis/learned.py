@@ -1,7 +1,7 @@
 """A policy learned on beliefs: fitted Q-iteration, backwards from the last turn that it may take.
 
-The state is the belief (probabilities of the names), the settings taken and with them the budget left. As every case was
-measured at every setting, each state of a case shows what every action leads to, so nothing is explored: the value of a
+The state is the belief (probabilities of the names), the settings taken and with them the budget left. As every case
+was measured at every setting, each state of it shows what every action leads to, so nothing is explored: the value of a
 turn is regressed on the values of the beliefs it led to (D. Ernst et al., JMLR 6 (2005) 503), that of stopping on
 whether the likeliest name was right, which also corrects a belief that is too sure of itself.
 """
