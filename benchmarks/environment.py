@@ -14,6 +14,7 @@ import indexer_env  # noqa: F401 (registers the environment)
 from benchmarks.report import Row, number
 
 ID = "indexer_env/Indexer-v1"
+DIAGNOSIS = "indexer_env/IndexerDiagnosis-v1"
 PEERS = ("CartPole-v1", "Pendulum-v1")
 PERIOD = 0.01
 """Control period that is measured [s]."""
@@ -22,6 +23,9 @@ MANY = 1024
 SIZES = (64, 256, 1024, 4096, 16384)
 SYNC = 64
 """Machines in the loop: its cost per machine does not depend on their number."""
+
+DIAGNOSED, DIAGNOSED_SYNC = 256, 8
+"""Machines diagnosed in the native batch and in the loop."""
 
 SECONDS = 1.0
 """Wall time of one repeat, about."""
@@ -36,6 +40,7 @@ def measure(*, quick: bool) -> list[Row]:
         _single(seconds, repeats),
         _beside_sync(native[MANY], seconds, repeats),
         *_growth(native),
+        _diagnosis(seconds, repeats),
     ]
 
 
@@ -101,6 +106,32 @@ def _beside_sync(native: float, seconds: float, repeats: int) -> Row:
         native >= 500_000.0 and native >= 5.0 * loop,
         {"native_steps_per_s": native, "sync_steps_per_s": loop},
     )
+
+
+def _diagnosis(seconds: float, repeats: int) -> Row:
+    """Any action, each as likely: a third of the steps run a turn, a third give a name, a third start an episode."""
+    native, loop = (
+        size * _rate(_diagnosing(size, mode), seconds, repeats)
+        for size, mode in ((DIAGNOSED, "vector_entry_point"), (DIAGNOSED_SYNC, "sync"))
+    )
+    return Row(
+        f"environment steps per second of the diagnosis environment, {DIAGNOSED} machines, and ÷ SyncVectorEnv",
+        "≥ 3 000",
+        f"{number(native)}, {native / loop:.1f} × ({number(loop)} in the loop)",
+        native >= 3_000.0,
+        {"native_steps_per_s": native, "sync_steps_per_s": loop},
+    )
+
+
+def _diagnosing(size: int, mode: str) -> Callable[[], None]:
+    env = gymnasium.make_vec(DIAGNOSIS, num_envs=size, vectorization_mode=mode)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+
+    def step() -> None:
+        env.step(env.action_space.sample())
+
+    return step
 
 
 def _growth(native: dict[int, float]) -> list[Row]:

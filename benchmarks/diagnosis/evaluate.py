@@ -36,11 +36,11 @@ class Size:
     """How much is simulated: cases that the belief learns from, cases that policies learn from, cases of each seed,
     seeds, episodes of each in the environment."""
 
-    teaching: int = 4000
-    practice: int = 4000
-    cases: int = 1000
+    teaching: int = 2000
+    practice: int = 3000
+    cases: int = 500
     seeds: int = 5
-    episodes: int = 200
+    episodes: int = 100
 
 
 QUICK = Size(teaching=600, practice=600, cases=100, seeds=2, episodes=5)

@@ -21,7 +21,7 @@ from benchmarks.diagnosis.policies import Known, Policy
 MOST_TURNS = 3
 """Turns after which a name is given: greedy information takes 1.7 on average."""
 
-EPOCHS, BATCH, LEARNING_RATE = 15, 1024, 2e-3
+EPOCHS, BATCH, LEARNING_RATE = 8, 1024, 2e-3
 """Of a regression with Adam, whose rate falls in a straight line to 0."""
 
 UNLIKELY = 1e-4
