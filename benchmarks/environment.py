@@ -16,11 +16,18 @@ from benchmarks.report import Row, number
 from benchmarks.session import CORES
 
 ID = "indexer_env/Indexer-v1"
+DIAGNOSIS = "indexer_env/IndexerDiagnosis-v1"
 PEERS = ("CartPole-v1", "Pendulum-v1")
+PERIOD = 0.01
+"""Control period that is measured [s]."""
+
 MANY = 1024
 SIZES = (64, 256, 1024, 4096, 16384)
 SYNC = 64
 """Machines in the loop: its cost per machine does not depend on their number."""
+
+DIAGNOSED, DIAGNOSED_SYNC = 256, 8
+"""Machines diagnosed in the native batch and in the loop."""
 
 SECONDS = 1.0
 """Wall time of one repeat, about."""
@@ -35,6 +42,7 @@ def measure(*, quick: bool) -> list[Row]:
         _single(seconds, repeats),
         _beside_sync(native[MANY], seconds, repeats),
         *_growth(native),
+        _diagnosis(seconds, repeats),
     ]
 
 
@@ -65,7 +73,7 @@ def _rate(step: Callable[[], object], seconds: float, repeats: int) -> Rate:
 
 def _stepper(name: str) -> Callable[[], None]:
     """Steps an environment as `gymnasium.make` gives it, under one sampled action; resets it where it ends."""
-    env = gymnasium.make(name)
+    env = gymnasium.make(name, **({"period": PERIOD} if name == ID else {}))
     env.reset(seed=0)
     env.action_space.seed(0)
     action = env.action_space.sample()
@@ -92,14 +100,14 @@ def _single(seconds: float, repeats: int) -> Row:
 
 def _native(size: int, seconds: float, repeats: int) -> Rate:
     """Environment steps per second of the native batch."""
-    env = gymnasium.make_vec(ID, num_envs=size, vectorization_mode="vector_entry_point")
+    env = gymnasium.make_vec(ID, num_envs=size, vectorization_mode="vector_entry_point", period=PERIOD)
     env.reset(seed=0)
     actions = np.full((size, 1), 0.9, dtype=np.float32)
     return _rate(lambda: env.step(actions), seconds, repeats).times(size)
 
 
 def _beside_sync(native: Rate, seconds: float, repeats: int) -> Row:
-    env = gymnasium.make_vec(ID, num_envs=SYNC, vectorization_mode="sync")
+    env = gymnasium.make_vec(ID, num_envs=SYNC, vectorization_mode="sync", period=PERIOD)
     env.reset(seed=0)
     actions = np.full((SYNC, 1), 0.9, dtype=np.float32)
     loop = _rate(lambda: env.step(actions), seconds, repeats).times(SYNC)
@@ -112,6 +120,34 @@ def _beside_sync(native: Rate, seconds: float, repeats: int) -> Row:
         {"native_steps_per_s": native.by_clock, "sync_steps_per_s": loop.by_clock,
          "native_steps_per_processor_s": native.per_core, "sync_steps_per_processor_s": loop.per_core},
     )  # fmt: skip
+
+
+def _diagnosis(seconds: float, repeats: int) -> Row:
+    """Any action, each as likely: a third of the steps run a turn, a third give a name, a third start an episode."""
+    native, loop = (
+        _rate(_diagnosing(size, mode), seconds, repeats).times(size)
+        for size, mode in ((DIAGNOSED, "vector_entry_point"), (DIAGNOSED_SYNC, "sync"))
+    )
+    return Row(
+        f"environment steps per second of the diagnosis environment, {DIAGNOSED} machines, {CORES} cores; "
+        "÷ SyncVectorEnv, per core",
+        "≥ 3 000",
+        f"{number(native.by_clock)}; {native.per_core / loop.per_core:.1f} × ({number(native.per_core)} and, in the "
+        f"loop, {number(loop.per_core)} per second of one core's time)",
+        native.by_clock >= 3_000.0,
+        {"native_steps_per_s": native.by_clock, "sync_steps_per_s": loop.by_clock},
+    )
+
+
+def _diagnosing(size: int, mode: str) -> Callable[[], None]:
+    env = gymnasium.make_vec(DIAGNOSIS, num_envs=size, vectorization_mode=mode)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+
+    def step() -> None:
+        env.step(env.action_space.sample())
+
+    return step
 
 
 def _growth(native: dict[int, Rate]) -> list[Row]:
@@ -144,7 +180,7 @@ def _memory(size: int) -> float:
     program = (
         "import tracemalloc, gymnasium, numpy, indexer_env; "
         "make = lambda n: gymnasium.make_vec("
-        f"{ID!r}, num_envs=n, vectorization_mode='vector_entry_point'); "
+        f"{ID!r}, num_envs=n, vectorization_mode='vector_entry_point', period={PERIOD}); "
         "small = make(2); small.reset(seed=0); small.step(numpy.ones((2, 1))); tracemalloc.start(); "
         f"env = make({size}); env.reset(seed=0); [env.step(numpy.ones(({size}, 1))) for _ in range(3)]; "
         "print(tracemalloc.get_traced_memory()[1])"

@@ -23,7 +23,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from examples import learning_report
-from examples.dwell_vibration import HALF_WIDTH, ID, RAMP, Policy, best_profile
+from examples.dwell_vibration import HALF_WIDTH, ID, PERIOD, PERIODS, RAMP, Policy, best_profile
 from indexer_env.stable_baselines import StableBaselinesVecEnv
 
 TRAINING_FAULTS = {"backlash_deg": {"uniform": [0.0, 15.0]}}
@@ -44,7 +44,8 @@ def train(seed: int, steps: int = STEPS, *, fleet: int = FLEET, rollout: int = R
     env = StableBaselinesVecEnv(
         gymnasium.make_vec(
             ID, num_envs=fleet, vectorization_mode="vector_entry_point", autoreset_mode="SameStep",
-            half_width=HALF_WIDTH, ramp=RAMP, faults=TRAINING_FAULTS,
+            half_width=HALF_WIDTH, ramp=RAMP, period=PERIOD,
+            faults=TRAINING_FAULTS, max_episode_steps=PERIODS,
         )
     )  # fmt: skip
     model = PPO(

@@ -6,23 +6,28 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
-from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.coefficients import Coefficients, Pack, coefficients, pack
 from indexer_env.diagnosis_task import DiagnosisTask, Setting
+from indexer_env.engine import advance, cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError, refuse
 from indexer_env.faults import Faults
+from indexer_env.kernels import layout
+from indexer_env.kernels.layout import LANES
 from indexer_env.machine import Machine
 from indexer_env.modes import largest_steps
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.run import Run
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from indexer_env.simulate import simulate_batch
 from indexer_env.spectrum import density, level
 from indexer_env.variation import varied
 
@@ -35,6 +40,8 @@ BANDS, BAND_HZ = 25, 4
 LEVELS = (-70.0, 30.0)
 """Level of a band [dB over 1 (unit of the reading)²/Hz] that is observed as -1 and as 1; what lies beyond is clipped.
 The bench's noise stands at -54 dB, its strongest band at about +10 dB."""
+
+_ROWS = np.array([layout.TABLE_ACC], dtype=np.int64)
 
 WARMUP = 0.5
 """Share of a turn that is simulated before a record: at 1.3 of nominal speed nine time constants of the reference
@@ -140,30 +147,59 @@ def measure(
     lengths = [
         round(case.machine.turn_duration(point) * SAMPLE_RATE) for case, point in zip(cases, points, strict=True)
     ]
-    kinds = list(zip(lengths, _steps([coefficients(case.machine, OperatingPoint()) for case in cases]), strict=True))
+    items = [
+        coefficients(case.machine, OperatingPoint(load_torque=point.load_torque))
+        for case, point in zip(cases, points, strict=True)
+    ]
+    parts = _steps(items)
     found: dict[int, Measurement] = {}
-    for kind in dict.fromkeys(kinds):
-        length, steps = kind
-        members = [i for i in range(len(cases)) if kinds[i] == kind]
 
-        def read(
-            items: np.ndarray, channels: Mapping[str, np.ndarray], members: list[int] = members, length: int = length
-        ) -> None:
-            """Called from several threads while a record is still in the cache."""
-            rows = [members[item] for item in items.tolist()]
-            turns = channels["table_acceleration"][:, -length:]
-            found.update(zip(rows, _read(turns, sensor, [rngs[i] for i in rows]), strict=True))
-
-        samples = length + round(WARMUP * length)
-        run = Run(sample_rate=SAMPLE_RATE, samples=samples, step=1.0 / (SAMPLE_RATE * steps), warmup_turns=0)
-        batch = simulate_batch([cases[i].machine for i in members], [points[i] for i in members], run, sink=read)
-        for row, reason in batch.rejected.items():
-            raise SimulationError(
-                reason.replace(
-                    f"(item {row})", f"(item {members[row] if numbers is None else numbers[members[row]]})", 1
+    def run(members: list[int]) -> None:
+        """Simulate a block and read it while its records are still in the cache."""
+        chosen = _packed([items[i] for i in members], [points[i] for i in members])
+        every, n = parts[members[0]], np.array([lengths[i] + round(WARMUP * lengths[i]) for i in members])
+        out, status, when = advance(
+            chosen, n * every, np.full(len(n), 1.0 / (SAMPLE_RATE * every)), np.zeros(len(n)),
+            every=every, rows=_ROWS, samples=int(n.max()),
+        )  # fmt: skip
+        for row, i in enumerate(members):
+            if status[row] != layout.RUNNING:
+                which = i if numbers is None else numbers[i]
+                raise SimulationError(
+                    f"{cases[i].machine.name} (item {which}) left the model's range at a speed of "
+                    f"{settings[i].speed:g} of nominal under a brake of {settings[i].brake:g} N m, "
+                    f"at t = {when[row]:.4g} s."
                 )
-            )
+        rows = range(len(members))
+        for length, alike in itertools.groupby(rows, key=lambda row: lengths[members[row]]):
+            some = list(alike)
+            turns = out[some, 0, n[some[0]] - length : n[some[0]]]
+            read = _read(turns, sensor, [rngs[members[row]] for row in some])
+            found.update(zip((members[row] for row in some), read, strict=True))
+
+    blocks = list(_blocks(items, parts, lengths))
+    if blocks:
+        first = blocks[0]
+        prepare_kernel(_packed([items[i] for i in first], [points[i] for i in first]))
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(run, blocks))
     return [found[i] for i in range(len(cases))]
+
+
+def _packed(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> Pack:
+    """Items of one model; what else some of them have acts in the others at its null value, which changes no bit."""
+    features = functools.reduce(operator.or_, (item.features for item in items))
+    return dataclasses.replace(pack(items, points), features=features)
+
+
+def _blocks(items: Sequence[Coefficients], parts: Sequence[int], lengths: Sequence[int]) -> Iterator[list[int]]:
+    """Items of the same model and step, in blocks of the kernel's lanes, which cost as much half empty as full and run
+    as long as their longest."""
+    order = sorted(range(len(items)), key=lambda i: (items[i].model, parts[i], -lengths[i]))
+    for _, members in itertools.groupby(order, key=lambda i: (items[i].model, parts[i])):
+        kind = list(members)
+        for first in range(0, len(kind), int(LANES)):
+            yield kind[first : first + int(LANES)]
 
 
 def _steps(items: Sequence[Coefficients]) -> list[int]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from gymnasium.envs.registration import register
 
-MAX_EPISODE_STEPS = 1640
-"""Control periods of an episode: two table turns of the reference machine (8.2 s each) in periods of 10 ms."""
+MAX_EPISODE_STEPS = 328
+"""Control periods of an episode: two table turns of the reference machine (8.2 s each) in periods of 50 ms."""
 
 
 def register_environments() -> None:

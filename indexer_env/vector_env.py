@@ -260,7 +260,7 @@ def _scenarios(
                 loaded("IndexerVectorEnv", "machine", own, Machine, load_machine),
                 loaded("IndexerVectorEnv", "operating_point", point, OperatingPoint, load_operating_point),
             ))  # fmt: skip
-    first = Scenario.of(*pairs[0], faults, sensor, task, _ARGUMENTS)
+    first = Scenario.of(pairs[0][0], pairs[0][1], faults, sensor, task, _ARGUMENTS)
     scenarios = []
     for i, (own, point) in enumerate(pairs):
         with naming("IndexerVectorEnv", i):

@@ -53,7 +53,7 @@ def seeds_of(owner: str, seed: object, n: int) -> list[int | None]:
     """The items' seeds from what `reset` is given: none, one for item 0 (item i has seed + i), or one for each."""
     if seed is None or isinstance(seed, int):
         return [None if seed is None else seed + i for i in range(n)]
-    seeds = list(seed) if isinstance(seed, list | tuple | range) else []
+    seeds: list[int | None] = list(seed) if isinstance(seed, list | tuple | range) else []
     if len(seeds) != n:
         raise refuse(f"{owner}.reset", "seed", f"one or {n} whole numbers", seed)
     return seeds

@@ -14,13 +14,16 @@ from benchmarks.control.baselines import best_constant, random, returns
 from benchmarks.control.scripts import SCRIPTS, trained
 from benchmarks.report import with_table
 
+STEPS = 30 * 2048
+"""Control periods of a training, 30 rollouts: 51 minutes of machine time."""
+
 QUICK = 4096
 
 
 def main() -> None:
     """Run; a quick run prints only, since its numbers are not those of the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.control", description=__doc__)
-    parser.add_argument("--steps", type=int, help="control periods of a training")
+    parser.add_argument("--steps", type=int, default=STEPS, help="control periods of a training")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="one training of each script for each")
     parser.add_argument("--processes", type=int, default=1, help="trainings at the same time, each in one thread")
     parser.add_argument("--quick", action="store_true", help="a look whether all runs; nothing is written")

@@ -18,8 +18,8 @@ NICENESS = 10
 """Of a training's process."""
 
 
-EVERY = 25 * 2048
-"""Steps from one measurement of the policy to the next: 25 rollouts."""
+EVERY = 6 * 2048
+"""Steps from one measurement of the policy to the next: 6 rollouts."""
 
 Watch = Callable[[int, Policy], None]
 
@@ -49,22 +49,20 @@ def cleanrl(steps: int, seed: int, watch: Watch) -> None:
     single_file_ppo.train(ID, steps, seed, watch)
 
 
-SCRIPTS = {"stable-baselines3": (stable_baselines3, 6 * EVERY), "CleanRL": (cleanrl, 4 * EVERY)}
-"""Each script and how many steps it is given."""
+SCRIPTS = {"stable-baselines3": stable_baselines3, "CleanRL": cleanrl}
 
 
-def trained(script: str, steps: int | None, seed: int) -> dict[str, Any]:
-    """Train once, in one thread, for the script's number of steps where none is given; the mean return over whole
-    episodes without exploration, with the steps and the processor time [s] until then."""
+def trained(script: str, steps: int, seed: int) -> dict[str, Any]:
+    """Train once, in one thread; now and then the mean return over whole episodes without exploration, its standard
+    deviation, and the steps and the processor time [s] until then."""
     os.nice(NICENESS)
     torch.set_num_threads(1)
-    run, usual = SCRIPTS[script]
-    steps, curve = steps or usual, []
+    curve: list[list[float]] = []
     begin, away = time.process_time(), 0.0
 
     def watch(done: int, policy: Policy) -> None:
         nonlocal away
-        if done % EVERY and done < steps - steps % 2048:
+        if done % EVERY and done + 2048 <= steps:
             return
         now = time.process_time()
         found = returns(policy)
@@ -72,5 +70,5 @@ def trained(script: str, steps: int | None, seed: int) -> dict[str, Any]:
         away += time.process_time() - now  # to measure is not to train
         print(script, seed, curve[-1], flush=True)
 
-    run(steps, seed, watch)
+    SCRIPTS[script](steps, seed, watch)
     return {"script": script, "seed": seed, "curve": curve}

@@ -3,6 +3,7 @@
 measured     cases measured once at every setting
 belief       what measurements say about the name
 policies     random, fixed turns, greedy information
+learned      a policy learned on beliefs
 play         episodes under a policy
 evaluate     all policies over seeds; what each setting tells
 page         the tables of docs/environments/indexer_diagnosis.md and the picture beside them

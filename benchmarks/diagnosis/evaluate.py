@@ -10,14 +10,19 @@ import numpy as np
 import scipy.stats
 
 from benchmarks.diagnosis.belief import Belief
+from benchmarks.diagnosis.learned import LearnedPolicy
 from benchmarks.diagnosis.measured import Measured, measured
 from benchmarks.diagnosis.play import Outcome, play_in, play_measured
 from benchmarks.diagnosis.policies import FixedTurns, GreedyInformation, Policy, RandomPolicy
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 from indexer_env.diagnosis_task import Setting
 
-TEACHING_SEED = 1000
-"""Of the cases that the belief learns from; the seeds of the evaluation stand apart."""
+TEACHING_SEED, PRACTICE_SEED = 1000, 2000
+"""Of the cases that the belief learns from and of those that policies learn from; the seeds of the evaluation stand
+apart."""
+
+LEARNING_SEEDS = (0, 1, 2)
+"""Of the learned policies."""
 
 WORTHS = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Reward per bit at which the greedy policy is shown."""
@@ -28,15 +33,17 @@ WORTH = 0.2
 
 @dataclass(frozen=True)
 class Size:
-    """How much is simulated: cases to learn from, cases of each seed, seeds, episodes of each in the environment."""
+    """How much is simulated: cases that the belief learns from, cases that policies learn from, cases of each seed,
+    seeds, episodes of each in the environment."""
 
-    teaching: int = 4000
-    cases: int = 1000
+    teaching: int = 2000
+    practice: int = 3000
+    cases: int = 500
     seeds: int = 5
-    episodes: int = 200
+    episodes: int = 100
 
 
-QUICK = Size(teaching=600, cases=100, seeds=2, episodes=5)
+QUICK = Size(teaching=600, practice=600, cases=100, seeds=2, episodes=5)
 
 
 @dataclass(frozen=True)
@@ -69,12 +76,14 @@ def evaluate(env: IndexerDiagnosisEnv, size: Size, say: Callable[[str], None]) -
     say(f"measuring {size.teaching} cases to learn from")
     teaching = measured(env, size.teaching, TEACHING_SEED)
     belief = Belief(teaching)
+    say(f"measuring {size.practice} cases to learn from them what to do")
+    practice = measured(env, size.practice, PRACTICE_SEED)
     cases = []
     for seed in range(size.seeds):
         say(f"measuring {size.cases} cases of seed {seed}")
         cases.append(measured(env, size.cases, seed))
     rows = []
-    for kind, policy, budget in _policies(env, belief, teaching):
+    for kind, policy, budget in _policies(env, belief, teaching, practice):
         say(policy.label)
         plays = [play_measured(policy, each, env.costs, budget, seed) for seed, each in enumerate(cases)]
         rows.append(_row(env, kind, policy.label, plays))
@@ -85,8 +94,11 @@ def evaluate(env: IndexerDiagnosisEnv, size: Size, say: Callable[[str], None]) -
     return rows, told(belief, cases)
 
 
-def _policies(env: IndexerDiagnosisEnv, belief: Belief, teaching: Measured) -> list[tuple[str, Policy, float]]:
+def _policies(
+    env: IndexerDiagnosisEnv, belief: Belief, teaching: Measured, practice: Measured
+) -> list[tuple[str, Policy, float]]:
     """Kind, policy and budget; a budget without end for what shows the ceiling."""
+    task = env.task
     budget, every = env.task.budget, tuple(range(len(env.settings)))
     turns = [FixedTurns(label(env.settings[s]), belief, (s,)) for s in every]
     pair = max(
@@ -99,6 +111,10 @@ def _policies(env: IndexerDiagnosisEnv, belief: Belief, teaching: Measured) -> l
         *(("one fixed turn", policy, budget) for policy in turns),
         ("best two fixed turns", pair, budget),
         *(("greedy information", GreedyInformation(belief, env.costs, worth), budget) for worth in WORTHS),
+        *(
+            ("learned", LearnedPolicy(belief, practice, env.costs, budget, task.right, task.wrong, seed), budget)
+            for seed in LEARNING_SEEDS
+        ),
         ("all turns", FixedTurns("every setting once, whatever it costs", belief, every), float("inf")),
     ]
 

@@ -1,7 +1,7 @@
 """A policy learned on beliefs: fitted Q-iteration, backwards from the last turn that it may take.
 
-The state is the belief (probabilities of the names), the settings taken and with them the budget left. As every case was
-measured at every setting, each state of a case shows what every action leads to, so nothing is explored: the value of a
+The state is the belief (probabilities of the names), the settings taken and with them the budget left. As every case
+was measured at every setting, each state of it shows what every action leads to, so nothing is explored: the value of a
 turn is regressed on the values of the beliefs it led to (D. Ernst et al., JMLR 6 (2005) 503), that of stopping on
 whether the likeliest name was right, which also corrects a belief that is too sure of itself.
 """
@@ -21,7 +21,7 @@ from benchmarks.diagnosis.policies import Known, Policy
 MOST_TURNS = 3
 """Turns after which a name is given: greedy information takes 1.7 on average."""
 
-EPOCHS, BATCH, LEARNING_RATE = 15, 1024, 2e-3
+EPOCHS, BATCH, LEARNING_RATE = 8, 1024, 2e-3
 """Of a regression with Adam, whose rate falls in a straight line to 0."""
 
 UNLIKELY = 1e-4

@@ -14,7 +14,7 @@ PICTURE = ROOT / "docs" / "pictures" / "diagnosis_baselines.png"
 
 _MARKERS = {
     "random": "x", "one fixed turn": "o", "best two fixed turns": "D", "greedy information": "s",
-    "in the environment": "*", "all turns": "^",
+    "learned": "P", "in the environment": "*", "all turns": "^",
 }  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from benchmarks.diagnosis import belief as model
 from benchmarks.diagnosis import page
 from benchmarks.diagnosis.belief import Belief
 from benchmarks.diagnosis.evaluate import Row, _interval, told
+from benchmarks.diagnosis.learned import LearnedPolicy
 from benchmarks.diagnosis.measured import Measured, measured
 from benchmarks.diagnosis.play import play_in, play_measured
 from benchmarks.diagnosis.policies import FixedTurns, GreedyInformation, Known, Policy, RandomPolicy
@@ -163,3 +164,15 @@ def test_greedy_beats_every_fixed_turn_in_a_short_run():
     assert max(each[0] for each in fixed) < 0.9  # no single turn tells all
     inside = play_in(env, GreedyInformation(belief, env.costs, 0.2), 60, seed=5)
     assert abs(inside.right.mean() - right) < 0.2  # 60 episodes: four standard errors
+
+
+def test_a_learned_policy_takes_what_tells_and_then_stops(learned):
+    """As greedy information does on the toy, with nobody telling it what a bit is worth."""
+    policy = LearnedPolicy(learned, toy(12000, 7), COSTS, 1.0, 1.0, 1.0, seed=0)
+    done = play_measured(policy, toy(300, 8), COSTS, 1.0, 0)
+    assert done.right.mean() > 0.97
+    np.testing.assert_allclose(done.cost, 0.2)
+    dear = LearnedPolicy(learned, toy(12000, 7), 6.0 * COSTS, 9.0, 1.0, 1.0, seed=0)
+    assert play_measured(dear, toy(300, 8), 6.0 * COSTS, 9.0, 0).turns.max() == 0
+    poor = play_measured(policy, toy(300, 8), COSTS, 0.15, 0)
+    np.testing.assert_array_equal(poor.turns, 1)

@@ -14,7 +14,11 @@ def test_smoke_all_its_rows(monkeypatch):
     monkeypatch.setattr(environment, "SYNC", 2)
     asked = []
     monkeypatch.setattr(environment, "_memory", lambda size: asked.append(size) or 3e6 + 2048.0 * size)
-    single, many, cost, memory = environment.measure(quick=True)
+    monkeypatch.setattr(environment, "DIAGNOSED", 4)
+    monkeypatch.setattr(environment, "DIAGNOSED_SYNC", 2)
+    single, many, cost, memory, diagnosed = environment.measure(quick=True)
+    assert diagnosed.what.endswith("4 machines, and ÷ SyncVectorEnv")
+    assert diagnosed.numbers["native_steps_per_s"] > 0.0 and diagnosed.numbers["sync_steps_per_s"] > 0.0
     assert set(single.numbers["steps_per_s"]) == {environment.ID, *environment.PEERS}
     assert all(math.isfinite(rate) and rate > 0.0 for rate in single.numbers["steps_per_s"].values())
     assert "8 machines, 2 cores; ÷ SyncVectorEnv" in many.what

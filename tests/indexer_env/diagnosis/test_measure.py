@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from indexer_env import Faults, OperatingPoint, Run, load_machine, load_sensor, simulate, simulate_batch
+from indexer_env import Faults, OperatingPoint, Run, load_machine, load_sensor, simulate
 from indexer_env.diagnosis import BAND_HZ, BANDS, LEVELS, WARMUP, Case, band_levels, draw_case, measure
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 from indexer_env.diagnosis_task import Setting
+from indexer_env.engine import advance
 
 TASK = IndexerDiagnosisEnv().task
 
@@ -57,11 +58,11 @@ def test_the_step_is_the_longest_that_resolves_the_machine(monkeypatch):
     """The housing stands at 55 Hz with a looseness of 0.05 and at 95 Hz with 0.016; 40 Hz and 80 Hz are the bounds."""
     steps = []
 
-    def watched(machines, points, run, **others):
-        steps.append(run.step)
-        return simulate_batch(machines, points, run, **others)
+    def watched(*arguments, **others):
+        steps.append(arguments[2][0])
+        return advance(*arguments, **others)
 
-    monkeypatch.setattr("indexer_env.diagnosis.simulate_batch", watched)
+    monkeypatch.setattr("indexer_env.diagnosis.advance", watched)
     for looseness in (0.3, 0.05, 0.016):
         measure(
             [loose(looseness)], [TASK.settings[6]], OperatingPoint(), load_sensor("bench"), [np.random.default_rng(0)]

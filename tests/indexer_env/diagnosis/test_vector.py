@@ -79,22 +79,22 @@ def test_actions_that_are_none(actions, said):
 
 
 def test_a_machine_that_leaves_its_range_is_named(monkeypatch):
-    """Item 2 is the second that measures, and nothing is booked."""
+    """Item 2 is the only one that measures, and nothing is booked."""
     from indexer_env import diagnosis
 
-    real = diagnosis.simulate_batch
+    real = diagnosis.advance
 
-    def failing(machines, points, run, **others):
-        batch = real(machines, points, run, **others)
-        batch.rejected[len(machines) - 1] = f"reference (item {len(machines) - 1}) became non-finite."
-        return batch
+    def failing(pack, *arguments, **others):
+        out, status, when = real(pack, *arguments, **others)
+        status[0] = 2
+        return out, status, when
 
     env = IndexerDiagnosisVectorEnv(3, **SMALL)
     env.reset(seed=0)
     with monkeypatch.context() as patch:
-        patch.setattr(diagnosis, "simulate_batch", failing)
-        with pytest.raises(SimulationError, match=r"reference \(item 2\) became non-finite\."):
-            env.step(np.array([0, 4, 0]))
+        patch.setattr(diagnosis, "advance", failing)
+        with pytest.raises(SimulationError, match=r"reference \(item 2\) left the model's range at a speed of 1 of"):
+            env.step(np.array([4, 5, 0]))
     assert not env.step(np.array([0, 0, 0]))[2].any()
 
 

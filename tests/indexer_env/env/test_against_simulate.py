@@ -11,6 +11,8 @@ from indexer_env import Faults, Joint, Machine, OperatingPoint, Run, load_sensor
 from indexer_env.env import IndexerEnv
 
 ONE = np.ones(1, dtype=np.float32)
+PERIOD = 0.01
+"""s; short, so that a few steps compare much."""
 
 
 def readings(env: gymnasium.Env, steps: int, angle: float = 0.3, action: np.ndarray = ONE) -> np.ndarray:
@@ -44,7 +46,7 @@ def variants(smooth: Machine, reference: Machine) -> dict[str, Machine]:
 @pytest.mark.parametrize("name", ["smooth", "reference", "model A", "loose", "play and crack", "thin play", "effects"])
 def test_constant_nominal_speed_is_simulate(name, smooth, reference):
     machine = variants(smooth, reference)[name]
-    record = readings(IndexerEnv(machine=machine), 220)
+    record = readings(IndexerEnv(period=PERIOD, machine=machine), 220)
     np.testing.assert_array_equal(record, simulated(machine, 2201))
 
 
@@ -62,13 +64,13 @@ def test_another_rate_and_step(reference):
 
 def test_readings_of_a_noiseless_chain_are_those_of_the_whole_record(reference):
     sensor = dataclasses.replace(load_sensor("bench"), noise_density=0.0)
-    record = readings(IndexerEnv(machine=reference, sensor=sensor), 120)
+    record = readings(IndexerEnv(period=PERIOD, machine=reference, sensor=sensor), 120)
     whole = sensor.read(simulated(reference, 1201), 1000.0).values
     np.testing.assert_array_equal(record, whole)
 
 
 def test_a_brake_is_a_load_torque(reference):
-    env = IndexerEnv(machine=reference, brake_torque=100.0)
+    env = IndexerEnv(period=PERIOD, machine=reference, brake_torque=100.0)
     record = readings(env, 60, action=np.array([1.0, 0.0], dtype=np.float32))
     point = OperatingPoint(start_angle=0.3, load_torque=2.0 + 50.0)
     braked = simulate(reference, point, Run(samples=601, warmup_turns=0)).table_acceleration
@@ -79,7 +81,7 @@ def test_a_brake_is_a_load_torque(reference):
 
 def test_a_ramp_takes_the_time_it_must(smooth):
     """From 1 to 0.5 at 5 per second in 0.1 s, then constant; the way is the integral of the command."""
-    env = IndexerEnv(machine=smooth, ramp=5.0)
+    env = IndexerEnv(period=PERIOD, machine=smooth, ramp=5.0)
     env.reset(seed=0, options={"start_angle": math.pi})
     speeds = [float(env.step(np.zeros(1))[0][6]) * env.limits.motor_speed for _ in range(20)]
     np.testing.assert_allclose(speeds[:10], 1.0 - 0.05 * np.arange(1, 11), atol=1e-6)
@@ -87,7 +89,7 @@ def test_a_ramp_takes_the_time_it_must(smooth):
 
 
 def test_throughput_is_that_of_the_command(smooth):
-    env = IndexerEnv(machine=smooth, vibration_weight=0.0, ramp=5.0)
+    env = IndexerEnv(period=PERIOD, machine=smooth, vibration_weight=0.0, ramp=5.0)
     env.reset(seed=0)
     rewards = [env.step(np.zeros(1))[1] for _ in range(300)]
     assert np.mean(rewards[100:]) == pytest.approx(0.5, abs=1e-3)
@@ -95,7 +97,7 @@ def test_throughput_is_that_of_the_command(smooth):
 
 def test_the_reward_is_its_formula(reference):
     """Of a whole period in the dwell, from the simulator's channels."""
-    env = IndexerEnv(machine=reference, vibration_weight=0.7)
+    env = IndexerEnv(period=PERIOD, machine=reference, vibration_weight=0.7)
     env.reset(seed=0, options={"start_angle": math.pi + 0.1})
     reward = env.step(ONE)[1]
     run = Run(samples=11, warmup_turns=0, channels=("table_acceleration", "cam_angle"))
@@ -108,7 +110,7 @@ def test_the_reward_is_its_formula(reference):
 
 
 def test_the_observation_is_what_its_limits_say(reference):
-    env = IndexerEnv(machine=reference)
+    env = IndexerEnv(period=PERIOD, machine=reference)
     env.reset(seed=0, options={"start_angle": 0.3})
     observation = env.step(ONE)[0]
     names = ("table_acceleration", "table_angle", "table_rate", "cam_angle", "motor_rate")
@@ -124,7 +126,7 @@ def test_the_observation_is_what_its_limits_say(reference):
 
 def test_a_reading_beyond_the_range_is_clipped(reference):
     sensor = dataclasses.replace(load_sensor("environment"), full_scale=1.0)
-    env = IndexerEnv(machine=reference, sensor=sensor)
+    env = IndexerEnv(period=PERIOD, machine=reference, sensor=sensor)
     record = readings(env, 80)
     assert np.abs(record).max() == 1.0
     assert np.abs(simulated(reference, 801)).max() > 10.0
@@ -134,5 +136,5 @@ def test_a_joint_without_edges_beside_one_with_edges_keeps_its_bits(smooth, refe
     """Hardening contact has a cube: an edge at infinity must not turn it into a NaN (kernels/joints.py)."""
     hard = smooth.with_effects(make_effect("output.cubic_stiffness", stiffness=1e9))
     assert isinstance(hard.input_joint, Joint)
-    alone = readings(IndexerEnv(machine=hard), 60)
+    alone = readings(IndexerEnv(period=PERIOD, machine=hard), 60)
     np.testing.assert_array_equal(alone, simulated(hard, 601))

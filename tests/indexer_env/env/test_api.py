@@ -136,7 +136,7 @@ def test_types_are_gymnasium_s():
     env = IndexerEnv(reveal=True)
     observation, info = env.reset(seed=0)
     assert observation.dtype == np.float32 and observation in env.observation_space
-    assert info["acceleration"].shape == (10,) and info["truth"]["torques"].shape == (3, 10)
+    assert info["acceleration"].shape == (50,) and info["truth"]["torques"].shape == (3, 50)
     observation, reward, terminated, truncated, info = env.step(np.ones(1))
     assert type(reward) is float and type(terminated) is bool and type(truncated) is bool
     assert set(IndexerEnv().reset()[1]) == {"acceleration"}
@@ -191,8 +191,8 @@ def test_leaving_the_model_s_range_ends_the_episode(smooth):
 def test_two_turns_are_the_limit_of_time():
     env = gymnasium.make(ID)
     env.reset(seed=0)
-    ends = [env.step(np.ones(1, dtype=np.float32))[3] for _ in range(1640)]
-    assert ends == [False] * 1639 + [True]
+    ends = [env.step(np.ones(1, dtype=np.float32))[3] for _ in range(328)]
+    assert ends == [False] * 327 + [True]
 
 
 def test_gymnasium_s_wrappers_work():

@@ -13,6 +13,8 @@ from indexer_env.laws import Choice, Fixed, Uniform
 from indexer_env.vector_env import IndexerVectorEnv
 
 ONE = np.ones(1, dtype=np.float32)
+PERIOD = 0.01
+"""s; short, so that times of faults fall into many periods."""
 
 
 def truths(env: IndexerEnv, steps: int, **reset: object) -> list[dict]:
@@ -87,7 +89,7 @@ def test_what_is_wrong_with_a_law_is_one_sentence(given, said):
 
 def test_a_fixed_fault_is_the_simulated_one(reference):
     faults = Faults(roller_crack=0.3, backlash=0.2)
-    env = IndexerEnv(faults=faults)
+    env = IndexerEnv(period=PERIOD, faults=faults)
     _, info = env.reset(seed=0, options={"start_angle": 0.0})
     record = np.concatenate([info["acceleration"][-1:], *(env.step(ONE)[4]["acceleration"] for _ in range(40))])
     run = Run(samples=401, warmup_turns=0)
@@ -97,14 +99,17 @@ def test_a_fixed_fault_is_the_simulated_one(reference):
 
 
 def test_options_are_for_one_episode():
-    env = IndexerEnv(reveal=True)
+    env = IndexerEnv(period=PERIOD, reveal=True)
     assert truths(env, 1, options={"faults": {"roller_crack": 0.4}})[1]["roller_crack"] == 0.4
     assert truths(env, 1)[1]["roller_crack"] == 0.0
 
 
 def test_a_crack_sets_in_at_its_time():
     """Bit-equal to the sound machine until then, another record afterwards."""
-    sound, cracking = IndexerEnv(), IndexerEnv(faults={"roller_crack": 0.5, "crack_at": 0.5}, reveal=True)
+    sound, cracking = (
+        IndexerEnv(period=PERIOD),
+        IndexerEnv(period=PERIOD, faults={"roller_crack": 0.5, "crack_at": 0.5}, reveal=True),
+    )
     sound.reset(seed=1, options={"start_angle": 0.0})
     cracking.reset(seed=1, options={"start_angle": 0.0})
     same = []
@@ -116,7 +121,7 @@ def test_a_crack_sets_in_at_its_time():
 
 
 def test_screws_let_go_at_their_time():
-    env = IndexerEnv(faults={"screw_looseness": 1.0, "loose_at": 0.4}, reveal=True)
+    env = IndexerEnv(period=PERIOD, faults={"screw_looseness": 1.0, "loose_at": 0.4}, reveal=True)
     seen = truths(env, 80, seed=1, options={"start_angle": 0.0})
     assert [truth["screw_looseness"] for truth in seen] == [TIGHT_LOOSENESS] * 40 + [1.0] * 41
     third = np.array([np.abs(truth["torques"][2]).max() for truth in seen])
@@ -125,7 +130,7 @@ def test_screws_let_go_at_their_time():
 
 def test_waiting_screws_are_all_but_tight(reference):
     """Until they let go the machine differs from one on a rigid base by a few hundredths of its signal."""
-    env, tight = IndexerEnv(faults={"screw_looseness": 1.0, "loose_at": 1e6}), IndexerEnv()
+    env, tight = IndexerEnv(period=PERIOD, faults={"screw_looseness": 1.0, "loose_at": 1e6}), IndexerEnv(period=PERIOD)
     records = []
     for each in (env, tight):
         each.reset(seed=1, options={"start_angle": 0.0})
@@ -135,7 +140,7 @@ def test_waiting_screws_are_all_but_tight(reference):
 
 
 def test_play_wears_with_the_work_done():
-    env = IndexerEnv(faults={"wear": 1e-4}, reveal=True)
+    env = IndexerEnv(period=PERIOD, faults={"wear": 1e-4}, reveal=True)
     seen = truths(env, 350, seed=1, options={"start_angle": 0.0})
     backlash = np.array([truth["backlash"] for truth in seen])
     changes = np.flatnonzero(np.diff(backlash))

@@ -18,7 +18,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "environments" / "indexer.md").read
 def test_it_has_gymnasium_s_headings():
     headings = [
         "Description", "Action Space", "Observation Space", "Rewards", "Starting State", "Episode End", "Arguments",
-        "Version History",
+        "Baselines", "Version History",
     ]  # fmt: skip
     assert re.findall(r"^## (.*)$", PAGE, flags=re.MULTILINE) == headings
 

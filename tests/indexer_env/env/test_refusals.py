@@ -133,7 +133,7 @@ def test_an_option_that_cannot_be(env, options, said):
             {"period": 1e9},
             "IndexerEnv.period must be at most 100000 samples of 0.001 s, got 1000000000.0; set it to 100",
         ),
-        ({"step": 1e-320}, "IndexerEnv.step must be >= 1e-09 s, of which a period has 10000000, got 1e-320."),
+        ({"step": 1e-320}, "IndexerEnv.step must be >= 5e-09 s, of which a period has 10000000, got 1e-320."),
         ({"sample_rate": 1e300}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e+300."),
         ({"sample_rate": 1e-320}, "IndexerEnv.sample_rate must be a finite number >= 1 and <= 1e+06 Hz, got 1e-320."),
         ({"start_angle": 1e300}, "IndexerEnv.start_angle must be a finite number >= -1e+06 and <= 1e+06 rad, got"),

@@ -40,8 +40,8 @@ def test_pictures_follow_the_motion_and_change_none():
 
 
 def test_a_crack_shows_once_it_has_set_in():
-    env = IndexerEnv(render_mode="rgb_array", faults={"roller_crack": 0.4, "crack_at": 0.05})
-    sound = IndexerEnv(render_mode="rgb_array")
+    env = IndexerEnv(render_mode="rgb_array", period=0.01, faults={"roller_crack": 0.4, "crack_at": 0.05})
+    sound = IndexerEnv(render_mode="rgb_array", period=0.01)
     pictures = []
     for steps in (4, 6):
         for each in (env, sound):

@@ -60,7 +60,7 @@ def test_a_window_is_the_turn_s_record():
     env = TurnWindow(gymnasium.make(ID))
     window, _ = env.reset(seed=0, options={"start_angle": 0.0})
     assert window.shape == (8200,) and (window == window[0]).all()
-    for _ in range(820):
+    for _ in range(164):
         window = env.step(ONE)[0]
     truth = simulate(load_machine(), run=Run(samples=8201, warmup_turns=0)).table_acceleration[1:]
     np.testing.assert_array_equal(window, (truth / 100.0).astype(np.float32))
