@@ -179,8 +179,7 @@ def measure(
 
     blocks = list(_blocks(items, parts, lengths))
     if blocks:
-        first = blocks[0]
-        prepare_kernel(_packed([items[i] for i in first], [points[i] for i in first]))
+        prepare_kernel()
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(run, blocks))
     return [found[i] for i in range(len(cases))]
