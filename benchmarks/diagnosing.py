@@ -13,14 +13,14 @@ import torch
 
 from benchmarks.report import Row, number
 from benchmarks.stored import data_set
-from classifier.conditions import RecordConditions
 from classifier.dataset import load_dataset
 from classifier.diagnose import diagnose, diagnose_turn
 from classifier.features import Psd
 from classifier.model import Model, load_model, save_model
 from classifier.train import train
 from classifier.trainers.traingdx import TrainGdx
-from datagen.measured import Reading, read_recording
+from indexer_records.conditions import RecordConditions
+from indexer_records.measured import Reading, read_recording
 
 RECORDS = 126
 REQUIRED = 5e-3

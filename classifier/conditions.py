@@ -9,13 +9,13 @@ import numpy as np
 import pyarrow as pa
 
 from classifier.indexing import indexing_of
-from indexer_env.checks import check_number
-from indexer_env.errors import SignalError, refuse
+from indexer_env.errors import SignalError
 from indexer_env.units import RPM
+from indexer_records.conditions import RecordConditions
 
 TOLERANCE = {"sensor_radius": 0.01, "motor_speed": 0.02}
 """By which share a record's value may lie outside the range of the training records: densities grow with the square of
-the radius, 2 % for 1 %; the speed may vary as a turn between two pulses may (`datagen.ingest.settings.Pulse`)."""
+the radius, 2 % for 1 %; the speed may vary as a turn between two pulses may (`indexer_records.conditions.Pulse`)."""
 
 CLIPPED = 0.005
 """Share of a turn [-] that may be clipped beyond what the training records are: each clipped peak is a step in the
@@ -39,36 +39,13 @@ _WORDS = {
 
 
 @dataclass(frozen=True)
-class RecordConditions:
-    """What is known of one record beside its samples; None where it is not.
-
-    sensor_radius  radius of the accelerometer [m], > 0
-    motor_speed    speed of the motor shaft [rad/s], > 0
-    machine        name of the machine
-
-    Raises ParameterError.
-    """
-
-    sensor_radius: float | None = None
-    motor_speed: float | None = None
-    machine: str | None = None
-
-    def __post_init__(self) -> None:
-        for name, unit in (("sensor_radius", "m"), ("motor_speed", "rad/s")):
-            if getattr(self, name) is not None:
-                check_number("known", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
-        if not isinstance(self.machine, str | type(None)):
-            raise refuse("known", "machine", "a text or null", self.machine, "quote it: known.machine='\"...\"'")
-
-
-@dataclass(frozen=True)
 class Conditions:
     """What the training records have in common, as far as each of their rows states it.
 
     sensor_radius   least and greatest radius of the accelerometer [m]; None: not stated, or not on a radius
     motor_speed     least and greatest speed of the motor shaft [rad/s]; None: not stated
     machines        names of the machines; (): not stated
-    clipped_share, constant_share  greatest of the calibration records [-], see `datagen.quality`
+    clipped_share, constant_share  greatest of the calibration records [-], see `indexer_records.quality`
     stations        least and greatest number of indexes that a calibration record shows, see `classifier.indexing`;
                     None: not all of them show it
     sense           1: acceleration first in each index of all of them, −1: deceleration first, 0: not compared

@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 
 from classifier.dataset import Dataset
 from classifier.features import FEATURES, Features, Psd, make_features
-from datagen.ingest.resample import PASSBAND
 from indexer_env.build import from_mapping
+from indexer_records.resample import PASSBAND
 
 SEGMENTS = 8
 """Lengths of a segment in a measured record: half as many leave 7 means a density and errors of 2 dB, twice as many

@@ -12,7 +12,6 @@ In reading order, along the data flow:
     laws_in_place  laws written in a quantity's own place -> the campaign's draws
     preflight      laws that are mistakes, refused before anything is simulated
     order          all that decides the bytes of a data set, checked first
-    quality        flat tops and dead stretches of a record, as columns
     produce        items -> simulate_batch -> sensor -> rows and records
     versions       which versions of what made a record
     rows           a machine, sensor and run as columns, and back
@@ -30,13 +29,7 @@ In reading order, along the data flow:
     remake         a row -> its record again, bit for bit; a command
     audit/         what DATA.md promises, asserted
     check          indexer check: the verdict on a data set
-    formats/       measured files of all formats as named columns, one reader a file
-    time_grid      a column of time -> one sampling rate, or the place where it is not even
-    measured       `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
-    ingest/        measured files -> the same kind of folder, one row a turn; indexer ingest
-    progress       a bar or log lines
-    file_table     measured files that a folder, a pattern or a list names, and a table that says more about each
-    simulate       one record as files; indexer simulate
+    ingest/        progress       a bar or log lines
     new            a machine as a commented YAML file; indexer new
     __main__       indexer generate
 

@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.mlab import psd
 
-from datagen.channels import channels_of
 from datagen.schema import RECORD
+from indexer_records.channels import channels_of
 
 RESOLUTION = 1.0
 """Of the spectrum [Hz]."""

@@ -12,13 +12,13 @@ import numpy as np
 
 from datagen.campaign import Case, Item, build
 from datagen.order import QUANTITY, Order
-from datagen.quality import quality_columns
 from datagen.quantities import SECTIONS
 from datagen.rows import case_columns, label_columns, run_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import simulate_batch
+from indexer_records.quality import quality_columns
 
 Produced = tuple[list[dict[str, Any]], np.ndarray, list[dict[str, Any]]]
 """Rows without their records, records of shape (n, samples) float32 in the sensor's unit, rows of the rejected

@@ -20,11 +20,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from datagen.channels import by_channel, channels_of
 from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SCHEMA_VERSION, Column, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
 from indexer_cli.places import Place, open_place
 from indexer_env.errors import IndexerError, SignalError
+from indexer_records.channels import by_channel, channels_of
 
 GROUP_RECORDS = 256
 GROUP_SAMPLES = 2**22

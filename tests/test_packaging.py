@@ -57,6 +57,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
     assert {name.split("/")[0] for name in names} == {
         "indexer_env",
         "indexer_cli",
+        "indexer_records",
         "datagen",
         "classifier",
         "discrepancy",

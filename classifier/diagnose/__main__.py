@@ -15,18 +15,17 @@ from typing import Any
 import pyarrow as pa
 from pyarrow.csv import write_csv
 
-from classifier.conditions import RecordConditions
 from classifier.diagnose.report import COLUMN, CaseReport, line, lines, summary, summary_lines
 from classifier.diagnose.signals import Asked, Case, cases_of
 from classifier.model import Model, load_model
-from datagen.ingest.settings import Pulse
-from datagen.measured import Reading
 from indexer_cli.command import DIFFERENT, check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError
+from indexer_records.conditions import Pulse, RecordConditions
+from indexer_records.measured import Reading
 
 SUMMARY = "diagnosis.json"
 TURNS = "turns.csv"

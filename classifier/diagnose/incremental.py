@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from classifier.conditions import RecordConditions
 from classifier.diagnose.diagnosis import Diagnosis, diagnose_turn
 from classifier.model import Model
-from datagen.ingest.resample import MOST_UPSAMPLING
-from datagen.ingest.settings import Pulse, Settings
-from datagen.ingest.stream import StreamedTurn, TurnStream
-from datagen.measured import RATE_TOLERANCE
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
+from indexer_records.conditions import Pulse, RecordConditions, TurnGrid
+from indexer_records.measured import RATE_TOLERANCE
+from indexer_records.resample import MOST_UPSAMPLING
+from indexer_records.stream import StreamedTurn, TurnStream
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +92,8 @@ class IncrementalDiagnoser:
         model.conditions.check(known, source)
         if abs(sample_rate - model.sample_rate) <= RATE_TOLERANCE * model.sample_rate:
             sample_rate = model.sample_rate
-        settings = Settings(model.sample_rate, period=model.samples / model.sample_rate, pulse=pulse)
-        self._stream = TurnStream(sample_rate, settings, pulse_range, model.channels)
+        grid = TurnGrid(model.sample_rate, model.samples / model.sample_rate, pulse)
+        self._stream = TurnStream(sample_rate, grid, pulse_range, model.channels)
         self._model, self._turns = model, 0
 
     def feed(self, values: np.ndarray, pulse: np.ndarray | None = None) -> list[TurnReport]:

@@ -9,17 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from classifier.conditions import RecordConditions
 from classifier.diagnose.incremental import TurnReport, diagnose
 from classifier.model import Model
-from datagen.file_table import files_found
-from datagen.ingest.settings import Pulse
-from datagen.measured import Reading, read_recording
 from datagen.schema import RECORD
 from datagen.shard import iterate_shards, records_of
 from datagen.store import MANIFEST
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
+from indexer_records.conditions import Pulse, RecordConditions
+from indexer_records.file_table import files_found
+from indexer_records.measured import Reading, read_recording
 
 
 @dataclass(frozen=True)
@@ -102,9 +101,9 @@ def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked) ->
             Signal(channel, row["sample_rate"], row["quantity"], row["unit"], name) for channel in np.atleast_2d(record)
         ]
         stated = RecordConditions(
-            row["sensor_radius"] or known.sensor_radius,
-            row["motor_speed"] or known.motor_speed,
-            row["machine_name"] or known.machine,
+            motor_speed=row["motor_speed"] or known.motor_speed,
+            sensor_radius=row["sensor_radius"] or known.sensor_radius,
+            machine=row["machine_name"] or known.machine,
         )
         return diagnose(model, signals, stated)
 

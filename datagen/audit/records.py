@@ -7,9 +7,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from datagen.audit.words import Faults, rows_at_fault
-from datagen.channels import channels_of
-from datagen.quality import quality_columns
 from datagen.schema import RECORD
+from indexer_records.channels import channels_of
+from indexer_records.quality import quality_columns
 
 
 def record_faults(owner: str, table: pa.Table, items: np.ndarray) -> Faults:

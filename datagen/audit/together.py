@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 
 from datagen.audit.words import Faults, rows_at_fault
 from datagen.campaign import SUBSETS
-from datagen.channels import channels_of
+from indexer_records.channels import channels_of
 
 _CODES = {name: code for code, name in enumerate(SUBSETS)}
 

@@ -5,13 +5,10 @@ In reading order, along the data flow:
     sources        which files, each with its class, groups and known conditions
     survey         rate and length of the records, where they are left to the files
     split          groups of files -> subsets, never turn by turn
-    resample       a record limited to the band of the wanted rate, to be read at any time
-    turns          pulses or a period -> where each turn begins and how long it lasts
     cut            one file -> its turns, or the sentence that refuses it or one of them
-    stream         samples as they come -> turns with their records, for what is diagnosed while it runs
     publish        turns -> shards, rejected.parquet and manifest: all contact with `datagen.store`
     __main__       indexer ingest
 
-Files are read by `datagen.measured`, so what that refuses is refused here with the same sentence, as a row of
+Files are read by `indexer_records.measured`, so what that refuses is refused here with the same sentence, as a row of
 rejected.parquet. docs/measured_data.md says it to users.
 """

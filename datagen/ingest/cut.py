@@ -12,18 +12,19 @@ from typing import Any
 import numpy as np
 
 from datagen.campaign import Label
-from datagen.channels import channels_text
-from datagen.ingest.resample import resampled
-from datagen.ingest.settings import CAMPAIGN, Known, Settings
+from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import groups_text
-from datagen.ingest.turns import Turn, pulse_edges, turns_by_period, turns_by_pulse
-from datagen.measured import Recording, read_recording
-from datagen.quality import worst_quality
 from datagen.rows import label_columns, version_columns
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
+from indexer_records.channels import channels_text
+from indexer_records.conditions import RecordConditions
+from indexer_records.measured import Recording, read_recording
+from indexer_records.quality import worst_quality
+from indexer_records.resample import resampled
+from indexer_records.turns import Turn, pulse_edges, turns_by_period, turns_by_pulse
 
 _OF_SIMULATION = ("numba_version",)
 
@@ -109,7 +110,7 @@ def _turns(recording: Recording, settings: Settings) -> tuple[list[Turn], int]:
 
 def _records(recording: Recording, turns: Sequence[Turn], settings: Settings) -> np.ndarray:
     """The record of each turn (turns, channels · samples), channel after channel."""
-    samples, rate = settings.samples, settings.rate
+    samples, rate = settings.grid.samples, settings.grid.rate
     if not turns:
         return np.empty((0, samples), dtype=np.float32)
     starts, durations = (np.array([getattr(turn, name) for turn in turns]) for name in ("start", "duration"))
@@ -143,7 +144,7 @@ def _flaw(own_samples: Sequence[np.ndarray], record: np.ndarray | None) -> str:
 
 def _columns(source: Source, label: Label, settings: Settings, recording: Recording) -> dict[str, Any]:
     signal = recording.signals[0]
-    known = from_mapping(Known, {**asdict(settings.known), **source.known}, "known")
+    known = from_mapping(RecordConditions, {**asdict(settings.known), **source.known}, "known")
     versions = {name: value for name, value in version_columns().items() if name not in _OF_SIMULATION}
     return {
         "kind": "measured",
@@ -153,7 +154,9 @@ def _columns(source: Source, label: Label, settings: Settings, recording: Record
         "quantity": signal.quantity,
         "unit": signal.unit,
         **label_columns(label),
-        **asdict(known),
+        "motor_speed": known.motor_speed,
+        "load_torque": known.load_torque,
+        "sensor_radius": known.sensor_radius,
         **source.faults,
         "source": source.name,
         "source_channel": channels_text(recording.channels),

@@ -69,7 +69,7 @@ def ingest(
             shards = _written(place, itertools.chain(beginning, entries), settings.shard_items)
             records = {
                 "sample_rate": settings.sample_rate,
-                "duration": settings.samples / settings.rate,
+                "duration": settings.grid.samples / settings.grid.rate,
             }
             manifest = {**head, **tally.summary(labels), **records, "shards": shards}
             finish(place, manifest)

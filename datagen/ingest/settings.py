@@ -8,70 +8,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from datagen.campaign import SUBSETS
-from datagen.measured import Reading
 from indexer_env.build import from_mapping
-from indexer_env.checks import check_choice, check_integer, check_number
+from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 from indexer_env.signal import MINIMUM_SAMPLES
+from indexer_records.conditions import Pulse, RecordConditions, TurnGrid
+from indexer_records.measured import Reading
 
 CAMPAIGN = "measured"
 """What the column `campaign` of these rows holds."""
-
-
-@dataclass(frozen=True)
-class Pulse:
-    """The once-per-turn pulse.
-
-    Attributes
-    ----------
-    column : str or None
-        Its channel; None: no pulse, the turns follow each other by the period.
-    threshold : float or None
-        Level of the edge in the file's unit; None: half-way between the smallest and the largest value.
-    edge : str
-        rising or falling: which edge begins a turn.
-    tolerance : float
-        By which share a turn may be shorter or longer than the period [-], in (0, 0.5).
-    """
-
-    column: str | None = None
-    threshold: float | None = None
-    edge: str = "rising"
-    tolerance: float = 0.02
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.column, str | type(None)):
-            raise refuse("pulse", "column", "a text or null", self.column, "quote it: pulse.column='\"...\"'")
-        if self.threshold is not None:
-            check_number("pulse", "threshold", self.threshold)
-        check_choice("pulse", "edge", self.edge, ("rising", "falling"))
-        check_number("pulse", "tolerance", self.tolerance, low=0.0, low_open=True, high=0.5, high_open=True)
-
-
-@dataclass(frozen=True)
-class Known:
-    """What is known of the conditions; None where it is not. A labels table may say it for each file.
-
-    Attributes
-    ----------
-    motor_speed : float or None
-        Speed of the motor shaft [rad/s], > 0.
-    load_torque : float or None
-        Torque against the table's motion [N m].
-    sensor_radius : float or None
-        Radius of the accelerometer [m], > 0.
-    """
-
-    motor_speed: float | None = None
-    load_torque: float | None = None
-    sensor_radius: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, unit in (("motor_speed", "rad/s"), ("sensor_radius", "m")):
-            if getattr(self, name) is not None:
-                check_number("known", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
-        if self.load_torque is not None:
-            check_number("known", "load_torque", self.load_torque, unit="N m")
 
 
 @dataclass(frozen=True)
@@ -131,7 +76,7 @@ class Settings:
     motor_turns: float | None = None
     pulse: Pulse = Pulse()
     read: Reading = field(default_factory=Reading)
-    known: Known = Known()
+    known: RecordConditions = RecordConditions()
     split: Split = Split()
     seed: int = 0
     shard_items: int = 512
@@ -170,18 +115,13 @@ class Settings:
         return 2.0 * math.pi * self.motor_turns / self.known.motor_speed
 
     @property
-    def rate(self) -> float:
-        """Rate of the records [Hz]; of settings that hold one."""
+    def grid(self) -> TurnGrid:
+        """The records; of settings that hold their rate and duration."""
         assert self.sample_rate is not None
-        return float(self.sample_rate)
-
-    @property
-    def samples(self) -> int:
-        """Samples of a record; of settings that hold its rate and duration."""
-        return round(self.turn_duration * self.rate)
+        return TurnGrid(float(self.sample_rate), self.turn_duration, self.pulse)
 
 
-_PARTS = {"pulse": Pulse, "read": Reading, "known": Known, "split": Split}
+_PARTS = {"pulse": Pulse, "read": Reading, "known": RecordConditions, "split": Split}
 PLACES = ("measured", "labels", "out", "overwrite")
 """Keys of the command that say where things are; they decide no byte of a shard."""
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from datagen.campaign import SUBSETS
-from datagen.file_table import FILE, files_found, table_rows
-from datagen.ingest.settings import Known
-from datagen.measured import Reading
 from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import ParameterError, SignalError, refuse
 from indexer_env.faults import Faults
+from indexer_records.conditions import RecordConditions
+from indexer_records.file_table import FILE, files_found, table_rows
+from indexer_records.measured import Reading
 
 CLASS, SUBSET = "class", "subset"
 CHANNELS = "|"
@@ -23,7 +23,7 @@ CHANNELS = "|"
 _READING = {known.name for known in fields(Reading)}
 """Columns of a labels table that say how to read a file."""
 
-_CONDITIONS = {known.name for known in fields(Known)} | {"motor_speed_rpm"}
+_CONDITIONS = {known.name for known in fields(RecordConditions)} - {"machine"} | {"motor_speed_rpm"}
 """Columns of a labels table that are conditions."""
 
 _FAULT = "faults."
@@ -48,7 +48,7 @@ class Source:
     read : mapping
         What the labels table says about reading the file, as `measured.Reading` takes it.
     known : mapping
-        Conditions that the labels table says, as `settings.Known` takes them.
+        Conditions that the labels table says, as `RecordConditions` takes them.
     faults : mapping
         Severities that the labels table says, by their column of `datagen.schema`.
     """
@@ -136,7 +136,7 @@ def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> So
     try:
         # A scale may stand here and its unit be that of all files.
         from_mapping(Reading, {"unit": "g" if "scale" in read else None, **read}, "read")
-        from_mapping(Known, known, "known")
+        from_mapping(RecordConditions, known, "known")
         faults = _faults(row, name, labels)
     except ParameterError as error:
         raise SignalError(f"{labels}, {name}: {error}") from None

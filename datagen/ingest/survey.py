@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 from datagen.ingest.settings import Settings
 from datagen.ingest.sources import Source
-from datagen.measured import read_recording
 from datagen.progress import progress
 from indexer_env.errors import SignalError, refuse
+from indexer_records.measured import read_recording
 
 
 def check_channels(sources: Sequence[Source], settings: Settings) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
-from datagen.ingest.settings import Pulse
 from discrepancy.challenge.draw import Draw
 from discrepancy.challenge.truth import true_motion
 from discrepancy.records.experiments import Experiments, experiments
@@ -21,6 +20,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
+from indexer_records.conditions import Pulse
 
 CONDITIONS = ((1500.0, 2.0, False), (1200.0, 2.0, False), (1350.0, 20.0, True))
 """Motor speed [rpm], load [N m], and whether the record is held out."""

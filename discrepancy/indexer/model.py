@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from datagen.measured import RATE_TOLERANCE
 from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import effect_of, library
 from discrepancy.indexer.nuisance import without_nuisance
@@ -24,6 +23,7 @@ from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import REFERENCE_MOTOR_SPEED, OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_records.measured import RATE_TOLERANCE
 
 _HARMONICS = 40
 """Orders of the cam turn that the black box may use: up to 40 Hz at the reference speed, beyond the machine's modes."""

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from datagen.file_table import FILE, table_rows
-from datagen.measured import Reading
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_number
 from indexer_env.errors import ParameterError, SignalError, refuse
+from indexer_records.conditions import RecordConditions
+from indexer_records.file_table import FILE, table_rows
+from indexer_records.measured import Reading
 
 TABLES = ("records.csv", "records.yaml")
 """Names under which the table is looked for beside the files."""
@@ -48,7 +49,7 @@ class Conditions:
     held_out : bool
         Whether the record is kept from the fit, to judge it.
     sample_rate, unit, scale, time_column, signal_column
-        As in `datagen.measured.Reading`.
+        As in `indexer_records.measured.Reading`.
     """
 
     motor_speed: float
@@ -67,21 +68,19 @@ class Conditions:
     signal_column: str | None = None
 
     def __post_init__(self) -> None:
-        check_number("Conditions", "motor_speed", self.motor_speed, low=0.0, low_open=True, unit="rad/s")
-        check_number("Conditions", "load_torque", self.load_torque, unit="N m")
         for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), unit=unit)
-        for name, unit in (("noise", "of the record"), ("sensor_radius", "m"), ("start_uncertainty", "rad"),
-                           ("speed_uncertainty", "-")):  # fmt: skip
+        for name, unit in (("noise", "of the record"), ("start_uncertainty", "rad"), ("speed_uncertainty", "-")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)
         try:
+            RecordConditions(self.motor_speed, self.load_torque, self.sensor_radius)
             self.reading  # noqa: B018  (checks the rest)
         except ParameterError as error:
-            said = str(error).replace("read.", "Conditions.", 1).replace("read.", "known.")
+            said = re.sub(r"^(read|known)\.", "Conditions.", str(error)).replace("read.", "known.")
             raise ParameterError(said) from None
 
     @property

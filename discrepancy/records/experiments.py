@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datagen.measured import STANDARD_GRAVITY
 from discrepancy.indexer import Experiment
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.records.matching import Match, matched, nominal_orders
@@ -31,6 +30,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
+from indexer_records.measured import STANDARD_GRAVITY
 
 _TURN = 2.0 * math.pi
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from datagen.measured import RATE_TOLERANCE
-from datagen.quality import quality_columns
 from discrepancy.records.reading import Record
 from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
+from indexer_records.measured import RATE_TOLERANCE
+from indexer_records.quality import quality_columns
 
 _DEAD = 0.02
 """Share of a record in one run of equal samples at which its sensor counts as dead for that time; a dwell of a machine

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from datagen.file_table import common_folder, files_found
-from datagen.ingest.settings import Pulse
-from datagen.ingest.turns import pulse_edges
-from datagen.measured import read_recording
 from discrepancy.records.conditions import TABLES, Conditions, conditions_of, table_beside, written
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
+from indexer_records.conditions import Pulse
+from indexer_records.file_table import common_folder, files_found
+from indexer_records.measured import read_recording
+from indexer_records.turns import pulse_edges
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from datagen.ingest.settings import Pulse
 from discrepancy.records.experiments import experiments
 from discrepancy.records.machine import nominal_machine
 from discrepancy.records.quality import check_records
@@ -16,6 +15,7 @@ from indexer_cli.job_paths import path_given
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError, refuse
 from indexer_env.sensors import Sensor
+from indexer_records.conditions import Pulse
 
 
 def indexer_subject(config: dict[str, Any]) -> IndexerSubject:

@@ -71,7 +71,7 @@ def test_a_sweep_has_one_table_of_all_runs(place, start):
 
 def test_a_failed_run_leaves_no_row_and_the_others_theirs(place, start):
     code, _, err = start(training, "out=half", "net.hidden=0,4", flags=["-m"])
-    assert code == 2 and "Mlp.hidden must be" in err
+    assert code == 2 and "net.hidden must be" in err
     assert [row["net.hidden"] for row in pq.read_table(place / "half" / RUNS).to_pylist()] == [4]
 
 

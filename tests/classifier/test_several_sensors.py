@@ -25,8 +25,8 @@ from classifier.train import train
 from classifier.trainers.traingdx import TrainGdx
 from datagen.check import check
 from datagen.ingest import __main__ as ingesting
-from datagen.measured import Reading, read_recording
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.measured import Reading, read_recording
 
 SHORT = 1000
 """Samples of a file: a quarter of a second at 4 kHz."""
@@ -101,7 +101,7 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
-TABLE = ("files=files", "labels=labels.csv")
+TABLE = ("measured=files", "labels=labels.csv")
 SMALL = ("net.hidden=5", "restarts=2", "trainer.epochs=60")
 
 
@@ -174,7 +174,7 @@ def test_a_file_of_other_channels_is_refused(files, run_command):
     labels.write_text(labels.read_text().replace("S4 out,,", "S4 out|other,,"))
     code, _, err = run_command(ingesting, *TABLE, "out=set")
     assert code == 2 and "read.signal_column must be as many channels for each file, got '1 for" in err
-    code, _, err = run_command(ingesting, "files=files", "out=set", "read.signal_column=[other,other]")
+    code, _, err = run_command(ingesting, "measured=files", "out=set", "read.signal_column=[other,other]")
     assert code == 2 and "read.signal_column must be a text, a list of different texts or null" in err
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datagen.measured import read_signal
 from indexer_env.errors import SignalError
+from indexer_records.measured import read_signal
 
 GOOD = "time [s],acceleration [m/s^2]\n" + "".join(f"{k / 1000.0:.3f},{k % 7 - 3}\n" for k in range(40))
 

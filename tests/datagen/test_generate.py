@@ -16,7 +16,6 @@ from datagen.campaign import build
 from datagen.campaigns import make_campaign
 from datagen.campaigns.table2 import Table2
 from datagen.generate import generate, head
-from datagen.measured import read_signal
 from datagen.remake import remake
 from datagen.rows import faults_of, machine_columns, machine_of
 from datagen.shard import read_shards
@@ -26,6 +25,7 @@ from indexer_env.errors import ParameterError
 from indexer_env.faults import Faults
 from indexer_env.motion_law import motion_law
 from indexer_env.sensors import Sensor
+from indexer_records.measured import read_signal
 
 
 class _AlwaysImpossible(Table2):

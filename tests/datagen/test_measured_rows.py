@@ -11,12 +11,12 @@ import pytest
 
 from datagen.card import write_card
 from datagen.check import check
-from datagen.quality import quality_columns
 from datagen.rows import made_with, version_columns
 from datagen.schema import FORMAT, SCHEMA_VERSION, rejected_schema
 from datagen.shard import read_rows, to_table, write_parquet
 from indexer_cli.places import open_place
 from indexer_cli.places.local import file_sha256
+from indexer_records.quality import quality_columns
 
 
 @pytest.fixture

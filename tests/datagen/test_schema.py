@@ -12,7 +12,6 @@ import pyarrow.parquet as pq
 import pytest
 
 import datagen
-from datagen.quality import quality_columns
 from datagen.quantities import JOINTS
 from datagen.schema import COLUMNS, SCHEMA_VERSION, rejected_schema, schema, tree
 from datagen.shard import iterate_shards, to_table
@@ -20,6 +19,7 @@ from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_records.quality import quality_columns
 
 
 @pytest.mark.parametrize("layout", [schema(), rejected_schema()], ids=["records", "rejected"])

@@ -19,7 +19,6 @@ from omegaconf import OmegaConf
 
 from classifier.features import FEATURES
 from classifier.network import Mlp
-from datagen.measured import Reading
 from discrepancy.indexer.windows import Experiment
 from discrepancy.records.conditions import Conditions
 from indexer_cli.typed_keys import OWNERS, as_typed, dotted
@@ -30,6 +29,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir
 from indexer_env.run import Run
 from indexer_env.sensors import Sensor
+from indexer_records.measured import Reading
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -104,8 +104,8 @@ def test_where_parameters_lie(said, command, extra, typed):
 
 
 def test_a_file_s_own_reading_is_named_as_its_class_has_it():
-    """The sentences of `datagen.measured` say read.NAME; each NAME is a field of Reading and a key of ingest."""
-    source = (ROOT / "datagen" / "measured.py").read_text()
+    """What `indexer_records.measured` says as read.NAME is a field of Reading and a key of ingest."""
+    source = (ROOT / "indexer_records" / "measured.py").read_text()
     names = {field.name for field in dataclasses.fields(Reading)}
     said = {part.split("=")[0].split()[0].rstrip(".,;)\"'") for part in source.split("read.")[1:]}
     assert said & names >= {"signal_column", "time_column", "sample_rate", "unit", "scale"}

@@ -10,6 +10,7 @@ from classifier.conditions import Conditions, RecordConditions
 from classifier.diagnose import IncrementalDiagnoser, diagnose
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.signal import Signal
+from indexer_env.units import RPM
 
 
 def several_turns(dataset, rate, turns=3.4):
@@ -72,7 +73,7 @@ def bench(result):
 
 
 def test_a_measurement_of_the_same_kind_is_taken(bench):
-    known = RecordConditions(0.4, 1500 * math.pi / 30, "bench")
+    known = RecordConditions(motor_speed=1500 * RPM, sensor_radius=0.4, machine="bench")
     IncrementalDiagnoser(bench, 200.0, "m/s^2", known)
 
 

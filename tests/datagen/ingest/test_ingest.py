@@ -13,13 +13,15 @@ import pytest
 
 from datagen.check import check
 from datagen.ingest.publish import ingest
-from datagen.ingest.settings import Known, Pulse, Settings
+from datagen.ingest.settings import Settings
 from datagen.ingest.sources import sources_of
-from datagen.measured import Reading
 from datagen.shard import read_shards
 from datagen.store import REJECTED, StoreError
 from indexer_env.errors import ParameterError, SignalError
-from tests.datagen.formats.samples import OPTIONS, PULSE, WRITERS, written
+from indexer_env.units import RPM
+from indexer_records.conditions import Pulse, RecordConditions
+from indexer_records.measured import Reading
+from tests.indexer_records.formats.samples import OPTIONS, PULSE, WRITERS, written
 
 RATE, PERIOD = 2000.0, 0.5
 SETTINGS = Settings(
@@ -27,7 +29,7 @@ SETTINGS = Settings(
     period=PERIOD,
     pulse=Pulse(column="pulse"),
     read=Reading(signal_column="acc"),
-    known=Known(load_torque=2.0),
+    known=RecordConditions(load_torque=2.0),
 )
 STATED = ("csv", "parquet", "hdf5", "tdms", "uff", "uff_binary")
 """Formats whose files say their unit."""
@@ -215,8 +217,8 @@ def test_settings_are_checked_first(changes, said):
 
 
 def test_the_period_follows_from_the_motor():
-    settings = Settings(sample_rate=1000.0, motor_turns=205.0, known=Known(motor_speed=1500.0 * 2.0 * np.pi / 60.0))
-    assert settings.turn_duration == pytest.approx(8.2) and settings.samples == 8200
+    settings = Settings(sample_rate=1000.0, motor_turns=205.0, known=RecordConditions(motor_speed=1500.0 * RPM))
+    assert settings.turn_duration == pytest.approx(8.2) and settings.grid.samples == 8200
 
 
 @pytest.mark.skipif(not EMPS.exists(), reason="the EMPS measurement (nonlinearbenchmark.org) is not here")

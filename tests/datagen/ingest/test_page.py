@@ -10,9 +10,9 @@ import pytest
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from datagen.formats import FORMATS
 from datagen.ingest.settings import settings_from
 from indexer_env.presets import config_dir
+from indexer_records.formats import FORMATS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "measured_data.md").read_text(encoding="utf-8")
 LINES = re.findall(r"^\.venv/bin/indexer ingest (.+)$", PAGE, flags=re.MULTILINE)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datagen.ingest.settings import Pulse
 from discrepancy.records.reading import Record, read_records
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.conditions import Pulse
 
 KNOWN = {"motor_speed_rpm": 1500.0, "load_torque": 2.0}
 

@@ -1,8 +1,8 @@
 """Broken files by the thousand: each must be refused in one sentence or give the very record that a second parser, of
 other code, finds in the same bytes.
 
-`python -m tests.datagen.formats.fuzz 100000 2` breaks 100 000 files in two processes and prints the counts; seeds are
-the numbers of the files, so that every finding can be had again.
+`python -m tests.indexer_records.formats.fuzz 100000 2` breaks 100 000 files in two processes and prints the
+counts; seeds are the numbers of the files, so that every finding can be had again.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from datagen.formats import read_table
-from datagen.measured import Reading, Recording, read_recording
 from indexer_env.errors import SignalError
-from tests.datagen.formats.samples import FULL_SCALE, OPTIONS, WRITERS, written
-from tests.datagen.formats.twins import twin, unit_factor
+from indexer_records.formats import read_table
+from indexer_records.measured import Reading, Recording, read_recording
+from tests.indexer_records.formats.samples import FULL_SCALE, OPTIONS, WRITERS, written
+from tests.indexer_records.formats.twins import twin, unit_factor
 
 RATE = 2000.0
 SAMPLES = 120

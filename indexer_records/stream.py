@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datagen.ingest.resample import REACH, check_ratio, on_grid, resampled
-from datagen.ingest.settings import Settings
-from datagen.ingest.turns import EdgeFinder, Turn, turns_by_pulse
-from datagen.quality import worst_quality
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError
+from indexer_records.conditions import TurnGrid
+from indexer_records.quality import worst_quality
+from indexer_records.resample import REACH, check_ratio, on_grid, resampled
+from indexer_records.turns import EdgeFinder, Turn, turns_by_pulse
 
 LONGEST_PIECE = 2**16
 """Samples taken in at once; a longer piece is cut, so that memory is bounded by the length of a turn."""
@@ -35,7 +35,7 @@ class StreamedTurn:
     record : numpy.ndarray or None, shape (samples,) or (channels, samples), float32
         As `datagen.ingest` writes it; None where there is a problem.
     clipped_share, constant_share : float
-        Of the turn's own samples [-], see `datagen.quality`, the largest of its channels; 0 where there is a problem.
+        Of the turn's own samples [-], see `quality`, the largest of its channels; 0 where there is a problem.
     """
 
     start: float
@@ -53,8 +53,8 @@ class TurnStream:
     ----------
     rate : float
         Of the samples [Hz], > 0.
-    settings : Settings
-        Rate of the records, period and pulse.
+    grid : TurnGrid
+        The records that turns become.
     pulse_range : tuple of float, optional
         Least and greatest value of a pulse that comes with the samples, in its unit; None: turns follow each other by
         the period from the first sample on.
@@ -70,21 +70,21 @@ class TurnStream:
     """
 
     def __init__(
-        self, rate: float, settings: Settings, pulse_range: tuple[float, float] | None = None, channels: int = 1
+        self, rate: float, grid: TurnGrid, pulse_range: tuple[float, float] | None = None, channels: int = 1
     ) -> None:
         check_number("TurnStream", "rate", rate, low=0.0, low_open=True, unit="Hz")
-        check_ratio(rate, settings.rate)
-        self._rate, self._settings, self._pulse_range = float(rate), settings, pulse_range
+        check_ratio(rate, grid.rate)
+        self._rate, self._grid, self._pulse_range = float(rate), grid, pulse_range
         self._channels = channels
-        self._margin = math.ceil(REACH * max(1.0, rate / settings.rate))
-        longest = settings.turn_duration * (1.0 + settings.pulse.tolerance)
+        self._margin = math.ceil(REACH * max(1.0, rate / grid.rate))
+        longest = grid.turn_duration * (1.0 + grid.pulse.tolerance)
         # A turn, the wait until its last edge is sure, which may take another, and what lies around.
         self._kept = math.ceil(2.0 * longest * rate) + 2 * self._margin + 2
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples: the next one is the first."""
-        self._edges = None if self._pulse_range is None else EdgeFinder(*self._pulse_range, self._settings.pulse)
+        self._edges = None if self._pulse_range is None else EdgeFinder(*self._pulse_range, self._grid.pulse)
         self._edge: float | None = None
         self._count = self._turns = 0
         self._waiting: deque[Turn] = deque()
@@ -153,7 +153,7 @@ class TurnStream:
 
     def _find(self, pulse: np.ndarray | None) -> None:
         """Put the turns whose end has come into the queue."""
-        period = self._settings.turn_duration
+        period = self._grid.turn_duration
         if self._edges is None or pulse is None:
             # A turn may lack a millionth of a sample by the rounding of the rate, as in `turns_by_period`.
             whole = int(self._count / self._rate / period * (1.0 + 1e-9))
@@ -163,7 +163,7 @@ class TurnStream:
         for position, sure in zip(*self._edges.feed(pulse), strict=True):
             edge = float(position) / self._rate
             if self._edge is not None:
-                (turn,), _ = turns_by_pulse(np.array([self._edge, edge]), period, self._settings.pulse.tolerance)
+                (turn,), _ = turns_by_pulse(np.array([self._edge, edge]), period, self._grid.pulse.tolerance)
                 if not turn.problem and sure / self._rate - edge > period:
                     turn = Turn(
                         turn.start, turn.duration, "must end with a pulse that rises within a turn, got a slower"
@@ -185,15 +185,15 @@ class TurnStream:
     def _reach(self, turn: Turn) -> tuple[int, int]:
         """First sample that the record of a turn depends on, and the one behind the last."""
         begin, end = turn.start * self._rate, (turn.start + turn.duration) * self._rate
-        settings, samples = self._settings, self._settings.samples
+        grid, samples = self._grid, self._grid.samples
         step = np.array([self._step(turn)])
-        if on_grid(self._rate, settings.rate, np.array([turn.start]), step, samples):
+        if on_grid(self._rate, grid.rate, np.array([turn.start]), step, samples):
             return round(begin), round(begin) + samples
         return max(0, math.floor(begin) - self._margin), math.ceil(end) + self._margin
 
     def _step(self, turn: Turn) -> float:
         # By the pulse, samples lie evenly over the turn; by the period, at the rate exactly.
-        return turn.duration / self._settings.samples if self._edges is not None else 1.0 / self._settings.rate
+        return turn.duration / self._grid.samples if self._edges is not None else 1.0 / self._grid.rate
 
     def _streamed(self, turn: Turn, first: int, last: int) -> StreamedTurn:
         if turn.problem:
@@ -207,8 +207,8 @@ class TurnStream:
             problem = f"must hold finite samples only, got {missing} that are none, the first at {place:.6g} s"
             return StreamedTurn(turn.start, turn.duration, problem)
         start = np.array([turn.start - first / self._rate])
-        step, settings = np.array([self._step(turn)]), self._settings
-        channels = [resampled(row, self._rate, settings.rate, start, step, settings.samples)[0] for row in stretch]
+        step, grid = np.array([self._step(turn)]), self._grid
+        channels = [resampled(row, self._rate, grid.rate, start, step, grid.samples)[0] for row in stretch]
         record = channels[0] if self._channels == 1 else np.stack(channels)
         with np.errstate(over="ignore"):
             record = record.astype(np.float32)

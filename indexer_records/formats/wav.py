@@ -6,9 +6,9 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
-from datagen.formats.gate import damaged, library, reading
-from datagen.formats.kind import Format
-from datagen.formats.table import MeasuredTable, check_content, column_of
+from indexer_records.formats.gate import damaged, library, reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import MeasuredTable, check_content, column_of
 
 _NAME = "WAV"
 _LOSSLESS = ("PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE")

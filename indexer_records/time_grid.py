@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from datagen.formats.table import Column, MeasuredTable
 from indexer_env.errors import SignalError
+from indexer_records.formats.table import Column, MeasuredTable
 
 TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
 """Time unit as written -> seconds."""

@@ -15,13 +15,13 @@ import pyarrow.parquet as pq
 import pytest
 import scipy.io
 
-from datagen.formats import csv, mat, parquet, read_table, table
-from datagen.formats.gate import library
-from datagen.formats.worker import Worker
-from datagen.measured import read_signal
 from indexer_env.errors import SignalError
-from tests.datagen.formats.fuzz import RIGHT, Fuzzer, run_many
-from tests.datagen.formats.samples import OPTIONS, written
+from indexer_records.formats import csv, mat, parquet, read_table, table
+from indexer_records.formats.gate import library
+from indexer_records.formats.worker import Worker
+from indexer_records.measured import read_signal
+from tests.indexer_records.formats.fuzz import RIGHT, Fuzzer, run_many
+from tests.indexer_records.formats.samples import OPTIONS, written
 
 
 def refusal(path, **options) -> str:
@@ -49,7 +49,7 @@ def test_a_hundred_thousand_broken_files():
 
 def test_a_second_parser_that_disagrees_is_noticed(tmp_path, monkeypatch):
     """The harness can fail: with a twin whose last sample is off, each changed record that is read is called wrong."""
-    import tests.datagen.formats.fuzz as harness
+    import tests.indexer_records.formats.fuzz as harness
 
     def off(kind, path):
         found = true_twin(kind, path)
@@ -161,7 +161,7 @@ def test_a_reader_that_hangs_is_ended(tmp_path):
 
 
 def test_a_reader_that_crashes_costs_its_file_only(tmp_path):
-    import datagen.formats.worker as module
+    import indexer_records.formats.worker as module
 
     path = written("wav", tmp_path, np.ones(40), np.ones(40), 100.0)
     assert read_signal(path, **OPTIONS["wav"]).values.size == 40
@@ -174,7 +174,7 @@ def test_a_reader_that_crashes_costs_its_file_only(tmp_path):
 
 
 def test_a_crash_left_behind_by_an_earlier_file_is_not_told_against_the_next(tmp_path, monkeypatch):
-    import datagen.formats.worker as module
+    import indexer_records.formats.worker as module
 
     path = written("wav", tmp_path, np.ones(40), np.ones(40), 100.0)
     read_signal(path, **OPTIONS["wav"])

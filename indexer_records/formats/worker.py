@@ -22,8 +22,8 @@ import traceback
 from pathlib import Path
 from typing import BinaryIO
 
-from datagen.formats.table import LARGEST_CONTENT, MeasuredTable
 from indexer_env.errors import SignalError
+from indexer_records.formats.table import LARGEST_CONTENT, MeasuredTable
 
 TIME_LIMIT = 60.0
 """Seconds that a file may take to be read: 1 GiB of samples takes less than ten."""
@@ -43,11 +43,11 @@ class CrashError(SignalError):
 
 
 class Worker:
-    """A process that reads files with `datagen.formats`; not to be used by two threads at once."""
+    """A process that reads files with `indexer_records.formats`; not to be used by two threads at once."""
 
     def __init__(self, time_limit: float = TIME_LIMIT) -> None:
         self.time_limit = time_limit
-        code = f"import sys; sys.path[:] = {sys.path!r}; from datagen.formats.worker import serve; serve()"
+        code = f"import sys; sys.path[:] = {sys.path!r}; from indexer_records.formats.worker import serve; serve()"
         # One thread: the worker's address space is limited, and each thread of a linear algebra library takes a share.
         single = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
         self._process = subprocess.Popen(
@@ -144,7 +144,7 @@ def read_apart(path: Path, kind: str) -> MeasuredTable:
 
 def serve() -> None:
     """The worker's own side: answer files with tables or errors until the input ends."""
-    from datagen.formats import FORMATS
+    from indexer_records.formats import FORMATS
 
     # Libraries print; what they print must not stand between the answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")

@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from datagen.formats.gate import reading
-from datagen.formats.kind import Format
-from datagen.formats.table import Column, MeasuredTable, check_content, finite, split_title
+from indexer_records.formats.gate import reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import Column, MeasuredTable, check_content, finite, split_title
 
 _NAME = "Parquet"
 

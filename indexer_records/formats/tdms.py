@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from datagen.formats.gate import damaged, library, reading
-from datagen.formats.kind import Format
-from datagen.formats.table import Column, MeasuredTable, check_content, columns_of
+from indexer_records.formats.gate import damaged, library, reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import Column, MeasuredTable, check_content, columns_of
 
 _NAME = "TDMS"
 _TAG = b"TDSm"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datagen.channels import by_channel, channels_of, channels_text
+from indexer_records.channels import by_channel, channels_of, channels_text
 
 
 @pytest.mark.parametrize("names", [("acc",), ("ax", "ay"), ("[0]",), ('["ax", "ay"]',), ("[", "x|y"), ("größe", "b")])

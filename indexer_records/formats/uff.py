@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from datagen.formats.gate import damaged, library, reading
-from datagen.formats.kind import Format
-from datagen.formats.table import Column, MeasuredTable, column_of, distinct
+from indexer_records.formats.gate import damaged, library, reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import Column, MeasuredTable, column_of, distinct
 
 _NAME = "UFF"
 _MARK = b"    -1"

@@ -12,9 +12,9 @@ from datagen.ingest.cut import cut
 from datagen.ingest.settings import Pulse, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
-from datagen.ingest.stream import LONGEST_PIECE, TurnStream
-from datagen.ingest.turns import EdgeFinder, pulse_edges
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.stream import LONGEST_PIECE, TurnStream
+from indexer_records.turns import EdgeFinder, pulse_edges
 
 PERIOD = 0.5
 SAME, FAST = 1000.0, 2560.0

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from datagen.formats.gate import damaged, library, reading
-from datagen.formats.kind import Format
-from datagen.formats.table import LARGEST_CONTENT, RATE_NAMES, Column, MeasuredTable, check_content, columns_of
+from indexer_records.formats.gate import damaged, library, reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import LARGEST_CONTENT, RATE_NAMES, Column, MeasuredTable, check_content, columns_of
 
 _NAME = "MAT"
 _HEADER = 128

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from datagen.formats.table import MeasuredTable
 from indexer_env.errors import SignalError
+from indexer_records.formats.table import MeasuredTable
 
 HEAD = 2**16
 """Bytes from the start of a file that are looked at to tell its format."""

@@ -11,10 +11,10 @@ import scipy.io
 import soundfile
 from nptdms import ChannelObject, TdmsWriter
 
-from datagen.formats import FORMATS, SUFFIXES, read_table
-from datagen.measured import STANDARD_GRAVITY, Reading, read_recording, read_signal
 from indexer_env.errors import ParameterError, SignalError
-from tests.datagen.formats.samples import FULL_SCALE, OPTIONS, PULSE, WRITERS, written
+from indexer_records.formats import FORMATS, SUFFIXES, read_table
+from indexer_records.measured import STANDARD_GRAVITY, Reading, read_recording, read_signal
+from tests.indexer_records.formats.samples import FULL_SCALE, OPTIONS, PULSE, WRITERS, written
 
 RATE = 2000.0
 TOLERANCE = {"uff": 1e-11, "wav": 1e-14}
@@ -156,8 +156,8 @@ def test_the_rate_comes_from_one_place(kind, tmp_path, values, pulse):
 
 
 def test_the_package_docstring_lists_every_format():
-    import datagen.formats
+    import indexer_records.formats
 
     for name in FORMATS:
-        assert name in (datagen.formats.__doc__ or "")
+        assert name in (indexer_records.formats.__doc__ or "")
     assert ".mat" in SUFFIXES and ".csv" in SUFFIXES

@@ -22,12 +22,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from datagen.formats import csv, hdf5, mat, parquet, tdms, uff, wav
-from datagen.formats.gate import damaged
-from datagen.formats.kind import HEAD, Format
-from datagen.formats.table import LARGEST_CONTENT, MeasuredTable
-from datagen.formats.worker import read_apart
 from indexer_env.errors import SignalError
+from indexer_records.formats import csv, hdf5, mat, parquet, tdms, uff, wav
+from indexer_records.formats.gate import damaged
+from indexer_records.formats.kind import HEAD, Format
+from indexer_records.formats.table import LARGEST_CONTENT, MeasuredTable
+from indexer_records.formats.worker import read_apart
 
 FORMATS: dict[str, Format] = {module.FORMAT.name: module.FORMAT for module in (parquet, mat, hdf5, tdms, uff, wav, csv)}
 """Formats by name, in the order in which a file is tried; CSV takes what no other begins."""

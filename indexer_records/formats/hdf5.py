@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from datagen.formats.gate import damaged, library, reading
-from datagen.formats.kind import Format
-from datagen.formats.table import RATE_NAMES, UNIT_NAMES, Column, MeasuredTable, check_content, columns_of
+from indexer_records.formats.gate import damaged, library, reading
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import RATE_NAMES, UNIT_NAMES, Column, MeasuredTable, check_content, columns_of
 
 _NAME = "HDF5"
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"

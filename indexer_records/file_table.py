@@ -8,8 +8,8 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from datagen.formats import SUFFIXES
 from indexer_env.errors import SignalError, refuse
+from indexer_records.formats import SUFFIXES
 
 FILE = "file"
 """Column that names the file of a row."""

@@ -19,9 +19,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
 
-from datagen.formats.kind import Format
-from datagen.formats.table import LARGEST_CONTENT, Column, MeasuredTable, finite, split_title
 from indexer_env.errors import SignalError
+from indexer_records.formats.kind import Format
+from indexer_records.formats.table import LARGEST_CONTENT, Column, MeasuredTable, finite, split_title
 
 _PLAIN = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"^\s*{_PLAIN}\s*$"

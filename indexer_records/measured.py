@@ -2,7 +2,7 @@
 
 A record is one acceleration channel on an even time grid. The rate comes from the file, from a column of time or from
 `sample_rate`. Units are read from the file ("acceleration [m/s^2]") or given; they are never guessed from the size of
-the numbers. Which formats are read says `datagen.formats`.
+the numbers. Which formats are read says `indexer_records.formats`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from datagen.formats import read_table
-from datagen.formats.table import Column, MeasuredTable
-from datagen.time_grid import TIME_UNITS, check_step, even_rate
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE
+from indexer_records.formats import read_table
+from indexer_records.formats.table import Column, MeasuredTable
+from indexer_records.time_grid import TIME_UNITS, check_step, even_rate
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²], exact by definition (3rd CGPM, 1901)."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datagen.ingest.settings import Pulse
 from indexer_env.errors import SignalError
+from indexer_records.conditions import Pulse
 
 HYSTERESIS = 0.2
 """Share of the way from the threshold to the nearer extreme of the pulse that an edge must pass on both sides: noise on

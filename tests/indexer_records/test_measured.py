@@ -7,8 +7,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from datagen.measured import STANDARD_GRAVITY, read_signal
 from indexer_env.errors import SignalError
+from indexer_records.measured import STANDARD_GRAVITY, read_signal
 
 RATE = 1000.0
 COUNT = 200

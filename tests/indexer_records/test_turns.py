@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from datagen.ingest.settings import Pulse
-from datagen.ingest.turns import pulse_edges, turns_by_period, turns_by_pulse
 from indexer_env.errors import SignalError
+from indexer_records.conditions import Pulse
+from indexer_records.turns import pulse_edges, turns_by_period, turns_by_pulse
 
 RATE = 1000.0
 
