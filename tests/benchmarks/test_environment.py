@@ -17,7 +17,7 @@ def test_smoke_all_its_rows(monkeypatch):
     monkeypatch.setattr(environment, "DIAGNOSED", 4)
     monkeypatch.setattr(environment, "DIAGNOSED_SYNC", 2)
     single, many, cost, memory, diagnosed = environment.measure(quick=True)
-    assert diagnosed.what.endswith("4 machines, and ÷ SyncVectorEnv")
+    assert "4 machines" in diagnosed.what
     assert diagnosed.numbers["native_steps_per_s"] > 0.0 and diagnosed.numbers["sync_steps_per_s"] > 0.0
     assert set(single.numbers["steps_per_s"]) == {environment.ID, *environment.PEERS}
     assert all(math.isfinite(rate) and rate > 0.0 for rate in single.numbers["steps_per_s"].values())

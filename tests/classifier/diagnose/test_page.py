@@ -9,8 +9,8 @@ import yaml
 
 from classifier import conditions, model
 from classifier.diagnose import attribution
-from datagen.ingest import resample
 from indexer_env.presets import config_dir
+from indexer_records import resample
 from indexer_records.measured import RATE_TOLERANCE
 
 PAGE = (Path(__file__).parents[3] / "docs" / "diagnosis.md").read_text(encoding="utf-8")

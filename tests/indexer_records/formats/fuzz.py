@@ -96,7 +96,7 @@ class Fuzzer:
         return self._compared(seed, kind, path, recording)
 
     def _compared(self, seed: int, kind: str, path: Path, recording: Recording) -> Verdict:
-        signal, channel = recording.signal, recording.channel
+        signal, channel = recording.signal, recording.channels[0]
         try:
             channels = twin(kind, path)
         except Exception:

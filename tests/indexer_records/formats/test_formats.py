@@ -152,7 +152,7 @@ def test_a_wav_needs_scale_and_unit(tmp_path, values, pulse):
 
 def test_the_rate_comes_from_one_place(kind, tmp_path, values, pulse):
     path = written(kind, tmp_path, values, pulse, RATE)
-    assert "leave sample_rate out" in refusal(path, **OPTIONS.get(kind, {}), sample_rate=100.0)
+    assert "leave read.sample_rate out" in refusal(path, **OPTIONS.get(kind, {}), sample_rate=100.0)
 
 
 def test_the_package_docstring_lists_every_format():
