@@ -110,7 +110,7 @@ class Fig10(Claim):
                 f"data sets whose best network answers {rows[0]['expected']}",
                 "1 of 1",
                 Interval.of_yes(row["said"] == row["expected"] for row in rows),
-                f"The answer is {counted} of {len(said)} data sets; of all networks {networks:.0f} % give the expected one.",
+                f"Answers: {counted} of {len(said)} data sets; of all networks {networks:.0f} % give the expected one.",
                 low=MOST,
                 percent=True,
             ),
