@@ -61,7 +61,7 @@ class Finding:
     def elsewhere(self) -> str:
         """One sentence: under which settings the verdict is another one; empty where no other has been studied."""
         others = {key: conjunction(lines) for key, lines in list(self.lines.items())[1:]}
-        changed = {verdict: [key for key, own in others.items() if own is verdict] for verdict in Verdict}
+        changed = {verdict: [f"“{key}”" for key, own in others.items() if own is verdict] for verdict in Verdict}
         told = [
             f"{verdict}: {', '.join(keys)}" for verdict, keys in changed.items() if keys and verdict != self.verdict
         ]

@@ -103,16 +103,14 @@ class Fig10(Claim):
     def judge(self, rows: Rows) -> tuple[Line, ...]:
         """Whether most data sets lead to the answer."""
         said = [row["said"] for row in rows]
-        counted = ", ".join(
-            f"{code} {said.count(code)} times" for code in sorted(set(said), key=said.count, reverse=True)
-        )
+        counted = ", ".join(f"{code} on {said.count(code)}" for code in sorted(set(said), key=said.count, reverse=True))
         networks = 100 * np.mean([row["right_share_of_networks"] for row in rows])
         return (
             Line(
                 f"data sets whose best network answers {rows[0]['expected']}",
                 "1 of 1",
                 Interval.of_yes(row["said"] == row["expected"] for row in rows),
-                f"Answers: {counted}; of all networks {networks:.0f} % give the expected one.",
+                f"Answers: {counted} of {len(said)} data sets; of all networks {networks:.0f} % give the expected one.",
                 low=MOST,
                 percent=True,
             ),

@@ -94,7 +94,9 @@ def _errors(rows: Rows, case: str, levels: Collection[int] = (1, 2, 3)) -> np.nd
 def _falls(says: str, rows: Rows, cases: tuple[str, str], levels: Collection[int], why: str) -> Line:
     """The error of the case with more backlashes taught over that of the other."""
     more, fewer = (_errors(rows, case, levels) for case in cases)
-    return Line(f"error on backlashes not taught {says}", "below 1", Interval.of_ratio(more, fewer), why, high=1.0)
+    return Line(
+        f"error on backlashes not taught {says}", "falls (below 1)", Interval.of_ratio(more, fewer), why, high=1.0
+    )
 
 
 def _rank(rows: Rows) -> float:

@@ -56,7 +56,7 @@ class Fig9(Claim):
         return (
             Line(
                 f"error of {POOR} over that of the worst other rule",
-                "very poor (above 1)",
+                f"{POOR} very poor (above 1)",
                 ratio(means, [POOR], others[-1:]),
                 f"Of ten rules {POOR} is number {place}, the worst other rule is {others[-1]}; {errors_made(rows)}.",
                 low=1.0,

@@ -123,9 +123,9 @@ class Models(Claim):
             return Line(says, paper, Interval.of_ratio(gain, gains["plain"]), f"{left} of the record.", low, high)
 
         return (
-            line("fast", "at high speed", "larger (above 1)", low=1.0),
-            line("soft", "at low rigidity", "larger (above 1)", low=1.0),
-            line("heavy", "at high inertia", "smaller (below 1)", high=1.0),
+            line("fast", "at high speed", "Model B serves better (above 1)", low=1.0),
+            line("soft", "at low rigidity", "Model B serves better (above 1)", low=1.0),
+            line("heavy", "at high inertia", "Model A preferred (below 1)", high=1.0),
         )
 
     def draw(self, axes: list[Axes], rows: Rows) -> None:

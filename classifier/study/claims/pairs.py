@@ -44,9 +44,10 @@ class Pair(Claim):
         first, second = _names(self.first), _names(self.second)
         mean, best = (ratio(performances(rows, reduce), first, second) for reduce in (np.mean, np.min))
         says = f"error of {self.first} {self.what} over that of {self.second} ones"
+        better = f"{self.first} better (below 1)"
         return (
-            Line(f"{says}, in the mean", "below 1", mean, self.why(rows), high=1.0),
-            Line(f"{says}, at best", "below 1", best, "The best network of each kind and data set.", high=1.0),
+            Line(f"{says}, in the mean", better, mean, self.why(rows), high=1.0),
+            Line(f"{says}, at best", better, best, "The best network of each kind and data set.", high=1.0),
         )
 
     def why(self, rows: Rows) -> str:

@@ -149,7 +149,7 @@ def test_numbers_that_help_to_understand_a_line(trials):
         "The best network of each data set misclassifies 0.1 % of the records.",
         "From 170 to 172 epochs.",
     ]
-    assert "11100 8 times; of all networks 50 % give the expected one." in why["fig10"][0]
+    assert "11100 on 8 of 8 data sets; of all networks 50 % give the expected one." in why["fig10"][0]
     assert why["fig12"] == ["100 % of the cases are right, of single records 100 %."]
     assert why["fig13"][2] == "Mean error where not taught: 31.1 % in case a, 20.8 % in case b, 10.5 % in case c."
     assert why["fig9"][0].startswith("Of ten rules trainrp is number 10, the worst other rule is train")

@@ -61,7 +61,7 @@ def test_the_page_needs_no_other_file_and_no_network(out):
         "A logistic output is better than a linear one",
         "The paper:",
         "over that of linear ones, at best",
-        "below 1",
+        "logistic better (below 1)",
     ):
         assert words in page
     assert re.search(r">(reproduced|undecided|not reproduced)<", page)
@@ -147,7 +147,7 @@ def test_the_page_begins_with_what_a_minute_needs(out):
         (
             "not reproduced",
             {"noise": "undecided", "raw": "reproduced", "log": "not reproduced", "mild": "undecided"},
-            "Otherwise reproduced: raw; undecided: noise, mild.",
+            "Otherwise reproduced: “raw”; undecided: “noise”, “mild”.",
         ),
     ],
 )
@@ -160,7 +160,9 @@ def test_a_sentence_says_where_the_verdict_is_another_one(main, others, sentence
 
     class Judged(Fig8):
         def judge(self, rows):
-            return tuple(Line("what", "below 1", intervals[verdict], "Why.", high=1.0) for verdict in rows)
+            return tuple(
+                Line("what", "logistic better (below 1)", intervals[verdict], "Why.", high=1.0) for verdict in rows
+            )
 
     claim = Judged()
     rows = {claim.settings[0].key: [main], **{key: [verdict] for key, verdict in others.items()}}
