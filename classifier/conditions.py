@@ -50,6 +50,7 @@ class Conditions:
                     None: not all of them show it
     sense           1: acceleration first in each index of all of them, −1: deceleration first, 0: not compared
     unshown_share   share of the calibration records that do not show the indexing [-]
+    channel         which channel of a record these three are of: the first that shows it best
     """
 
     sensor_radius: tuple[float, float] | None = None
@@ -60,11 +61,12 @@ class Conditions:
     stations: tuple[float, float] | None = None
     sense: int = 0
     unshown_share: float = 1.0
+    channel: int = 0
 
     @classmethod
     def of_rows(cls, table: pa.Table, records: np.ndarray, calibration: np.ndarray) -> Conditions:
-        """Conditions of the rows and records (n, samples) of a data set, of which the mask calibration (n,) marks those
-        of that subset."""
+        """Conditions of the rows and records (n, samples) or (n, channels, samples) of a data set, of which the mask
+        calibration (n,) marks those of that subset."""
         names = table.column("machine_name")
         shares = {name: table.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
         return cls(
@@ -116,11 +118,11 @@ class Conditions:
         return ""
 
     def indexing_flaw(self, record: np.ndarray) -> str:
-        """In what a record (samples,) does not show the table's indexing as the training records do; empty where it
-        does, and where they show none."""
+        """In what a record (samples,) or (channels, samples) does not show the table's indexing as the training records
+        do; empty where it does, and where they show none."""
         if self.stations is None:
             return ""
-        found = indexing_of(record)
+        found = indexing_of(np.atleast_2d(record)[self.channel])
         if not found.sense:
             return (
                 "must show the indexing of the table as all records of the training do, got none; "
@@ -160,6 +162,7 @@ class Conditions:
             "stations": None if self.stations is None else list(self.stations),
             "sense": self.sense,
             "unshown_share": self.unshown_share,
+            "channel": self.channel,
         }
 
     @classmethod
@@ -172,14 +175,17 @@ class Conditions:
 
 
 def _indexing(records: np.ndarray) -> dict[str, Any]:
-    """The fields of `Conditions` that calibration records (n, samples) show."""
-    found = [indexing_of(record) for record in records]
-    unshown = float(np.mean([not one.sense for one in found]))
+    """The fields of `Conditions` that calibration records (n, samples) or (n, channels, samples) show."""
+    by_channel = [[indexing_of(one) for one in np.atleast_2d(record)] for record in records]
+    unshown_by_channel = np.mean([[not one.sense for one in channels] for channels in by_channel], axis=0)
+    channel = int(np.argmin(unshown_by_channel))
+    unshown = float(unshown_by_channel[channel])
     if unshown > 0.0:
-        return {"unshown_share": unshown}
+        return {"unshown_share": unshown, "channel": channel}
+    found = [channels[channel] for channels in by_channel]
     senses, stations = {one.sense for one in found}, [one.stations for one in found]
     sense = senses.pop() if len(senses) == 1 else 0
-    return {"stations": (min(stations), max(stations)), "sense": sense, "unshown_share": 0.0}
+    return {"stations": (min(stations), max(stations)), "sense": sense, "unshown_share": 0.0, "channel": channel}
 
 
 def _range(table: pa.Table, name: str) -> tuple[float, float] | None:

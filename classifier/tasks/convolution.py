@@ -151,7 +151,7 @@ class Convolution:
         """The part that gave this body and these arrays; ValueError for weights that are not the network's."""
         weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items() if name != "codes"}
         if "0.weight" not in arrays:
-            raise ValueError("the network's weights must hold 0.weight, got none of this name")
+            raise ValueError(f"the weights of {cls.kind} are not those of its network")
         network = layers(len(body["names"]), arrays["0.weight"].shape[1])
         try:
             network.load_state_dict(weights)

@@ -172,7 +172,8 @@ def test_a_learned_policy_takes_what_tells_and_then_stops(learned):
     done = play_measured(policy, toy(300, 8), COSTS, 1.0, 0)
     assert done.right.mean() > 0.97
     np.testing.assert_allclose(done.cost, 0.2)
-    dear = LearnedPolicy(learned, toy(12000, 7), 6.0 * COSTS, 9.0, 1.0, 1.0, seed=0)
-    assert play_measured(dear, toy(300, 8), 6.0 * COSTS, 9.0, 0).turns.max() == 0
+    # Four names guessed are worth -0.5, two turns and the right name 1 - 20·0.1.
+    dear = LearnedPolicy(learned, toy(12000, 7), 10.0 * COSTS, 50.0, 1.0, 1.0, seed=0)
+    assert play_measured(dear, toy(300, 8), 10.0 * COSTS, 50.0, 0).turns.max() == 0
     poor = play_measured(policy, toy(300, 8), COSTS, 0.15, 0)
     np.testing.assert_array_equal(poor.turns, 1)

@@ -94,9 +94,7 @@ def test_severities_of_a_labels_table_are_learnt(command, tmp_path):
     assert data.table.column("fault_roller_crack").null_count == len(data.records)
     assert check(tmp_path / "set").faults == []
 
-    code, _, err = command(
-        training, "data=set", "out=model", "restarts=2", "features.resolution_hz=2", "features.maximum_hz=100"
-    )
+    code, _, err = command(training, "data=set", "out=model", "restarts=2", "features=psd", "features.resolution_hz=2")
     assert (code, err) == (0, "")
     write(tmp_path / "new.csv", TONES["worn"], 99, amplitude=1.0 + 0.2 * 10.0)
     assert command(diagnosing, "model=model", "measured=new.csv", "out=new")[0] == 0

@@ -145,7 +145,8 @@ def test_several_channels_are_one_record_from_the_file_to_the_diagnosis(files, r
     rows = labels.read_text().splitlines()
     head, *rest = rows
     labels.write_text("\n".join([head, *(row.replace(" out,,", " out|other,,") for row in rest)]))
-    code, _, err = run_command(ingesting, *TABLE, "out=set")
+    control = ("split.calibration=0.4", "split.control=0.4")  # 24 files, as the convolution needs 20
+    code, _, err = run_command(ingesting, *TABLE, *control, "out=set")
     assert code == 0, err
     data = load_dataset("set")
     assert data.records.shape == (60, 2, SHORT) and data.channels == 2
@@ -154,7 +155,7 @@ def test_several_channels_are_one_record_from_the_file_to_the_diagnosis(files, r
     assert data.table.column("source_channel")[0].as_py() == '["S1 out", "other"]'
     assert check("set").faults == []
 
-    code, _, err = run_command(training, "data=set", "out=model", "parts=[convolution]", *SMALL)
+    code, _, err = run_command(training, "data=set", "out=model", "parts=[range,convolution]", *SMALL)
     assert code == 0, err
     mapped = "measured=files/0.csv", "read.signal_column=[S1 out,other]"
     code, _, err = run_command(diagnosing, "model=model", *mapped, "out=told")

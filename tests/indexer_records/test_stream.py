@@ -9,10 +9,11 @@ from hypothesis import settings as settings_of_examples
 from hypothesis import strategies as st
 
 from datagen.ingest.cut import cut
-from datagen.ingest.settings import Pulse, Settings
+from datagen.ingest.settings import Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.conditions import Pulse
 from indexer_records.stream import LONGEST_PIECE, TurnStream
 from indexer_records.turns import EdgeFinder, pulse_edges
 
@@ -43,7 +44,7 @@ def told(turns):
 
 def whole(rate, values, pulse=None, **changes):
     span = None if pulse is None else (-0.5, 5.5)
-    stream = TurnStream(rate, settings(**changes), span)
+    stream = TurnStream(rate, settings(**changes).grid, span)
     return [*stream.feed(values, pulse), *stream.finish()]
 
 
@@ -53,7 +54,7 @@ def whole(rate, values, pulse=None, **changes):
 @given(cuts=st.lists(st.integers(0, 3300), max_size=12))
 def test_the_pieces_do_not_matter(with_pulse, rate, cuts):
     values, pulse = measured(rate)
-    stream = TurnStream(rate, settings(), (-0.5, 5.5) if with_pulse else None)
+    stream = TurnStream(rate, settings().grid, (-0.5, 5.5) if with_pulse else None)
     pieces = np.split(np.arange(len(values)), sorted(cuts))
     turns = [turn for piece in pieces for turn in stream.feed(values[piece], pulse[piece] if with_pulse else None)]
     turns += stream.finish()
@@ -65,7 +66,7 @@ def test_the_pieces_do_not_matter(with_pulse, rate, cuts):
 @pytest.mark.parametrize("with_pulse", [False, True])
 def test_sample_by_sample_is_the_same_too(with_pulse):
     values, pulse = measured(SAME)
-    stream = TurnStream(SAME, settings(), (-0.5, 5.5) if with_pulse else None)
+    stream = TurnStream(SAME, settings().grid, (-0.5, 5.5) if with_pulse else None)
     turns = []
     for place in range(len(values)):
         one = slice(place, place + 1)
@@ -86,7 +87,7 @@ def test_turns_and_records_are_those_of_the_ingest(with_pulse, rate, tmp_path):
     chosen = settings(column="pulse" if with_pulse else None)
     found = cut(source, labels_of([source, Source(path, "b.csv", "two")], chosen.split, 0)[0], chosen, {})
     span = (float(pulse.min()), float(pulse.max())) if with_pulse else None
-    stream = TurnStream(rate, chosen, span)
+    stream = TurnStream(rate, chosen.grid, span)
     turns = [*stream.feed(values, pulse if with_pulse else None), *stream.finish()]
     assert [(turn.start, turn.duration) for turn in turns] == [
         (row["source_start"], row["source_duration"]) for row in found.rows
@@ -100,14 +101,14 @@ def test_turns_and_records_are_those_of_the_ingest(with_pulse, rate, tmp_path):
 
 def test_a_turn_is_reported_with_its_last_sample():
     values, _ = measured(SAME)
-    stream = TurnStream(SAME, settings())
+    stream = TurnStream(SAME, settings().grid)
     assert stream.feed(values[:499]) == []
     (turn,) = stream.feed(values[499:500])
     assert np.array_equal(turn.record, values[:500].astype(np.float32))
 
 
 def test_memory_is_bounded_also_where_no_pulse_comes():
-    stream = TurnStream(SAME, settings(), (0.0, 5.0))
+    stream = TurnStream(SAME, settings().grid, (0.0, 5.0))
     before = stream._buffer.nbytes
     for _ in range(20):
         assert stream.feed(np.ones(LONGEST_PIECE + 5), np.zeros(LONGEST_PIECE + 5)) == []
@@ -145,7 +146,7 @@ def test_missing_samples_cost_their_turn_only():
 
 def test_a_reset_forgets_all():
     values, pulse = measured(FAST)
-    stream = TurnStream(FAST, settings(), (-0.5, 5.5))
+    stream = TurnStream(FAST, settings().grid, (-0.5, 5.5))
     stream.feed(values[:3000], pulse[:3000])
     stream.reset()
     assert told([*stream.feed(values, pulse), *stream.finish()]) == told(whole(FAST, values, pulse))
@@ -171,7 +172,7 @@ def test_edges_piece_by_piece_are_those_of_the_whole():
     ],
 )
 def test_samples_that_are_none_are_refused_and_change_nothing(values, pulse, words):
-    stream = TurnStream(SAME, settings())
+    stream = TurnStream(SAME, settings().grid)
     with pytest.raises(SignalError, match=words):
         stream.feed(values, pulse)
     assert stream.count == 0
@@ -186,7 +187,7 @@ def test_samples_that_are_none_are_refused_and_change_nothing(values, pulse, wor
     ],
 )
 def test_a_pulse_that_does_not_go_with_the_samples_is_refused(pulse, words):
-    stream = TurnStream(SAME, settings(), (0.0, 5.0))
+    stream = TurnStream(SAME, settings().grid, (0.0, 5.0))
     with pytest.raises(SignalError, match=words):
         stream.feed(np.zeros(5), pulse)
     assert stream.count == 0
@@ -194,8 +195,8 @@ def test_a_pulse_that_does_not_go_with_the_samples_is_refused(pulse, words):
 
 def test_a_stream_that_cannot_give_such_records_is_refused():
     with pytest.raises(ParameterError, match=r"TurnStream\.rate must be"):
-        TurnStream(0.0, settings())
+        TurnStream(0.0, settings().grid)
     with pytest.raises(SignalError, match=r"at most 1\.1 times the rate of the file"):
-        TurnStream(500.0, settings())
+        TurnStream(500.0, settings().grid)
     with pytest.raises(SignalError, match="the pulse must change"):
-        TurnStream(SAME, settings(), (1.0, 1.0))
+        TurnStream(SAME, settings().grid, (1.0, 1.0))
