@@ -18,6 +18,9 @@ from indexer_env.operating_point import OperatingPoint
 
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
 
+_IN_DWELL = layout.USES_ANY_EFFECT & ~layout.USES_VISCOUS
+"""Effects with which the dwell has no closed form here: their items take steps in it, too."""
+
 _NO_EDGE = -1e90
 """rad; edge of a joint that has none. Finite, as must be the cube of a hardening contact where others of a call have
 edges."""
@@ -106,7 +109,7 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
         values[f"{part}_inertia"] = getattr(machine, f"{part}_inertia")
     values |= {
         "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
-        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0,
+        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
     }  # fmt: skip
     for number, joint in enumerate((machine.input_joint, machine.output_joint, machine.base_joint), start=1):
         values |= {
@@ -132,6 +135,8 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
         features &= ~layout.HAS_EDGES_1
     if model != "B_on_base":
         features &= ~layout.HAS_EDGES_3
+    if model == "B" and not features & _IN_DWELL and values["cubic_2"] == 0.0:
+        values["linear_dwell"] = 1.0
     row = np.array([values[name] for name in layout.COEFFICIENT_NAMES])
     law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     return Coefficients(_MODELS[model], features, row, law)

@@ -8,7 +8,10 @@ import numpy as np
 from numba import njit
 
 from indexer_env.kernels.compiling import lanes, outlined, scalar
+from indexer_env.kernels.dwell import LARGEST_STRIDE, mark_strides, mend_stride, move, move_part, set_stride
 from indexer_env.kernels.edges import (
+    LAW_HIGH,
+    MOST_EDGES,
     cross,
     crossed,
     find_edge,
@@ -24,10 +27,6 @@ from indexer_env.kernels.rk4 import rk4
 
 _NARROW = 6
 """Up to so many items are taken lane by lane, which is faster than a whole block for few; the numbers are the same."""
-
-_MOST_EDGES = 16
-"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
-taken on the present lines and the regions are set from the state reached."""
 
 
 @outlined
@@ -47,29 +46,43 @@ def restore_start(w, i):
 
 
 @outlined
-def mend(w, i, model, features, pieces):
-    """Repeat the step of a lane that crossed edges, landing on each of them."""
-    whole = rest = w[STEP + i]
-    command = w[COMMAND + i]
-    for _ in range(_MOST_EDGES):
-        share, which, deflection = find_edge(w, i, rest, features)
-        landing = share * rest
-        restore_start(w, i)
-        one_lane_step(w, i, landing, model, features)
-        cross(w, i, which, deflection, pieces)
-        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * landing
+def go_on(w, i, rest, tried, model, features, pieces):
+    """Take lane i over the time `rest`, landing on every edge in it. With `tried` the block took the step already, and
+    it crossed one."""
+    whole, command = w[STEP + i], w[COMMAND + i]
+    edges, landing, which, deflection = 0, -1.0, LAW_HIGH, 0.0
+    while True:
+        if landing < 0.0 and w[DWELLS + i] > 0.0 and edges < MOST_EDGES:
+            left = move_part(w, i, rest, features, pieces)
+            w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * (rest - left)
+            rest, edges = left, edges + 1
+            if rest == 0.0:
+                break
+            state_rates(w, i, False, model, features, True)
+            continue
+        if not tried:
+            one_lane_step(w, i, landing if landing >= 0.0 else rest, model, features)
+        tried = False
+        if landing >= 0.0:
+            cross(w, i, which, deflection, pieces)
+            w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * landing
+            rest, landing = rest - landing, -1.0
+        elif not crossed(w, i, features):
+            break
+        elif edges < MOST_EDGES:
+            share, which, deflection = find_edge(w, i, rest, features)
+            landing, edges = share * rest, edges + 1
+            restore_start(w, i)
+            continue
+        else:
+            settle_regions(w, i, features)
+            find_piece(w, i, pieces)
+            rest = 0.0
         w[STAGE_TIME + i] = 0.0
         state_rates(w, i, False, model, features, True)
-        rest -= landing
-        one_lane_step(w, i, rest, model, features)
-        if not crossed(w, i, features):
+        if rest == 0.0:
             break
-    else:
-        settle_regions(w, i, features)
-        find_piece(w, i, pieces)
-        state_rates(w, i, False, model, features, True)
-    w[STEP + i] = whole
-    w[COMMAND + i] = command
+    w[STEP + i], w[COMMAND + i] = whole, command
 
 
 @outlined
@@ -92,10 +105,10 @@ def largest_deflection(w, i):
 
 
 @lanes
-def any_fault(w, limit):
+def any_fault(w, low, high, limit):
     """Whether a lane has left the physical range or is no longer finite (NaN fails every comparison)."""
     good = 0
-    for i in range(LANES):
+    for i in range(low, high):
         sound = (
             (largest_deflection(w, i) <= limit)
             & (abs(w[TABLE_ACC + i]) < math.inf)
@@ -104,14 +117,14 @@ def any_fault(w, limit):
             & (abs(w[MOTOR_RATE + i]) < math.inf)
         )
         good += 1 if sound else 0
-    return good < LANES
+    return good < high - low
 
 
 @outlined
-def stop_faulty(w, block, width, limit, status, status_time):
-    """Give the lanes that left the physical range their status and time, and let them stand still."""
-    for i in range(width):
-        if status[block + i] != RUNNING:
+def stop_faulty(w, block, low, high, limit, status, status_time):
+    """Give the lanes at a sample that left the physical range their status and time, and let them stand still."""
+    for i in range(low, high):
+        if status[block + i] != RUNNING or w[TO_SAMPLE + i] != 0.0:
             continue
         total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
         total += abs(w[DEFLECTION_1 + i]) + abs(w[DEFLECTION_2 + i]) + abs(w[DEFLECTION_3 + i])
@@ -121,34 +134,164 @@ def stop_faulty(w, block, width, limit, status, status_time):
             status[block + i] = OUT_OF_RANGE
         if status[block + i] != RUNNING:
             status_time[block + i] = w[TIME + i]
-            w[STEP + i] = 0.0
 
 
-@outlined
-def step_lane(w, i, model, features, pieces):
-    """Take lane i alone over its step, edges and pieces included."""
-    follow_pieces(w, i, pieces)
-    one_lane_step(w, i, w[STEP + i], model, features)
-    if crossed(w, i, features):
-        mend(w, i, model, features, pieces)
+@lanes
+def sample(w, block, low, high, count, every, limit, rows, out, status, status_time):
+    """Judge and record the first `count` of the lanes, those whose next sample is due; whether one was at fault."""
+    fault = any_fault(w, low, high, limit)
+    if fault:
+        stop_faulty(w, block, low, low + count, limit, status, status_time)
+    together, first = 0, w[SAMPLE + low]
+    for i in range(low, high):
+        together += 1 if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] == first else 0
+    if together == count:
+        number = int(first)
+        if 0 <= number < out.shape[2]:
+            for c in range(rows.shape[0]):
+                row = rows[c]
+                for i in range(low, low + count):
+                    out[block + i, c, number] = w[row + i]
+    else:
+        for i in range(low, low + count):
+            number = int(w[SAMPLE + i])
+            if w[TO_SAMPLE + i] == 0.0 and 0 <= number < out.shape[2]:
+                for c in range(rows.shape[0]):
+                    out[block + i, c, number] = w[rows[c] + i]
+    for i in range(low, high):
+        due = w[TO_SAMPLE + i] == 0.0
+        w[SAMPLE + i] += 1.0 if due else 0.0
+        w[TO_SAMPLE + i] = float(every) if due else w[TO_SAMPLE + i]
+    return fault
+
+
+@lanes
+def any_above(w, row, bound):
+    """Whether a value of a row is above a bound; counted, since a largest value would be looked for one by one."""
+    count = 0
+    for i in range(LANES):
+        count += 1 if w[row + i] > bound else 0
+    return count > 0
+
+
+@lanes
+def any_zero(w, row):
+    """Whether a value of a row is zero."""
+    count = 0
+    for i in range(LANES):
+        count += 1 if w[row + i] == 0.0 else 0
+    return count > 0
 
 
 @lanes
 def step_block(w, width, model, features, pieces, marked):
-    """Take all lanes over their steps; the few that crossed an edge or left their piece are seen to one by one. Returns
-    whether any did; with `marked`, some did in the step before, and their pieces are loaded only now (see load_lane).
-    """
+    """Take the lanes that are stepping over their steps; those that crossed an edge repeat it alone. Returns whether
+    any crossed one or left its piece; with `marked`, some did in the step before, and their pieces are loaded only now
+    (see load_lane)."""
     if marked:
         for i in range(width):
             if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
                 follow_pieces(w, i, pieces)
     rk4(w, FIRST_LANE, LANES, model, features)
     marked = mark(w, features)
-    if marked:
-        for i in range(width):
-            if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
-                mend(w, i, model, features, pieces)
+    for i in range(LANES):
+        step = w[STEP + i]
+        stepping = step > 0.0
+        crossing = stepping and w[MARK + i] == 2.0
+        moved = 1.0 if stepping and not crossing else 0.0
+        w[TIME + i] += moved * step
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * (moved * step)
+        w[LEFT + i] -= moved
+        w[TO_SAMPLE + i] -= moved
+        ended = 0.0 if stepping and w[LEFT + i] == 0.0 else -1.0
+        w[ALONE + i] = 1.0 if crossing else ended
     return marked
+
+
+@lanes
+def stride_block(w, model, features):
+    """Take the lanes in their dwell over a stride; those that crossed an edge repeat it step by step."""
+    move(w, FIRST_LANE, LANES)
+    if mark_strides(w, FIRST_LANE, LANES, features):
+        for i in range(LANES):
+            if w[MARK + i] == 2.0 and mend_stride(w, i, features):
+                w[MARK + i] = 0.0
+    for i in range(LANES):
+        time = w[STRIDE_TIME + i]
+        striding = time > 0.0
+        crossing = striding and w[MARK + i] == 2.0
+        moved = w[STRIDE + i] if striding and not crossing else 0.0
+        time = time if striding and not crossing else 0.0
+        w[TIME + i] += time
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * time
+        w[LEFT + i] -= moved
+        w[TO_SAMPLE + i] -= moved
+        ended = 0.0 if striding and w[LEFT + i] < w[STRIDE + i] else -1.0
+        w[ALONE + i] = w[STRIDE + i] if crossing else ended
+
+
+@outlined
+def see_to(w, i, alone, wide, block, every, limit, rows, out, status, status_time, last, model, features, pieces):
+    """Take lane i over `alone` steps on its own (the first has been tried where it is stepping), then see how it goes
+    on: in its dwell by strides, as soon as they fall on its samples and as long as they fit; else by steps, until none
+    is left but the last, shorter one. A lane of a narrow block goes to its end alone."""
+    step, stride = w[OWN_STEP + i], w[STRIDE + i]
+    w[ALONE + i] = -1.0
+    tried = alone > 0.0 and w[STEP + i] > 0.0
+    ending = False
+    while True:
+        if alone == 0.0:
+            if w[TO_SAMPLE + i] == 0.0:
+                sample(w, block, i, i + 1, 1, every, limit, rows, out, status, status_time)
+            if status[block + i] != RUNNING:
+                break
+            ending = w[LEFT + i] == 0.0
+            if ending and last == 0.0:
+                break
+            strides = w[DWELLS + i] > 0.0 and w[TO_SAMPLE + i] % stride == 0.0 and w[LEFT + i] >= stride
+            if wide and strides:
+                set_stride(w, i, stride * step)
+                w[STEP + i] = 0.0
+                return
+            if wide and w[DWELLS + i] == 0.0 and not ending:
+                w[STEP + i], w[STRIDE_TIME + i], w[MARK + i] = step, 0.0, 1.0
+                return
+            if strides:
+                set_stride(w, i, stride * step)
+                move(w, i, i + 1)
+                if mark_strides(w, i, i + 1, features) and not mend_stride(w, i, features):
+                    alone = stride
+                else:
+                    w[TIME + i] += w[STRIDE_TIME + i]
+                    w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * w[STRIDE_TIME + i]
+                    w[LEFT + i] -= stride
+                    w[TO_SAMPLE + i] -= stride
+                    continue
+        length = last if ending else step
+        if not tried:
+            follow_pieces(w, i, pieces)
+        go_on(w, i, length, tried, model, features, pieces)
+        tried = False
+        w[TIME + i] += length
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * length
+        if ending:
+            break
+        w[LEFT + i] -= 1.0
+        w[TO_SAMPLE + i] -= 1.0
+        alone = max(alone - 1.0, 0.0)
+    w[STEP + i], w[STRIDE_TIME + i], w[LEFT + i], w[TO_SAMPLE + i] = 0.0, 0.0, math.inf, math.inf
+
+
+@outlined
+def choose_stride(w, i, every):
+    """Steps in a stride of lane i: the most that divide a sampling interval and keep the phase of its oscillators, on
+    the stiffer flanks, within LARGEST_STRIDE."""
+    frequency = math.sqrt(max(w[K_1 + i] / w[J_CAM + i], w[K_2 + i] / w[J_TABLE + i]))
+    most = LARGEST_STRIDE / (frequency * w[OWN_STEP + i])
+    stride = every
+    while stride > 1 and (every % stride != 0 or stride > most):
+        stride -= 1
+    w[STRIDE + i] = float(stride)
 
 
 @outlined
@@ -221,42 +364,51 @@ def entry(fingerprint: str):
         samples = out.shape[2]
         for block in range(first, stop, LANES):
             width = min(LANES, stop - block)
+            wide = width > _NARROW
             w[:] = 0.0
-            marked = True
-            shortest = longest = n_steps[block]
-            for i in range(LANES if width > _NARROW else width):
+            w[LEFT : LEFT + LANES] = math.inf
+            w[TO_SAMPLE : TO_SAMPLE + LANES] = math.inf
+            w[ALONE : ALONE + LANES] = -1.0
+            longest = 0
+            for i in range(LANES if wide else width):
                 item = block + min(i, width - 1)  # idle lanes repeat the last item and stand still
                 load_lane(w, i, states[item], coefficients[item], pieces, model, features)
-                shortest, longest = min(shortest, n_steps[item]), max(longest, n_steps[item])
-                w[STEP + i] = steps[item] if i < width and n_steps[item] > 0 else 0.0
-            for step in range(longest + 1):
-                if step % every == 0:
-                    sample = step // every
-                    if any_fault(w, limit):
-                        stop_faulty(w, block, width, limit, status, status_time)
-                    if sample < samples:
-                        for c in range(rows.shape[0]):
-                            for i in range(width):
-                                out[block + i, c, sample] = w[rows[c] + i]
-                if step >= shortest:
+                if i < width:
+                    longest = max(longest, n_steps[item])
+                    w[OWN_STEP + i], w[LEFT + i], w[TO_SAMPLE + i] = steps[item], float(n_steps[item]), 0.0
+                    w[ALONE + i] = 0.0
+                    choose_stride(w, i, every)
+            marked, striding = True, False
+            while True:
+                if any_above(w, ALONE, -0.5):
+                    marked = True
                     for i in range(width):
-                        item = block + i
-                        if step == n_steps[item] and status[item] == RUNNING:
-                            w[STEP + i] = last_steps[item]
-                        elif step > n_steps[item]:
-                            w[STEP + i] = 0.0
-                if width > _NARROW:
-                    marked = step_block(w, width, model, features, pieces, marked)
+                        if w[ALONE + i] >= 0.0:
+                            see_to(
+                                w, i, w[ALONE + i], wide, block, every, limit, rows, out, status, status_time,
+                                last_steps[block + i], model, features, pieces,
+                            )  # fmt: skip
+                stepping, strides = any_above(w, STEP, 0.0), any_above(w, STRIDE_TIME, 0.0)
+                if not (stepping or strides):
+                    break
+                striding = strides if striding else not stepping
+                if striding:
+                    stride_block(w, model, features)
+                    marked = True
                 else:
+                    marked = step_block(w, width, model, features, pieces, marked)
+                if any_zero(w, TO_SAMPLE) and sample(
+                    w, block, FIRST_LANE, LANES, width, every, limit, rows, out, status, status_time
+                ):
                     for i in range(width):
-                        if w[STEP + i] > 0.0:
-                            step_lane(w, i, model, features, pieces)
-                for i in range(LANES):
-                    w[TIME + i] += w[STEP + i]
-                    w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * w[STEP + i]
+                        if status[block + i] != RUNNING:
+                            w[ALONE + i] = 0.0
             for i in range(width):
                 for row in range(STATE_ROWS):
                     states[block + i, row] = w[row * LANES + i]
+                for number in range(int(w[SAMPLE + i]), min(longest // every + 1, samples)):
+                    for c in range(rows.shape[0]):
+                        out[block + i, c, number] = w[rows[c] + i]
             out[block : block + width, :, longest // every + 1 :] = math.nan
         return fingerprint
 
