@@ -105,64 +105,62 @@ def largest_deflection(w, i):
 
 
 @lanes
-def any_fault(w, low, high, limit):
+def any_fault(w, limit):
     """Whether a lane has left the physical range or is no longer finite (NaN fails every comparison)."""
     good = 0
-    for i in range(low, high):
-        sound = (
-            (largest_deflection(w, i) <= limit)
-            & (abs(w[TABLE_ACC + i]) < math.inf)
-            & (abs(w[CAM_ACC + i]) < math.inf)
-            & (abs(w[HOUSING_ACC + i]) < math.inf)
-            & (abs(w[MOTOR_RATE + i]) < math.inf)
-        )
-        good += 1 if sound else 0
-    return good < high - low
+    for i in range(LANES):
+        good += 1 if sound(w, i, limit) else 0
+    return good < LANES
+
+
+@scalar
+def sound(w, i, limit):
+    return (
+        (largest_deflection(w, i) <= limit)
+        & (abs(w[TABLE_ACC + i]) < math.inf)
+        & (abs(w[CAM_ACC + i]) < math.inf)
+        & (abs(w[HOUSING_ACC + i]) < math.inf)
+        & (abs(w[MOTOR_RATE + i]) < math.inf)
+    )
 
 
 @outlined
-def stop_faulty(w, block, low, high, limit, status, status_time):
-    """Give the lanes at a sample that left the physical range their status and time, and let them stand still."""
-    for i in range(low, high):
-        if status[block + i] != RUNNING or w[TO_SAMPLE + i] != 0.0:
-            continue
-        total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
-        total += abs(w[DEFLECTION_1 + i]) + abs(w[DEFLECTION_2 + i]) + abs(w[DEFLECTION_3 + i])
-        if not math.isfinite(total):
-            status[block + i] = NOT_FINITE
-        elif largest_deflection(w, i) > limit:
-            status[block + i] = OUT_OF_RANGE
-        if status[block + i] != RUNNING:
-            status_time[block + i] = w[TIME + i]
+def fault(w, i):
+    """What is wrong with lane i, whose state is not sound."""
+    total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
+    return OUT_OF_RANGE if math.isfinite(total + largest_deflection(w, i)) else NOT_FINITE
+
+
+@outlined
+def sample_lane(w, i, item, every, limit, rows, out, status, status_time):
+    """Judge and record lane i, whose next sample is due."""
+    if status[item] == RUNNING and not sound(w, i, limit):
+        status[item], status_time[item] = fault(w, i), w[TIME + i]
+    number = int(w[SAMPLE + i])
+    if number < out.shape[2]:
+        for c in range(rows.shape[0]):
+            out[item, c, number] = w[rows[c] + i]
+    w[SAMPLE + i] += 1.0
+    w[TO_SAMPLE + i] = float(every)
 
 
 @lanes
-def sample(w, block, low, high, count, every, limit, rows, out, status, status_time):
-    """Judge and record the first `count` of the lanes, those whose next sample is due; whether one was at fault."""
-    fault = any_fault(w, low, high, limit)
-    if fault:
-        stop_faulty(w, block, low, low + count, limit, status, status_time)
-    together, first = 0, w[SAMPLE + low]
-    for i in range(low, high):
-        together += 1 if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] == first else 0
-    if together == count:
-        number = int(first)
-        if 0 <= number < out.shape[2]:
-            for c in range(rows.shape[0]):
-                row = rows[c]
-                for i in range(low, low + count):
-                    out[block + i, c, number] = w[row + i]
-    else:
-        for i in range(low, low + count):
-            number = int(w[SAMPLE + i])
-            if w[TO_SAMPLE + i] == 0.0 and 0 <= number < out.shape[2]:
-                for c in range(rows.shape[0]):
-                    out[block + i, c, number] = w[rows[c] + i]
-    for i in range(low, high):
+def sample_block(w, block, width, every, limit, rows, out, status, status_time):
+    """Judge and record the lanes whose next sample is due."""
+    samples = out.shape[2]
+    if any_fault(w, limit):
+        for i in range(width):
+            if w[TO_SAMPLE + i] == 0.0:
+                sample_lane(w, i, block + i, every, limit, rows, out, status, status_time)
+                w[ALONE + i] = w[ALONE + i] if status[block + i] == RUNNING else 0.0
+    for c in range(rows.shape[0]):
+        for i in range(width):
+            if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] < samples:
+                out[block + i, c, int(w[SAMPLE + i])] = w[rows[c] + i]
+    for i in range(LANES):
         due = w[TO_SAMPLE + i] == 0.0
         w[SAMPLE + i] += 1.0 if due else 0.0
         w[TO_SAMPLE + i] = float(every) if due else w[TO_SAMPLE + i]
-    return fault
 
 
 @lanes
@@ -231,19 +229,20 @@ def stride_block(w, model, features):
 
 
 @outlined
-def see_to(w, i, alone, wide, block, every, limit, rows, out, status, status_time, last, model, features, pieces):
+def see_to(w, i, alone, wide, item, every, limit, rows, out, status, status_time, last, model, features, pieces):
     """Take lane i over `alone` steps on its own (the first has been tried where it is stepping), then see how it goes
-    on: in its dwell by strides, as soon as they fall on its samples and as long as they fit; else by steps, until none
-    is left but the last, shorter one. A lane of a narrow block goes to its end alone."""
+    on: in its dwell by strides, as soon as they fall on its samples and as long as they fit; else by steps, behind a
+    dwell from a sample on, so that lanes are recorded together, until none is left but the last, shorter one. A lane of a narrow block goes to its end alone."""
     step, stride = w[OWN_STEP + i], w[STRIDE + i]
     w[ALONE + i] = -1.0
-    tried = alone > 0.0 and w[STEP + i] > 0.0
+    in_step = w[STEP + i] > 0.0
+    tried = alone > 0.0 and in_step
     ending = False
     while True:
         if alone == 0.0:
             if w[TO_SAMPLE + i] == 0.0:
-                sample(w, block, i, i + 1, 1, every, limit, rows, out, status, status_time)
-            if status[block + i] != RUNNING:
+                sample_lane(w, i, item, every, limit, rows, out, status, status_time)
+            if status[item] != RUNNING:
                 break
             ending = w[LEFT + i] == 0.0
             if ending and last == 0.0:
@@ -253,7 +252,8 @@ def see_to(w, i, alone, wide, block, every, limit, rows, out, status, status_tim
                 set_stride(w, i, stride * step)
                 w[STEP + i] = 0.0
                 return
-            if wide and w[DWELLS + i] == 0.0 and not ending:
+            in_step = in_step and w[DWELLS + i] == 0.0
+            if wide and w[DWELLS + i] == 0.0 and not ending and (in_step or w[TO_SAMPLE + i] == every):
                 w[STEP + i], w[STRIDE_TIME + i], w[MARK + i] = step, 0.0, 1.0
                 return
             if strides:
@@ -385,7 +385,7 @@ def entry(fingerprint: str):
                     for i in range(width):
                         if w[ALONE + i] >= 0.0:
                             see_to(
-                                w, i, w[ALONE + i], wide, block, every, limit, rows, out, status, status_time,
+                                w, i, w[ALONE + i], wide, block + i, every, limit, rows, out, status, status_time,
                                 last_steps[block + i], model, features, pieces,
                             )  # fmt: skip
                 stepping, strides = any_above(w, STEP, 0.0), any_above(w, STRIDE_TIME, 0.0)
@@ -397,12 +397,8 @@ def entry(fingerprint: str):
                     marked = True
                 else:
                     marked = step_block(w, width, model, features, pieces, marked)
-                if any_zero(w, TO_SAMPLE) and sample(
-                    w, block, FIRST_LANE, LANES, width, every, limit, rows, out, status, status_time
-                ):
-                    for i in range(width):
-                        if status[block + i] != RUNNING:
-                            w[ALONE + i] = 0.0
+                if any_zero(w, TO_SAMPLE):
+                    sample_block(w, block, width, every, limit, rows, out, status, status_time)
             for i in range(width):
                 for row in range(STATE_ROWS):
                     states[block + i, row] = w[row * LANES + i]
