@@ -50,10 +50,13 @@ class LawTable:
         Reach [rad], break flags, coefficients of β in powers of (α - reach's low end).
     steepest : float
         Largest |β'| at the pieces' ends [-].
+    motion : float
+        Cam angle over which the law moves [rad].
     """
 
     pieces: np.ndarray
     steepest: float
+    motion: float
 
 
 @functools.lru_cache(maxsize=1024)
@@ -70,7 +73,9 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     table[0, layout.PIECE_BREAK_LOW] = table[-1, layout.PIECE_BREAK_HIGH] = 1.0
     table[:, layout.PIECE_C_0 :] = source.coefficients / turn ** np.arange(6)
     table.flags.writeable = False
-    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()))
+    lengths = table[:, layout.PIECE_HIGH] - table[:, layout.PIECE_LOW]
+    moving = (table[:, layout.PIECE_C_0 + 1 :] != 0.0).any(axis=1)
+    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
 
 
 @dataclass(frozen=True, eq=False)

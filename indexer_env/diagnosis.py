@@ -17,7 +17,7 @@ from indexer_env.diagnosis_task import TURNS, DiagnosisTask, Setting
 from indexer_env.errors import ParameterError, SimulationError, refuse
 from indexer_env.faults import Faults
 from indexer_env.machine import Machine
-from indexer_env.modes import largest_steps
+from indexer_env.modes import FINEST_STEP, largest_steps
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.sensors import Sensor
@@ -89,8 +89,8 @@ def _faulty(name: str, machine: Machine, faults: Faults) -> Machine:
         largest = float(largest_steps([coefficients(faulty, OperatingPoint())])[0])
     except ParameterError as error:
         raise ParameterError(f"diagnosis.hypotheses.{name}: {error}") from None
-    if Run().actual_step > largest:
-        rule = f"such that a step of {1e3 * Run().actual_step:g} ms resolves the machine's fastest mode"
+    if largest < FINEST_STEP:
+        rule = f"such that a step of {1e3 * FINEST_STEP:g} ms resolves the machine's fastest mode"
         remedy = f"it needs {1e3 * largest:.2g} ms, so make loose screws looser or tight"
         raise refuse("diagnosis.hypotheses", name, rule, faults, remedy)
     return faulty

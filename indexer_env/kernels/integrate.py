@@ -232,7 +232,8 @@ def stride_block(w, model, features):
 def see_to(w, i, alone, wide, item, every, limit, rows, out, status, status_time, last, model, features, pieces):
     """Take lane i over `alone` steps on its own (the first has been tried where it is stepping), then see how it goes
     on: in its dwell by strides, as soon as they fall on its samples and as long as they fit; else by steps, behind a
-    dwell from a sample on, so that lanes are recorded together, until none is left but the last, shorter one. A lane of a narrow block goes to its end alone."""
+    dwell from a sample on, so that lanes are recorded together, until none is left but the last, shorter one. A lane of
+    a narrow block goes to its end alone."""
     step, stride = w[OWN_STEP + i], w[STRIDE + i]
     w[ALONE + i] = -1.0
     in_step = w[STEP + i] > 0.0
