@@ -78,6 +78,9 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
 
 
+_PLACES = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
+
+
 @dataclass(frozen=True, eq=False)
 class Coefficients:
     """One machine at one operating point, as the kernels take it.
@@ -98,7 +101,7 @@ class Coefficients:
 
     def __getitem__(self, name: str) -> float:
         """A coefficient by its name."""
-        return float(self.row[layout.COEFFICIENT_NAMES.index(name)])
+        return float(self.row[_PLACES[name]])
 
 
 def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficients:

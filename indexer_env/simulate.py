@@ -142,10 +142,9 @@ def _run_batch(
     for model in sorted({item.model for item in items.values()}):
         members = [index for index, item in items.items() if item.model == model]
         alike = [items[index] for index in members]
-        accurate = (
-            accurate_steps(alike, [points[index] for index in members]) if run.step is None else largest_steps(alike)
-        )
-        for index, largest, step in zip(members, largest_steps(alike).tolist(), accurate.tolist(), strict=True):
+        largest_of = largest_steps(alike)
+        accurate = largest_of if run.step else accurate_steps(alike, [points[index] for index in members])
+        for index, largest, step in zip(members, largest_of.tolist(), accurate.tolist(), strict=True):
             parts[index] = run.steps_per_sample(step)
             actual = 1.0 / (run.sample_rate * parts[index])
             if actual > largest:
