@@ -11,6 +11,7 @@ references       records of the reference solver, computed once on all cores and
 peers            the same machine for other solvers: compiled plain RK4, SciPy, JAX, diffrax, CVODE
 accuracy         the simulator against the reference
 speed            turns per second, beside a JAX scan of the same scheme
+kernel           the simulator beside an older checkout of itself, case by case; a command of its own
 environment      environment steps per second, one machine and many, beside Gymnasium's own
 diagnosis        how often baselines of the diagnosis environment are right, against cost; a command of its own
 data_sets        the generator end to end, beside the bare simulator; ray_cluster times a cluster for it

@@ -85,7 +85,7 @@ def run_columns(run: Run) -> dict[str, Any]:
     return {
         "simulation_rate": float(run.sample_rate),
         "simulation_samples": run.samples,
-        "step": float(run.step),
+        "step": float(run.step or 0.0),
         "warmup_limit": run.warmup_turns,
         "warmup_tolerance": float(run.warmup_tolerance),
     }
@@ -126,7 +126,7 @@ def remade(row: Mapping[str, Any]) -> Remade:
     run = Run(
         sample_rate=row["simulation_rate"],
         samples=row["simulation_samples"],
-        step=row["step"],
+        step=row["step"] or None,
         warmup_turns=row["warmup_limit"],
         warmup_tolerance=row["warmup_tolerance"],
     )

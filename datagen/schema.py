@@ -133,7 +133,10 @@ GROUPS: dict[str, list[Column]] = {
     "run and warm-up": _only("simulated", [
         Column("simulation_rate", _NUMBER, "Hz", "Samples per second given to the sensor"),
         Column("simulation_samples", _COUNT, "-", "Samples given to the sensor"),
-        Column("step", _NUMBER, "s", "Largest step of the integrator; the one used divides the sampling interval"),
+        Column(
+            "step", _NUMBER, "s",
+            "Largest step of the integrator, 0: automatic; the one used divides the sampling interval",
+        ),
         Column("warmup_limit", _COUNT, "turns", "Turns of the table before the record, at most"),
         Column("warmup_tolerance", _NUMBER, "-", "Difference of successive turns that counts as settled"),
         Column("warmup_turns", _COUNT, "turns", "Turns of the table run before the record"),

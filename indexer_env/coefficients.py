@@ -18,6 +18,9 @@ from indexer_env.operating_point import OperatingPoint
 
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
 
+_IN_DWELL = layout.USES_ANY_EFFECT & ~layout.USES_VISCOUS
+"""Effects with which the dwell has no closed form here: their items take steps in it, too."""
+
 _NO_EDGE = -1e90
 """rad; edge of a joint that has none. Finite, as must be the cube of a hardening contact where others of a call have
 edges."""
@@ -47,10 +50,13 @@ class LawTable:
         Reach [rad], break flags, coefficients of β in powers of (α - reach's low end).
     steepest : float
         Largest |β'| at the pieces' ends [-].
+    motion : float
+        Cam angle over which the law moves [rad].
     """
 
     pieces: np.ndarray
     steepest: float
+    motion: float
 
 
 @functools.lru_cache(maxsize=1024)
@@ -67,7 +73,12 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     table[0, layout.PIECE_BREAK_LOW] = table[-1, layout.PIECE_BREAK_HIGH] = 1.0
     table[:, layout.PIECE_C_0 :] = source.coefficients / turn ** np.arange(6)
     table.flags.writeable = False
-    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()))
+    lengths = table[:, layout.PIECE_HIGH] - table[:, layout.PIECE_LOW]
+    moving = (table[:, layout.PIECE_C_0 + 1 :] != 0.0).any(axis=1)
+    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
+
+
+_PLACES = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +101,7 @@ class Coefficients:
 
     def __getitem__(self, name: str) -> float:
         """A coefficient by its name."""
-        return float(self.row[layout.COEFFICIENT_NAMES.index(name)])
+        return float(self.row[_PLACES[name]])
 
 
 def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficients:
@@ -106,7 +117,7 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
         values[f"{part}_inertia"] = getattr(machine, f"{part}_inertia")
     values |= {
         "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
-        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0,
+        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
     }  # fmt: skip
     for number, joint in enumerate((machine.input_joint, machine.output_joint, machine.base_joint), start=1):
         values |= {
@@ -132,6 +143,8 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
         features &= ~layout.HAS_EDGES_1
     if model != "B_on_base":
         features &= ~layout.HAS_EDGES_3
+    if model == "B" and not features & _IN_DWELL and values["cubic_2"] == 0.0:
+        values["linear_dwell"] = 1.0
     row = np.array([values[name] for name in layout.COEFFICIENT_NAMES])
     law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     return Coefficients(_MODELS[model], features, row, law)

@@ -19,6 +19,23 @@ LARGEST_PHASE_STEP = 0.25
 LARGEST_DECAY_STEP = 1.0
 """h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""
 
+ACCURATE_SHARES = (0.4, 0.2)
+"""The automatic step over those that resolve the fastest mode and the fastest decay: h ω ≤ 0.1 rad, h λ ≤ 0.2. The
+error goes with the step's fourth power; at half and twice of it it is a sixteenth and sixteen times as large."""
+
+SHARP = layout.USES_RIPPLE | layout.USES_PROCESS
+"""Effects that need half the step, as does hardening contact: their forces follow each other faster than the modes."""
+
+MOTION_STEPS = 750
+"""Least steps in a motion of the cam: with fewer, what the law's own time scale adds to the error begins to count."""
+
+HARMONIC_PHASE = 0.25
+"""Most that the phase of a drive's harmonic goes on in an automatic step [rad]: its quadrature is then off by 2e-6."""
+
+FINEST_STEP = 0.25e-3
+"""s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it
+does not resolve its fastest mode. What takes longer than usual is asked for by name."""
+
 _SLOW = 1e-9
 """1/s; stands for no decay at all."""
 
@@ -106,7 +123,12 @@ def _matrices(
 
 
 def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
-    """The largest step (n,) [s] that resolves the fastest mode and the fastest decay of each of n items of one model,
+    """The largest step (n,) [s] that resolves fastest mode and fastest decay of each of n items of one model."""
+    return np.minimum(*_resolving_steps(items))
+
+
+def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndarray]:
+    """The largest steps (n,) [s] that resolve the fastest mode and the fastest decay of each of n items of one model,
     in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
     rows = np.stack([item.row for item in items])
     columns = {name: rows[:, column] for column, name in enumerate(layout.COEFFICIENT_NAMES)}
@@ -125,4 +147,28 @@ def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
     slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
     slip = np.where(slipping, 1.0 / (columns["slip_compliance"] * columns["motor_inertia"]), 0.0)
     decay = np.maximum.reduce([decay, friction / columns["table_inertia"], slip, np.full(len(items), _SLOW)])
-    return np.minimum(LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay)
+    return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
+
+
+def accurate_steps(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> np.ndarray:
+    """The automatic step (n,) [s] of each of n items of one model: ACCURATE_SHARES of the largest ones, MOTION_STEPS to
+    a motion of the cam, HARMONIC_PHASE to a step at the drive's orders; half of it with a SHARP effect; never finer
+    than FINEST_STEP."""
+    speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
+    cam_rate = np.array([item["reduction"] for item in items]) * speed
+    motion = np.array([item.law.motion for item in items]) / cam_rate
+    order = np.array([
+        max((item[f"{kind}_order"] for kind, size in _HARMONICS if item[size] != 0.0), default=_SLOW) for item in items
+    ])  # fmt: skip
+    steps = np.minimum.reduce([
+        *(share * step for share, step in zip(ACCURATE_SHARES, _resolving_steps(items), strict=True)),
+        motion / MOTION_STEPS, HARMONIC_PHASE / (order * speed),
+    ])  # fmt: skip
+    sharp = np.array([bool(item.features & SHARP) or item["cubic_2"] != 0.0 for item in items])
+    return np.maximum(np.where(sharp, 0.5, 1.0) * steps, FINEST_STEP)
+
+
+_HARMONICS = (
+    ("ripple", "ripple_amplitude"), ("transmission", "transmission_amplitude"), ("mesh", "mesh_depth"),
+)  # fmt: skip
+"""Effects at orders of the motor, and the coefficient of their size."""

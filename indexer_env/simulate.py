@@ -18,7 +18,7 @@ from indexer_env.engine import cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.kernels.layout import LANES, USES_SLIP
 from indexer_env.machine import Machine
-from indexer_env.modes import LARGEST_PHASE_STEP, largest_steps
+from indexer_env.modes import LARGEST_PHASE_STEP, accurate_steps, largest_steps
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
@@ -138,19 +138,25 @@ def _run_batch(
             if not reject:
                 raise
             batch.rejected[index] = str(error)
+    parts: dict[int, int] = {}
     for model in sorted({item.model for item in items.values()}):
         members = [index for index, item in items.items() if item.model == model]
-        for index, largest in zip(members, largest_steps([items[index] for index in members]), strict=True):
-            if run.actual_step > largest:
-                error = _coarse_step(machines[index], run, float(largest))
+        alike = [items[index] for index in members]
+        largest_of = largest_steps(alike)
+        accurate = largest_of if run.step else accurate_steps(alike, [points[index] for index in members])
+        for index, largest, step in zip(members, largest_of.tolist(), accurate.tolist(), strict=True):
+            parts[index] = run.steps_per_sample(step)
+            actual = 1.0 / (run.sample_rate * parts[index])
+            if actual > largest:
+                error = _coarse_step(machines[index], actual, largest)
                 if not reject:
                     raise error
                 batch.rejected[index] = str(error)
                 del items[index]
     workers = threads or cores()
     groups = [
-        TurnGroup(members, machines, points, run, samples, sink)
-        for members in _groups(items, max(1, len(items) // workers))
+        TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink)
+        for members in _groups(items, parts, max(1, len(items) // workers))
     ]
     if groups:
         prepare_kernel()
@@ -164,24 +170,27 @@ def _run_batch(
     return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
 
 
-def _groups(items: dict[int, Coefficients], share: int) -> Iterator[list[tuple[int, Coefficients]]]:
-    """Items of one model, at most _GROUP of them and no more than a core's share (in blocks).
+def _groups(
+    items: dict[int, Coefficients], parts: dict[int, int], share: int
+) -> Iterator[list[tuple[int, Coefficients]]]:
+    """Items of one model and one step, at most _GROUP of them and no more than a core's share (in blocks).
 
     They run with the features of all of them, which leaves the numbers as they are, since an effect that an item lacks
-    adds exactly nothing; those of like features come together, as each feature costs time. Only motors that slip stay
-    among themselves: their turns end later than commanded.
+    adds exactly nothing; those of like features come together, as each feature costs time. Motors that slip stay among
+    themselves, since their turns end later than commanded, and so do dwells that are linear, which take no steps.
     """
     size = min(_GROUP, -(-share // LANES) * LANES)
-    alike: dict[tuple[int, int], list[tuple[int, Coefficients]]] = {}
+    alike: dict[tuple[int, int, int, float], list[tuple[int, Coefficients]]] = {}
     for index, item in sorted(items.items(), key=lambda entry: entry[1].features):
-        alike.setdefault((item.model, item.features & USES_SLIP), []).append((index, item))
+        kind = (item.model, parts[index], item.features & USES_SLIP, item["linear_dwell"])
+        alike.setdefault(kind, []).append((index, item))
     for members in alike.values():
         for first in range(0, len(members), size):
             yield members[first : first + size]
 
 
-def _coarse_step(machine: Machine, run: Run, largest: float) -> ParameterError:
+def _coarse_step(machine: Machine, actual: float, largest: float) -> ParameterError:
     return ParameterError(
         f"Run.step must be <= {largest:.3g} s to resolve the fastest mode of {machine.name} "
-        f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {run.actual_step:.3g} s; set step to {0.9 * largest:.2g}."
+        f"(phase per step <= {LARGEST_PHASE_STEP} rad), got {actual:.3g} s; set step to {0.9 * largest:.2g}."
     )

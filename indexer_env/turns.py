@@ -52,6 +52,7 @@ class TurnGroup:
     def __init__(
         self,
         members: Sequence[tuple[int, Coefficients]],
+        steps_per_sample: int,
         machines: Sequence[Machine],
         points: Sequence[OperatingPoint],
         run: Run,
@@ -66,8 +67,8 @@ class TurnGroup:
         self.commanded = 2.0 * math.pi * self.stations / self.durations
         self.start_angles = np.array([points[index].start_angle for index in self.items])
         self.difference = np.full(len(self.items), np.nan)
-        self.every = run.steps_per_sample
-        self.step = run.actual_step
+        self.every = steps_per_sample
+        self.step = 1.0 / (run.sample_rate * steps_per_sample)
         self.names = tuple(dict.fromkeys((*run.channels, "table_acceleration")))
         self.judge = self.names.index("table_acceleration")
 

@@ -40,7 +40,8 @@ def octave_count(samples: int) -> int:
 
 def octaves(records: np.ndarray) -> np.ndarray:
     """Logarithms (n, 1 + octaves) of the root mean square of records (n, samples) without their means, and of their
-    octaves of the Haar wavelet, falling from a quarter of the sampling rate.
+    octaves of the Haar wavelet, falling from a quarter of the sampling rate; of records (n, channels, samples) those of
+    one channel after the other.
 
         d_k = (x_2k − x_2k+1) / 2,   x_k ← (x_2k + x_2k+1) / 2,   octave by octave
 
@@ -48,14 +49,15 @@ def octaves(records: np.ndarray) -> np.ndarray:
     Source: S. Mallat, A Wavelet Tour of Signal Processing (1999), §7.3.
     """
     rest = np.asarray(records, dtype=np.float64)
-    rest = rest - rest.mean(axis=1, keepdims=True)
-    squares = [np.mean(rest**2, axis=1)]
-    for octave in range(octave_count(rest.shape[1])):
-        even, odd = rest[:, : rest.shape[1] // 2 * 2 : 2], rest[:, 1::2]
+    rest = rest - rest.mean(axis=-1, keepdims=True)
+    squares = [np.mean(rest**2, axis=-1)]
+    for octave in range(octave_count(rest.shape[-1])):
+        even, odd = rest[..., : rest.shape[-1] // 2 * 2 : 2], rest[..., 1::2]
         if octave > 0:
-            squares.append(np.mean(((even - odd) / 2) ** 2, axis=1))
+            squares.append(np.mean(((even - odd) / 2) ** 2, axis=-1))
         rest = (even + odd) / 2
-    return 0.5 * np.log10(np.maximum(np.stack(squares, axis=1), np.finfo(np.float64).tiny))
+    quantities = np.stack(squares, axis=-1).reshape(len(rest), -1)
+    return 0.5 * np.log10(np.maximum(quantities, np.finfo(np.float64).tiny))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ class Range:
     Source: G. J. Hahn, W. Q. Meeker, Statistical Intervals (1991), §4.2 (prediction of a future observation).
 
     samples  of a record
-    middle   (m,) q̄ [decades of the unit]
+    middle   (m,) q̄ [decades of the unit], of all channels
     reach    (m,) half the width of the interval [decades]
 
     Raises ParameterError.
@@ -85,8 +87,9 @@ class Range:
     def __post_init__(self) -> None:
         check_number("Range", "samples", self.samples, low=1.0)
         for name in ("middle", "reach"):
-            if getattr(self, name).shape != (octave_count(self.samples),):
-                raise refuse("Range", name, "one number for the level and each octave", getattr(self, name).shape)
+            shape, each = getattr(self, name).shape, octave_count(self.samples)
+            if len(shape) != 1 or shape[0] % each or not shape[0]:
+                raise refuse("Range", name, f"one number for the level and each octave, {each} a channel", shape)
         if not (self.reach > 0).all():
             raise refuse("Range", "reach", "> 0 decades", float(self.reach.min()))
 
@@ -98,12 +101,12 @@ class Range:
         need("independent records of calibration and control", LEAST, count)
         found = octaves(dataset.records[np.isin(dataset.subsets, subsets)])
         widths = stats.t.ppf(1.0 - REFUSED / (2 * found.shape[1]), count - 1) * np.sqrt(1.0 + 1.0 / count)
-        return cls(dataset.records.shape[1], found.mean(axis=0), widths * found.std(axis=0, ddof=1) + MARGIN)
+        return cls(dataset.records.shape[-1], found.mean(axis=0), widths * found.std(axis=0, ddof=1) + MARGIN)
 
     def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records (n, samples):
 
-        level       (n,) their root mean square over the middle one of the training records [-]
+        level       (n,) root mean square of the first channel over the middle one of the training records [-]
         range       (n,) the farthest of their quantities from the middle, over its limit [-]
         is_outside  (n,) whether that is above 1
         """

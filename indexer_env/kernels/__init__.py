@@ -11,8 +11,11 @@ dynamics      equations of motion of Models A, B and B on its base as plain scal
 rates         accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
 plain         the common case, Model B without effects, a whole step in registers
 edges         landing on the edge of a play or of a motion-law segment inside one step
+dwell         the dwell in closed form, in strides of several steps
 rk4           one step of classical RK4, for every model and effect
-integrate     steps with their edges, and `entry`, which makes the one entry point
+recording     samples: judged and written
+alone         one lane on its own, over edges, through its dwell, to its end
+integrate     blocks of lanes, and `entry`, which makes the one entry point
 
 Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every
 value is a row of LANES numbers, so each inner loop runs over neighbouring memory and becomes vector code. The scalar

@@ -1,14 +1,20 @@
-"""How the kernels are compiled: three decorators, one for each role a function plays."""
+"""How the kernels are compiled: three decorators, one for each role a function plays.
+
+Nothing is allocated in the kernels, so their arrays are not counted as references (`_nrt`), which took a fifth of the
+time.
+"""
 
 from __future__ import annotations
 
 from numba import njit
 
-scalar = njit(error_model="numpy", forceinline=True)
+_SETTINGS = {"error_model": "numpy", "_nrt": False}
+
+scalar = njit(**_SETTINGS, forceinline=True)
 """For plain scalar functions: inlined into the loops that call them."""
 
-lanes = njit(error_model="numpy", forceinline=True)
+lanes = njit(**_SETTINGS, forceinline=True)
 """For functions over a range of lanes: inlined too, so that a whole block's trip count is a constant."""
 
-outlined = njit(error_model="numpy")
+outlined = njit(**_SETTINGS)
 """For rare work inside the loops (landing on an edge, loading a law piece): compiled once, called."""

@@ -23,6 +23,10 @@ from indexer_env.kernels.layout import *
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""
 
+MOST_EDGES = 16
+"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
+taken on the present lines and the regions are set from the state reached."""
+
 _SEARCHES = 60
 """Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""
 
@@ -78,6 +82,10 @@ def load_piece(w, i, piece, turn, pieces):
     elif spacing != 0.0 and station == w[SPACING_STATION + i]:
         factor, offset = 1.0 - spacing / advance, offset + spacing
     rest = pieces[int(w[LAW_FIRST + i]), PIECE_C_0]
+    still = 1.0
+    for j in range(1, 6):
+        still = still if pieces[row, PIECE_C_0 + j] == 0.0 else 0.0
+    w[DWELLS + i] = w[LINEAR_DWELL + i] * still
     w[C_0 + i] = offset + rest + factor * (pieces[row, PIECE_C_0] - rest)
     for j in range(1, 6):
         w[C_0 + j * LANES + i] = factor * pieces[row, PIECE_C_0 + j]
@@ -127,10 +135,10 @@ def mark(w, features):
         mark_joint(w, REGION_2, EDGE_2, DEFLECTION_2)
     if features & HAS_EDGES_3:
         mark_joint(w, REGION_3, EDGE_3, DEFLECTION_3)
-    total = 0.0
+    count = 0  # counted, since a largest value would be looked for lane by lane
     for i in range(LANES):
-        total = max(total, w[MARK + i])
-    return total > 0.0
+        count += 1 if w[MARK + i] > 0.0 else 0
+    return count > 0
 
 
 @lanes

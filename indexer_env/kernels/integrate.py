@@ -1,4 +1,7 @@
-"""Whole steps of lanes and blocks, edges and pieces included, and `entry`, which makes the one entry point."""
+"""Blocks of lanes, by steps and by strides, and `entry`, which makes the one entry point.
+
+A lane has a clock of its own: those in a linear dwell wait until all are in theirs, then go through it by strides.
+"""
 
 from __future__ import annotations
 
@@ -7,148 +10,82 @@ import math
 import numpy as np
 from numba import njit
 
-from indexer_env.kernels.compiling import lanes, outlined, scalar
-from indexer_env.kernels.edges import (
-    cross,
-    crossed,
-    find_edge,
-    find_piece,
-    load_piece,
-    mark,
-    set_lines,
-    settle_regions,
-)
+from indexer_env.kernels.alone import choose_stride, follow_pieces, see_to
+from indexer_env.kernels.compiling import lanes, outlined
+from indexer_env.kernels.dwell import mark_strides, mend_stride, move
+from indexer_env.kernels.edges import find_piece, load_piece, mark, set_lines, settle_regions
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.rates import state_rates
+from indexer_env.kernels.recording import sample_block
 from indexer_env.kernels.rk4 import rk4
 
 _NARROW = 6
 """Up to so many items are taken lane by lane, which is faster than a whole block for few; the numbers are the same."""
 
-_MOST_EDGES = 16
-"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
-taken on the present lines and the regions are set from the state reached."""
 
-
-@outlined
-def one_lane_step(w, i, step, model, features):
-    """Take lane i alone over a step of its own length."""
-    w[STEP + i] = step
-    rk4(w, i, i + 1, model, features)
-
-
-@outlined
-def restore_start(w, i):
-    """Put lane i back to the start of its step."""
-    for row in range(8):
-        w[CAM + row * LANES + i] = w[CAM_0 + row * LANES + i]
-    for row in range(4):
-        w[CAM_ACC + row * LANES + i] = w[CAM_ACC_0 + row * LANES + i]
-
-
-@outlined
-def mend(w, i, model, features, pieces):
-    """Repeat the step of a lane that crossed edges, landing on each of them."""
-    whole = rest = w[STEP + i]
-    command = w[COMMAND + i]
-    for _ in range(_MOST_EDGES):
-        share, which, deflection = find_edge(w, i, rest, features)
-        landing = share * rest
-        restore_start(w, i)
-        one_lane_step(w, i, landing, model, features)
-        cross(w, i, which, deflection, pieces)
-        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * landing
-        w[STAGE_TIME + i] = 0.0
-        state_rates(w, i, False, model, features, True)
-        rest -= landing
-        one_lane_step(w, i, rest, model, features)
-        if not crossed(w, i, features):
-            break
-    else:
-        settle_regions(w, i, features)
-        find_piece(w, i, pieces)
-        state_rates(w, i, False, model, features, True)
-    w[STEP + i] = whole
-    w[COMMAND + i] = command
-
-
-@outlined
-def follow_pieces(w, i, pieces):
-    """Load the law's piece that the cam has reached. Smooth junctions need no landing and no new rates: the two
-    polynomials agree there far below the step's error. A cam that jumped further (a run about to be rejected) is looked
-    up, never walked to."""
-    piece, turn = int(w[PIECE + i]), w[CAM_TURN + i]
-    if w[CAM + i] >= w[REACH_HIGH + i]:
-        load_piece(w, i, piece + 1, turn, pieces)
-    elif w[CAM + i] < w[REACH_LOW + i]:
-        load_piece(w, i, piece - 1, turn, pieces)
-    if w[CAM + i] >= w[REACH_HIGH + i] or w[CAM + i] < w[REACH_LOW + i]:
-        find_piece(w, i, pieces)
-
-
-@scalar
-def largest_deflection(w, i):
-    return max(max(abs(w[DEFLECTION_1 + i]), abs(w[DEFLECTION_2 + i])), abs(w[DEFLECTION_3 + i]))
+@lanes
+def any_above(w, row, bound):
+    """Whether a value of a row is above a bound; counted, since a largest value would be looked for one by one."""
+    count = 0
+    for i in range(LANES):
+        count += 1 if w[row + i] > bound else 0
+    return count > 0
 
 
 @lanes
-def any_fault(w, limit):
-    """Whether a lane has left the physical range or is no longer finite (NaN fails every comparison)."""
-    good = 0
+def any_zero(w, row):
+    """Whether a value of a row is zero."""
+    count = 0
     for i in range(LANES):
-        sound = (
-            (largest_deflection(w, i) <= limit)
-            & (abs(w[TABLE_ACC + i]) < math.inf)
-            & (abs(w[CAM_ACC + i]) < math.inf)
-            & (abs(w[HOUSING_ACC + i]) < math.inf)
-            & (abs(w[MOTOR_RATE + i]) < math.inf)
-        )
-        good += 1 if sound else 0
-    return good < LANES
-
-
-@outlined
-def stop_faulty(w, block, width, limit, status, status_time):
-    """Give the lanes that left the physical range their status and time, and let them stand still."""
-    for i in range(width):
-        if status[block + i] != RUNNING:
-            continue
-        total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
-        total += abs(w[DEFLECTION_1 + i]) + abs(w[DEFLECTION_2 + i]) + abs(w[DEFLECTION_3 + i])
-        if not math.isfinite(total):
-            status[block + i] = NOT_FINITE
-        elif largest_deflection(w, i) > limit:
-            status[block + i] = OUT_OF_RANGE
-        if status[block + i] != RUNNING:
-            status_time[block + i] = w[TIME + i]
-            w[STEP + i] = 0.0
-
-
-@outlined
-def step_lane(w, i, model, features, pieces):
-    """Take lane i alone over its step, edges and pieces included."""
-    follow_pieces(w, i, pieces)
-    one_lane_step(w, i, w[STEP + i], model, features)
-    if crossed(w, i, features):
-        mend(w, i, model, features, pieces)
+        count += 1 if w[row + i] == 0.0 else 0
+    return count > 0
 
 
 @lanes
 def step_block(w, width, model, features, pieces, marked):
-    """Take all lanes over their steps; the few that crossed an edge or left their piece are seen to one by one. Returns
-    whether any did; with `marked`, some did in the step before, and their pieces are loaded only now (see load_lane).
-    """
+    """Take the lanes that are stepping over their steps; those that crossed an edge repeat it alone. Returns whether
+    any crossed one or left its piece; with `marked`, some did in the step before, and their pieces are loaded only now
+    (see load_lane)."""
     if marked:
         for i in range(width):
             if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
                 follow_pieces(w, i, pieces)
     rk4(w, FIRST_LANE, LANES, model, features)
     marked = mark(w, features)
-    if marked:
-        for i in range(width):
-            if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
-                mend(w, i, model, features, pieces)
+    for i in range(LANES):
+        step = w[STEP + i]
+        stepping = step > 0.0
+        crossing = stepping and w[MARK + i] == 2.0
+        moved = 1.0 if stepping and not crossing else 0.0
+        w[TIME + i] += moved * step
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * (moved * step)
+        w[LEFT + i] -= moved
+        w[TO_SAMPLE + i] -= moved
+        ended = 0.0 if stepping and w[LEFT + i] == 0.0 else -1.0
+        w[ALONE + i] = 1.0 if crossing else ended
     return marked
+
+
+@lanes
+def stride_block(w, model, features):
+    """Take the lanes in their dwell over a stride; those that crossed an edge repeat it step by step."""
+    move(w, FIRST_LANE, LANES)
+    if mark_strides(w, FIRST_LANE, LANES, features):
+        for i in range(LANES):
+            if w[MARK + i] == 2.0 and mend_stride(w, i, features):
+                w[MARK + i] = 0.0
+    for i in range(LANES):
+        time = w[STRIDE_TIME + i]
+        striding = time > 0.0
+        crossing = striding and w[MARK + i] == 2.0
+        moved = w[STRIDE + i] if striding and not crossing else 0.0
+        time = time if striding and not crossing else 0.0
+        w[TIME + i] += time
+        w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * time
+        w[LEFT + i] -= moved
+        w[TO_SAMPLE + i] -= moved
+        ended = 0.0 if striding and w[LEFT + i] < w[STRIDE + i] else -1.0
+        w[ALONE + i] = w[STRIDE + i] if crossing else ended
 
 
 @outlined
@@ -225,42 +162,47 @@ def entry(fingerprint: str):
         samples = out.shape[2]
         for block in range(first, stop, LANES):
             width = min(LANES, stop - block)
+            wide = width > _NARROW
             w[:] = 0.0
-            marked = True
-            shortest = longest = n_steps[block]
-            for i in range(LANES if width > _NARROW else width):
+            w[LEFT : LEFT + LANES] = math.inf
+            w[TO_SAMPLE : TO_SAMPLE + LANES] = math.inf
+            w[ALONE : ALONE + LANES] = -1.0
+            longest = 0
+            for i in range(LANES if wide else width):
                 item = block + min(i, width - 1)  # idle lanes repeat the last item and stand still
                 load_lane(w, i, states[item], coefficients[item], pieces, model, features)
-                shortest, longest = min(shortest, n_steps[item]), max(longest, n_steps[item])
-                w[STEP + i] = steps[item] if i < width and n_steps[item] > 0 else 0.0
-            for step in range(longest + 1):
-                if step % every == 0:
-                    sample = step // every
-                    if any_fault(w, limit):
-                        stop_faulty(w, block, width, limit, status, status_time)
-                    if sample < samples:
-                        for c in range(rows.shape[0]):
-                            for i in range(width):
-                                out[block + i, c, sample] = w[rows[c] + i]
-                if step >= shortest:
+                if i < width:
+                    longest = max(longest, n_steps[item])
+                    w[OWN_STEP + i], w[LEFT + i], w[TO_SAMPLE + i] = steps[item], float(n_steps[item]), 0.0
+                    w[ALONE + i] = 0.0
+                    choose_stride(w, i, every)
+            marked, striding = True, False
+            while True:
+                if any_above(w, ALONE, -0.5):
+                    marked = True
                     for i in range(width):
-                        item = block + i
-                        if step == n_steps[item] and status[item] == RUNNING:
-                            w[STEP + i] = last_steps[item]
-                        elif step > n_steps[item]:
-                            w[STEP + i] = 0.0
-                if width > _NARROW:
-                    marked = step_block(w, width, model, features, pieces, marked)
+                        if w[ALONE + i] >= 0.0:
+                            see_to(
+                                w, i, w[ALONE + i], wide, block + i, every, limit, rows, out, status, status_time,
+                                last_steps[block + i], model, features, pieces,
+                            )  # fmt: skip
+                stepping, strides = any_above(w, STEP, 0.0), any_above(w, STRIDE_TIME, 0.0)
+                if not (stepping or strides):
+                    break
+                striding = strides if striding else not stepping
+                if striding:
+                    stride_block(w, model, features)
+                    marked = True
                 else:
-                    for i in range(width):
-                        if w[STEP + i] > 0.0:
-                            step_lane(w, i, model, features, pieces)
-                for i in range(LANES):
-                    w[TIME + i] += w[STEP + i]
-                    w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * w[STEP + i]
+                    marked = step_block(w, width, model, features, pieces, marked)
+                if any_zero(w, TO_SAMPLE):
+                    sample_block(w, block, width, every, limit, rows, out, status, status_time)
             for i in range(width):
                 for row in range(STATE_ROWS):
                     states[block + i, row] = w[row * LANES + i]
+                for number in range(int(w[SAMPLE + i]), min(longest // every + 1, samples)):
+                    for c in range(rows.shape[0]):
+                        out[block + i, c, number] = w[rows[c] + i]
             out[block : block + width, :, longest // every + 1 :] = math.nan
         return fingerprint
 

@@ -61,8 +61,8 @@ COEFFICIENT_NAMES = (
     "mesh_depth", "mesh_order", "mesh_phase",
     # cam
     "bump_height", "bump_centre", "bump_half_width", "spacing_error", "spacing_station",
-    # the motion law's pieces of this machine in the table of pieces
-    "law_first", "law_count",
+    # the motion law's pieces of this machine in the table of pieces; whether its dwell is linear (1, else 0)
+    "law_first", "law_count", "linear_dwell",
 )  # fmt: skip
 COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
 (
@@ -79,7 +79,7 @@ COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
     TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE,
     MESH_DEPTH, MESH_ORDER, MESH_PHASE,
     BUMP_HEIGHT, BUMP_CENTRE, BUMP_HALF_WIDTH, SPACING_ERROR, SPACING_STATION,
-    LAW_FIRST, LAW_COUNT,
+    LAW_FIRST, LAW_COUNT, LINEAR_DWELL,
 ) = (LANES * row for row in range(STATE_ROWS, STATE_ROWS + COEFFICIENT_ROWS))  # fmt: skip
 
 # --- work rows, filled by the kernel itself
@@ -107,8 +107,14 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     DEFLECTION_1_0, DEFLECTION_RATE_1_0, DEFLECTION_2_0, DEFLECTION_RATE_2_0, DEFLECTION_3_0, DEFLECTION_RATE_3_0,
     # accelerations at the second and third stage
     CAM_ACC_1, TABLE_ACC_1, HOUSING_ACC_1, MOTOR_ACC_1, CAM_ACC_2, TABLE_ACC_2, HOUSING_ACC_2, MOTOR_ACC_2,
-) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 72))  # fmt: skip
-WORKSPACE = MOTOR_ACC_2 + LANES
+    # whether the lane is in a dwell that is linear; its stride there: steps, time, matrices of both joints (dwell.py)
+    DWELLS, STRIDE, STRIDE_TIME, CAM_A, CAM_B, CAM_D, CAM_E, CAM_F, CAM_G, TABLE_A, TABLE_B, TABLE_D, TABLE_E, TABLE_F,
+    TABLE_G,
+    # a lane's own clock: length of its step, steps left to its end and to its next sample, number of that sample; steps
+    # that it must take alone now (-1: it has nothing of its own to do)
+    OWN_STEP, LEFT, TO_SAMPLE, SAMPLE, ALONE,
+) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 92))  # fmt: skip
+WORKSPACE = ALONE + LANES
 
 # --- columns of the table of motion-law pieces
 PIECE_COLUMNS = 10

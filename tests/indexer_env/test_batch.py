@@ -163,15 +163,16 @@ def test_a_slipping_machine_starts_where_it_does_alone(smooth, visible):
 
 
 def test_lanes_stay_full_however_many_sets_of_effects_there_are(mixed):
-    """Items of one model run together with the effects of all of them, motors that slip among themselves."""
+    """Items of one model and step run together with the effects of all of them; motors that slip and linear dwells
+    stay among themselves."""
     items = {n: coefficients(machine, point) for n, (machine, point) in enumerate(zip(*mixed, strict=True))}
-    groups = list(_groups(items, len(items)))
+    groups = list(_groups(items, dict.fromkeys(items, 2), len(items)))
     assert sorted(n for group in groups for n, _ in group) == sorted(items)
-    kinds = {(item.model, item.features & USES_SLIP) for item in items.values()}
-    assert len({item.features for item in items.values()}) > 2 * len(kinds)
-    assert len(groups) == len(kinds)
-    for group in groups:
-        assert len({(item.model, item.features & USES_SLIP) for _, item in group}) == 1
+    kinds = [{(item.model, item.features & USES_SLIP, item["linear_dwell"]) for _, item in group} for group in groups]
+    assert all(len(kind) == 1 for kind in kinds)
+    assert len(groups) == len(set.union(*kinds)) < len({item.features for item in items.values()})
+    apart = list(_groups(items, {n: 2 + n % 2 for n in items}, len(items)))
+    assert all(len({n % 2 for n, _ in group}) == 1 for group in apart)
 
 
 # -------------------------------------------------------------------------------- rejected items

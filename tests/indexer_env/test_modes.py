@@ -195,4 +195,4 @@ def test_a_step_that_cannot_resolve_the_machine_is_one_sentence(smooth):
 
 def test_the_step_used_is_the_sampling_interval_over_a_whole_number():
     for sample_rate, step, parts in ((1000.0, 0.25e-3, 4), (1000.0, 0.3e-3, 4), (1000.0, 1.0, 1), (300.0, 1e-3, 4)):
-        assert Run(sample_rate=sample_rate, step=step).steps_per_sample == parts
+        assert Run(sample_rate=sample_rate, step=step).steps_per_sample(math.nan) == parts

@@ -25,7 +25,7 @@ ALL = tuple(CHANNELS)
 
 
 @pytest.mark.parametrize("name", ["sample_rate", "step", "warmup_tolerance"])
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, True, "1", None])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, True, "1"])
 def test_a_run_refuses_wrong_numbers(name, value):
     with pytest.raises(ParameterError, match=rf"^Run\.{name} must be a finite number > 0") as caught:
         Run(**{name: value})

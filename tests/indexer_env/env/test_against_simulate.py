@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from indexer_env import Faults, Joint, Machine, OperatingPoint, Run, load_sensor, make_effect, simulate
+from indexer_env.control import ControlTask
 from indexer_env.env import IndexerEnv
 
 ONE = np.ones(1, dtype=np.float32)
@@ -27,7 +28,9 @@ def readings(env: gymnasium.Env, steps: int, angle: float = 0.3, action: np.ndar
 
 def simulated(machine: Machine, samples: int, angle: float = 0.3, **run: float) -> np.ndarray:
     point = OperatingPoint(start_angle=angle)
-    return simulate(machine, point, Run(samples=samples, warmup_turns=0, **run)).table_acceleration
+    return simulate(
+        machine, point, Run(samples=samples, warmup_turns=0, **{"step": ControlTask.step, **run})
+    ).table_acceleration
 
 
 def variants(smooth: Machine, reference: Machine) -> dict[str, Machine]:
@@ -73,7 +76,7 @@ def test_a_brake_is_a_load_torque(reference):
     env = IndexerEnv(period=PERIOD, machine=reference, brake_torque=100.0)
     record = readings(env, 60, action=np.array([1.0, 0.0], dtype=np.float32))
     point = OperatingPoint(start_angle=0.3, load_torque=2.0 + 50.0)
-    braked = simulate(reference, point, Run(samples=601, warmup_turns=0)).table_acceleration
+    braked = simulate(reference, point, Run(step=ControlTask.step, samples=601, warmup_turns=0)).table_acceleration
     # the table is put on its law before the brake is applied, so only the first reading is without it
     np.testing.assert_allclose(record[1:], braked[1:], rtol=0.0, atol=1e-9)
     assert record[0] != braked[0]
@@ -100,7 +103,7 @@ def test_the_reward_is_its_formula(reference):
     env = IndexerEnv(period=PERIOD, machine=reference, vibration_weight=0.7)
     env.reset(seed=0, options={"start_angle": math.pi + 0.1})
     reward = env.step(ONE)[1]
-    run = Run(samples=11, warmup_turns=0, channels=("table_acceleration", "cam_angle"))
+    run = Run(step=ControlTask.step, samples=11, warmup_turns=0, channels=("table_acceleration", "cam_angle"))
     truth = simulate(reference, OperatingPoint(start_angle=math.pi + 0.1), run)
     nominal = reference.reduction * OperatingPoint().motor_speed * 0.01
     throughput = (truth.channels["cam_angle"][10] - truth.channels["cam_angle"][0]) / nominal
@@ -114,7 +117,11 @@ def test_the_observation_is_what_its_limits_say(reference):
     env.reset(seed=0, options={"start_angle": 0.3})
     observation = env.step(ONE)[0]
     names = ("table_acceleration", "table_angle", "table_rate", "cam_angle", "motor_rate")
-    truth = simulate(reference, OperatingPoint(start_angle=0.3), Run(samples=11, warmup_turns=0, channels=names))
+    truth = simulate(
+        reference,
+        OperatingPoint(start_angle=0.3),
+        Run(step=ControlTask.step, samples=11, warmup_turns=0, channels=names),
+    )
     acceleration, table, rate, cam, motor = (truth.channels[name][10] for name in names)
     limits = env.limits
     expected = [

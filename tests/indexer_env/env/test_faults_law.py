@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from indexer_env import Faults, OperatingPoint, ParameterError, Run, load_machine, simulate
+from indexer_env.control import ControlTask
 from indexer_env.env import IndexerEnv
 from indexer_env.fault_law import MOST_BACKLASH, TIGHT_LOOSENESS, Course, FaultLaw, fault_law
 from indexer_env.laws import Choice, Fixed, Uniform
@@ -92,7 +93,7 @@ def test_a_fixed_fault_is_the_simulated_one(reference):
     env = IndexerEnv(period=PERIOD, faults=faults)
     _, info = env.reset(seed=0, options={"start_angle": 0.0})
     record = np.concatenate([info["acceleration"][-1:], *(env.step(ONE)[4]["acceleration"] for _ in range(40))])
-    run = Run(samples=401, warmup_turns=0)
+    run = Run(step=ControlTask.step, samples=401, warmup_turns=0)
     np.testing.assert_array_equal(
         record, simulate(faults.applied_to(reference), OperatingPoint(), run).table_acceleration
     )

@@ -8,6 +8,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env, data_equivalence
 
 from indexer_env import OperatingPoint, ParameterError, Run, load_machine, load_sensor, simulate
+from indexer_env.control import ControlTask
 from indexer_env.variation import varied
 from indexer_env.wrappers import LEVELS, DomainRandomisation, PowerSpectrum, SensorNoise, TurnWindow
 
@@ -62,7 +63,9 @@ def test_a_window_is_the_turn_s_record():
     assert window.shape == (8200,) and (window == window[0]).all()
     for _ in range(164):
         window = env.step(ONE)[0]
-    truth = simulate(load_machine(), run=Run(samples=8201, warmup_turns=0)).table_acceleration[1:]
+    truth = simulate(load_machine(), run=Run(step=ControlTask.step, samples=8201, warmup_turns=0)).table_acceleration[
+        1:
+    ]
     np.testing.assert_array_equal(window, (truth / 100.0).astype(np.float32))
 
 

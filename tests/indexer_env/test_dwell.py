@@ -1,0 +1,135 @@
+"""The dwell in closed form: the propagator, that no step shows in it, and the automatic step beside it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from indexer_env.coefficients import coefficients
+from indexer_env.effects import make_effect
+from indexer_env.kernels.dwell import propagator
+from indexer_env.machine import Machine
+from indexer_env.modes import FINEST_STEP, accurate_steps, largest_steps
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.simulate import Run, simulate, simulate_batch
+
+IN_DWELL = OperatingPoint(start_angle=3.3, load_torque=40.0)
+
+
+@pytest.mark.unjitted
+@pytest.mark.parametrize("time", [1e-9, 1e-4, 1e-3, 0.3])
+@pytest.mark.parametrize(
+    ("k", "r"),
+    [(44e3, 28.0), (44e3, 0.0), (50.0, 300.0), (80.0, 40.0), (80.0, 40.0 + 1e-6), (0.0, 0.0), (0.0, 28.0), (0.0, 1e-9)],
+)
+def test_the_propagator_is_the_matrix_exponential(k, r, time):
+    """Under-, over- and critically damped, and in free flight with and without damping; inertia 5, c = -0.4."""
+    a, b, d, e, f, g = propagator(time, k, r, 5.0, -0.4)
+    exact = scipy.linalg.expm(time * np.array([[0.0, 1.0, 0.0], [-k / 5.0, -r / 5.0, -0.4], [0.0, 0.0, 0.0]]))
+    np.testing.assert_allclose([[a, b, f], [d, e, g]], exact[:2], rtol=1e-11, atol=1e-14)
+
+
+def with_play(smooth: Machine, play_1: float, play_2: float) -> Machine:
+    return dataclasses.replace(
+        smooth,
+        input_joint=dataclasses.replace(smooth.input_joint, backlash=play_1),
+        output_joint=dataclasses.replace(smooth.output_joint, backlash=play_2),
+    )
+
+
+def difference(machine: Machine, steps: tuple[float, float]) -> float:
+    """Relative rms difference of φ̈ at two steps over 0.4 s in the dwell, where the load sets the table swinging."""
+    coarse, fine = (
+        simulate(machine, IN_DWELL, Run(samples=400, warmup_turns=0, step=step)).table_acceleration for step in steps
+    )
+    return float(np.sqrt(np.mean((coarse - fine) ** 2) / np.mean(fine**2)))
+
+
+def test_no_step_shows_in_the_dwell(smooth):
+    assert difference(smooth, (1e-3, 1e-3 / 64)) < 1e-9
+    viscous = smooth.with_effects(make_effect("friction.viscous", coefficient=20.0))
+    assert difference(viscous, (1e-3, 1e-3 / 64)) < 1e-9
+
+
+def test_an_effect_that_acts_in_the_dwell_takes_steps_in_it(smooth):
+    """The anti-test: where the closed form does not hold it must not be used, and the step shows."""
+    for effect in (
+        make_effect("load.imbalance", torque=1e-3),
+        make_effect("load.process", torque=50.0),
+        make_effect("friction.coulomb", torque=1e-3),
+        make_effect("output.cubic_stiffness", stiffness=1.0),
+    ):
+        assert 1e-6 < difference(smooth.with_effects(effect), (1e-3, 1e-3 / 64)) < 1e-2
+
+
+@pytest.mark.parametrize(("play_1", "play_2"), [(0.0, 1e-3), (0.0136, 1e-3)])
+def test_landing_on_the_play_in_the_dwell_is_of_high_order(smooth, play_1, play_2):
+    found = difference(with_play(smooth, play_1, play_2), (1e-3, 1e-3 / 64))
+    assert found < 2e-5
+
+
+def test_the_dwell_ends_where_it_should(smooth):
+    """Starts shortly before the end, with steps that do not divide what is left of it."""
+    for share in (0.02, 0.35, 0.9):
+        point = OperatingPoint(start_angle=2.0 * np.pi - 6.13 * (3.0 + share) * 1e-3)
+        records = [
+            simulate(smooth, point, Run(samples=60, warmup_turns=0, step=step)).table_acceleration
+            for step in (0.5e-3, 1e-3 / 32)
+        ]
+        np.testing.assert_allclose(records[0], records[1], rtol=0, atol=1e-6 * np.abs(records[1]).max())
+
+
+def varied(machine: Machine, rng: np.random.Generator) -> Machine:
+    """Inertias, stiffnesses and dampings times 1/1.5 … 1.5."""
+
+    def off(value: float) -> float:
+        return value * 1.5 ** float(rng.uniform(-1.0, 1.0))
+
+    joints = {
+        name: dataclasses.replace(joint, stiffness=off(joint.stiffness), damping=off(joint.damping))
+        for name, joint in (("input_joint", machine.input_joint), ("output_joint", machine.output_joint))
+    }
+    inertias = {name: off(getattr(machine, name)) for name in ("cam_inertia", "follower_inertia", "table_inertia")}
+    return dataclasses.replace(machine, **joints, **inertias)
+
+
+@pytest.mark.parametrize(("play", "samples", "most"), [((0.0, 0.0), 2100, 1e-6), ((0.0136, 1e-3), 500, 1e-5)])
+def test_the_automatic_step_keeps_its_promise(smooth, play, samples, most):
+    """Machines and speeds drawn with seed 11, against a run with some twenty times as many steps."""
+    rng = np.random.default_rng(11)
+    machines = [varied(with_play(smooth, *play), rng) for _ in range(24)]
+    points = [OperatingPoint(motor_speed=157.0 * float(rng.uniform(0.6, 1.5))) for _ in machines]
+    run = Run(samples=samples, warmup_turns=0)
+    found = simulate_batch(machines, points, run).table_acceleration
+    truth = simulate_batch(machines, points, dataclasses.replace(run, step=1e-3 / 48)).table_acceleration
+    errors = np.sqrt(np.mean((found - truth) ** 2, axis=1) / np.mean(truth**2, axis=1))
+    assert 1e-2 * most < errors.max() <= most
+    steps = accurate_steps([coefficients(m, p) for m, p in zip(machines, points, strict=True)], points)
+    assert steps.max() > 1.3 * steps.min() and steps.min() >= FINEST_STEP
+
+
+def test_the_automatic_step_is_the_item_s_own(smooth, reference):
+    """Items of different steps in one batch keep the bits that they have alone."""
+    soft = dataclasses.replace(smooth, table_inertia=20.0, cam_inertia=4.0, follower_inertia=2.0)
+    stiff = dataclasses.replace(smooth, output_joint=dataclasses.replace(smooth.output_joint, stiffness=2e5))
+    point, run = OperatingPoint(motor_speed=80.0), Run(samples=300, warmup_turns=0)
+    machines = [soft, stiff, reference, smooth]
+    parts = [run.steps_per_sample(float(accurate_steps([coefficients(m, point)], [point])[0])) for m in machines]
+    assert len(set(parts)) == 3, parts
+    together = simulate_batch(machines, point, run).table_acceleration
+    for machine, record in zip(machines, together, strict=True):
+        assert simulate(machine, point, run).table_acceleration.tobytes() == record.tobytes()
+
+
+def test_what_asks_for_a_finer_automatic_step(smooth, visible):
+    def step(machine: Machine, speed: float = 157.0) -> float:
+        point = OperatingPoint(motor_speed=speed)
+        return float(accurate_steps([coefficients(machine, point)], [point])[0])
+
+    assert step(smooth) == pytest.approx(0.4 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
+    assert step(smooth, 300.0) < step(smooth)
+    for name in ("drive.speed_ripple", "load.process", "output.cubic_stiffness"):
+        assert step(smooth.with_effects(visible(name))) == pytest.approx(0.5 * step(smooth))
+    fine = smooth.with_effects(make_effect("drive.transmission_error", amplitude=1e-5, order=5.0))
+    assert step(fine) == pytest.approx(0.25 / (5.0 * 157.0), rel=1e-12)
