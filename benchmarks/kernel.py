@@ -16,7 +16,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-ROUNDS = 3
+ROUNDS, REPEATS = 3, 3
+"""Processes of a case, and batches in each."""
+
 BATCH = 128
 """Machines of a case: full blocks."""
 
@@ -53,12 +55,15 @@ def rate(case: str) -> float:
         machines = [dataclasses.replace(cases.smooth(), effects=effects)] * BATCH
     few = points if not isinstance(points, list) else points[:2]
     simulate_batch(machines[:2], few, Run(samples=10, warmup_turns=0), threads=1)
-    begin = time.process_time()
-    batch = simulate_batch(machines, points, run, threads=1)
-    duration = time.process_time() - begin
-    if batch.rejected:
-        raise ArithmeticError(next(iter(batch.rejected.values())))
-    return (len(machines) if case == "random" else int((batch.warmup_turns + 1).sum())) / duration
+    best = 0.0
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        batch = simulate_batch(machines, points, run, threads=1)
+        duration = time.process_time() - begin
+        if batch.rejected:
+            raise ArithmeticError(next(iter(batch.rejected.values())))
+        best = max(best, (len(machines) if case == "random" else int((batch.warmup_turns + 1).sum())) / duration)
+    return best
 
 
 def measured(checkout: Path, case: str) -> float:

@@ -11,6 +11,7 @@ import torch
 from examples import learning_report, train_ppo
 from examples.dwell_vibration import HARMONICS, best_profile, constant, profile, score
 from indexer_env import OperatingPoint, Run, load_machine, simulate
+from indexer_env.control import ControlTask
 from indexer_env.variation import variation_rng, varied
 
 PAGE = Path(__file__).parents[1] / "docs" / "environments" / "learning.md"
@@ -42,7 +43,7 @@ def test_a_constant_speed_is_scored_as_simulated():
     found = score(constant(1.0), {}, [7], machines=1, periods=410)
     machine = varied(load_machine(), 0.1, variation_rng(7))
     start = OperatingPoint(start_angle=np.pi * (1.0 + float(np.random.default_rng(7).random())))
-    run = Run(samples=4101, warmup_turns=0, channels=("table_acceleration", "cam_angle"))
+    run = Run(step=ControlTask.step, samples=4101, warmup_turns=0, channels=("table_acceleration", "cam_angle"))
     record = simulate(machine, start, run)
     counted = slice(2051, 4101)
     dwelling = np.mod(record.channels["cam_angle"][counted], 2.0 * np.pi) >= np.pi
