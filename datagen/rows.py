@@ -15,6 +15,7 @@ from datagen.quantities import JOINTS
 from datagen.schema import SCHEMA_VERSION
 from datagen.versions import versions_of
 from indexer_env.effects import MachineEffect, make_effect
+from indexer_env.effects.joint import InputBacklash, OutputBacklash
 from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MOTION_LAWS, MotionLaw
@@ -71,6 +72,9 @@ def machine_columns(machine: Machine) -> dict[str, Any]:
     columns["motion_law_parameters"] = _law_as_text(law)
     for name in JOINTS:
         columns.update(_fields(getattr(machine, name), f"{name}_"))
+    for name, kind in (("input_joint", InputBacklash), ("output_joint", OutputBacklash)):
+        added = sum(effect.play for effect in machine.effects if isinstance(effect, kind))
+        columns[f"{name}_backlash_total"] = columns[f"{name}_backlash"] + added
     columns["effects"] = json.dumps([{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects])
     return columns
 
@@ -85,7 +89,7 @@ def run_columns(run: Run) -> dict[str, Any]:
     return {
         "simulation_rate": float(run.sample_rate),
         "simulation_samples": run.samples,
-        "step": float(run.step or 0.0),
+        "step": None if run.step is None else float(run.step),
         "warmup_limit": run.warmup_turns,
         "warmup_tolerance": float(run.warmup_tolerance),
     }
@@ -126,7 +130,7 @@ def remade(row: Mapping[str, Any]) -> Remade:
     run = Run(
         sample_rate=row["simulation_rate"],
         samples=row["simulation_samples"],
-        step=row["step"] or None,
+        step=row["step"],
         warmup_turns=row["warmup_limit"],
         warmup_tolerance=row["warmup_tolerance"],
     )

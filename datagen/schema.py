@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import pyarrow as pa
 
 FORMAT = "indexer-diagnosis records"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised whenever a column changes its name, type, unit or meaning, or disappears."""
 
 Kind = Literal["simulated", "measured"]
@@ -100,7 +100,7 @@ GROUPS: dict[str, list[Column]] = {
         Column("source_duration", _NUMBER, "s", "How long the turn lasted there; the record spreads it evenly"),
         Column("groups", _TEXT, "", "What it was measured with and when, as JSON, e.g. sensor, machine, day"),
     ]),
-    "machine as simulated, faults included": _only("simulated", [
+    "machine, its faults among its effects": _only("simulated", [
         Column("machine_name", _TEXT, "", "Name of the machine it was drawn around"),
         Column("model", _TEXT, "", "A (1 degree of freedom, no input joint), B (2) or B_on_base (3)"),
         Column("reduction_ratio", _NUMBER, "-", "Motor turns per cam turn, i"),
@@ -117,6 +117,8 @@ GROUPS: dict[str, list[Column]] = {
         *_joint("input_joint", "joint 1 (reducer and input shaft)"),
         *_joint("output_joint", "joint 2 (indexer and output shaft)"),
         *_joint("base_joint", "joint 3 (base screws)"),
+        Column("input_joint_backlash_total", _NUMBER, "rad", "Play of joint 1 as simulated, that of effects included"),
+        Column("output_joint_backlash_total", _NUMBER, "rad", "Play of joint 2 as simulated, that of effects included"),
         Column("effects", _TEXT, "", "Effects beyond the base equations, JSON list of {name, ...}"),
     ]),
     "faults, each also among the effects": _only("simulated", [
@@ -133,10 +135,7 @@ GROUPS: dict[str, list[Column]] = {
     "run and warm-up": _only("simulated", [
         Column("simulation_rate", _NUMBER, "Hz", "Samples per second given to the sensor"),
         Column("simulation_samples", _COUNT, "-", "Samples given to the sensor"),
-        Column(
-            "step", _NUMBER, "s",
-            "Largest step of the integrator, 0: automatic; the one used divides the sampling interval",
-        ),
+        Column("step", _NUMBER, "s", "Largest step of the integrator; null: each machine's own", True),
         Column("warmup_limit", _COUNT, "turns", "Turns of the table before the record, at most"),
         Column("warmup_tolerance", _NUMBER, "-", "Difference of successive turns that counts as settled"),
         Column("warmup_turns", _COUNT, "turns", "Turns of the table run before the record"),

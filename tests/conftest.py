@@ -29,11 +29,18 @@ def simulator() -> None:
     prepare_kernel()
 
 
+@pytest.fixture(autouse=True)
+def root_logger():
+    """Hydra gives the root logger a handler for the stdout of its time, which a later test would write to."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    yield
+    root.handlers[:], root.level = handlers, level
+
+
 @pytest.fixture
 def run_command(monkeypatch, capsys, simulator):
     """Run the `main` of a command's module with these arguments; gives exit code, stdout and stderr."""
-    root = logging.getLogger()
-    handlers, level = root.handlers[:], root.level
 
     def run(module, *arguments: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["command", *arguments])
@@ -47,5 +54,4 @@ def run_command(monkeypatch, capsys, simulator):
         captured = capsys.readouterr()
         return code, captured.out, captured.err
 
-    yield run
-    root.handlers[:], root.level = handlers, level
+    return run

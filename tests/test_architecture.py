@@ -138,3 +138,15 @@ def test_import_does_no_work(package: str, tmp_path: Path) -> None:
     assert {"torch", "matplotlib", "pandas", "hydra", "jax", *EXTRAS}.isdisjoint(seen["modules"])
     assert (seen["compilations"], seen["threads"], seen["written"]) == (0, 1, [])
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_page_s_picture_is_the_contract():
+    """docs/architecture.md: rows of the picture from the top are the contract's layers; its table has every package."""
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    picture = page.split("```text\n")[1].split("```")[0]
+    rows = [line.strip() for line in picture.splitlines() if line.strip() not in ("", "↑")]
+    (layers,) = [c["layers"] for c in PROJECT["tool"]["importlinter"]["contracts"] if c["id"] == "layers"]
+    assert rows == layers
+    for package in PACKAGES:
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{package}` |")]
+        assert (ROOT / row.split("`")[-2]).is_file() and row.split("`")[-2].startswith(package)

@@ -191,7 +191,7 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
     ),
     "no schema version": (rewritten(lambda t: t.replace_schema_metadata({})), r"must carry format and schema version"),
     # rows
-    "a null": (put("step", None), r"item 10: step of a simulated row must be given, got None"),
+    "a null": (put("warmup_tolerance", None), r"item 10: warmup_tolerance of a simulated row must be given, got None"),
     "a source in a simulated row": (put("source", "x.csv"), r"item 10: source of a simulated row must be null"),
     "a number that is none": (put("table_inertia", float("nan")), r"item 10: table_inertia must be a finite number"),
     "an infinite number": (put("warmup_difference", float("inf")), r"item 10: warmup_difference must be a finite"),
@@ -248,7 +248,7 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
         put("numpy_version", "1.0"),
         r"item 10: numpy_version must be .*, as the manifest says, got '1\.0'",
     ),
-    "another schema version": (put("schema_version", 1), r"item 10: schema_version must be from 2 to 2, got 1"),
+    "another schema version": (put("schema_version", 1), r"item 10: schema_version must be from 3 to 3, got 1"),
     "an item twice": (put("item", 9), r"item 9: item must be above that of the row before, got 9"),
     "items out of order": (put("item", 30), r"item 11: item must be above that of the row before, got 11"),
     "rows at fault are counted": (

@@ -16,11 +16,13 @@ from datagen.order import order_from
 from datagen.produce import produce
 from datagen.quantities import FIELDS, path_of
 from datagen.remake import remake
-from indexer_env.effects import EFFECTS, SensorEffect
+from datagen.rows import machine_columns
+from indexer_env.coefficients import coefficients
+from indexer_env.effects import EFFECTS, SensorEffect, make_effect
 from indexer_env.faults import Faults
 from indexer_env.machine import Joint, Machine
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.presets import config_dir
+from indexer_env.presets import config_dir, load_machine
 from indexer_env.sensors import Sensor
 
 SHORT = ["run.samples=40", "run.warmup_turns=0"]
@@ -194,3 +196,14 @@ def test_a_law_in_place_takes_the_place_of_the_campaign_s_own():
     rows = rows_of(composed("campaign=random", "faults.roller={choice:[cracked]}", "run.samples=20"), 6)
     assert {row["fault_roller_crack"] for row in rows} == {0.4}
     assert {row["code"][0] for row in rows} == {"1"}
+
+
+def test_the_total_play_is_that_of_the_simulated_joint():
+    """A machine with play of its own, a fault and effects: the columns against the kernel's edges, half the play."""
+    machine = load_machine("reference")
+    machine = dataclasses.replace(machine, output_joint=dataclasses.replace(machine.output_joint, backlash=1e-3))
+    machine = Faults(backlash=0.1).applied_to(machine.with_effects(make_effect("output.backlash", play=2e-3)))
+    columns = machine_columns(machine)
+    values = coefficients(machine, OperatingPoint())
+    assert columns["input_joint_backlash_total"] == pytest.approx(2.0 * values["edge_1"], rel=1e-12)
+    assert columns["output_joint_backlash_total"] == pytest.approx(3e-3) == 2.0 * values["edge_2"]

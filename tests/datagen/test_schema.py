@@ -47,7 +47,7 @@ def test_every_parameter_has_a_column():
 
 
 def test_a_column_may_be_null_where_its_rows_allow_it(dataset):
-    draw, source, step = COLUMNS["remaining_turns"], COLUMNS["source"], COLUMNS["step"]
+    draw, source, step = COLUMNS["remaining_turns"], COLUMNS["source"], COLUMNS["warmup_tolerance"]
     assert draw.may_be_null("simulated") and draw.may_be_null("measured")
     assert source.may_be_null("simulated") and not source.may_be_null("measured")
     assert step.may_be_null("measured") and not step.may_be_null("simulated")
@@ -63,8 +63,8 @@ def test_a_row_without_a_column_it_must_have_is_no_row(dataset):
     row = next(iterate_shards(dataset)).slice(0, 1).to_pylist()[0]
     record = np.array([row.pop("record")])
     assert to_table([row], record).num_rows == 1
-    del row["step"]
-    with pytest.raises(KeyError, match="step"):
+    del row["warmup_tolerance"]
+    with pytest.raises(KeyError, match="warmup_tolerance"):
         to_table([row], record)
 
 

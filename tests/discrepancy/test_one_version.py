@@ -22,7 +22,7 @@ def test_every_path_uses_the_one_version() -> None:
     point = OperatingPoint(load_torque=2, start_angle=0)
     run = Run(samples=4800, warmup_turns=0)
     batch = simulate_batch([whole, smooth, reference], [point] * 3, run)
-    one = gymnasium.make("indexer_env/Indexer-v0", brake_torque=20.0)
+    one = gymnasium.make("indexer_env/Indexer-v1", brake_torque=20.0)
     one.reset(seed=1)
     one.step(np.zeros(2, dtype=np.float32))
     many = IndexerVectorEnv(40, brake_torque=20.0)
