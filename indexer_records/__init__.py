@@ -3,6 +3,7 @@
 In reading order:
     formats/     measured files of all formats as named columns, one reader a file
     time_grid    a column of time -> one sampling rate, or the place where it is not even
+    acceleration_units  units as files write them
     measured     `read_signal(file)`: a measured file -> Signal, or one sentence that says why not
     channels     several channels as one record
     file_table   measured files that a folder, a pattern or a list names, and a table that says more about each

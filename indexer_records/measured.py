@@ -16,30 +16,15 @@ import numpy as np
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
-from indexer_env.units import DEGREE
+from indexer_records.acceleration_units import unit_of
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
 from indexer_records.time_grid import TIME_UNITS, check_step, even_rate
-
-STANDARD_GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s²], exact by definition (3rd CGPM, 1901)."""
-
-ACCELERATION_UNITS = {
-    "rad/s^2": ("rad/s^2", 1.0),
-    "deg/s^2": ("rad/s^2", DEGREE),
-    "°/s^2": ("rad/s^2", DEGREE),
-    "m/s^2": ("m/s^2", 1.0),
-    "mm/s^2": ("m/s^2", 1e-3),
-    "g": ("m/s^2", STANDARD_GRAVITY),
-    "mg": ("m/s^2", 1e-3 * STANDARD_GRAVITY),
-}
-"""Acceleration unit as written (normalised) -> unit of the Signal and the factor to it."""
 
 RATE_TOLERANCE = 1e-3
 """Relative difference between a file's rate and the expected one that still counts as equal (clock of a data
 logger)."""
 
-_KNOWN_UNITS = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
 _TIME_NAMES = ("time", "zeit", "temps", "tempo", "timestamp", "seconds", "t")
 _ACCELERATION_NAMES = ("acc", "beschl", "phi_dd", "table_acceleration")
 
@@ -198,7 +183,7 @@ def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: 
     """One channel, and what one of the file's numbers is worth in its unit."""
     values = column.numbers()
     rate = _rate(table, time, column, values, reading.sample_rate)
-    unit, factor = _unit(table, column, reading)
+    unit, factor = unit_of(table, column, reading.unit, reading.scale)
     # A product that overflows is refused by the gate, with its place.
     with np.errstate(over="ignore"):
         scaled = values * factor
@@ -282,35 +267,3 @@ def _pulse(table: MeasuredTable, name: str, column: Column) -> np.ndarray:
             f"and {column.size} samples; record both at one rate."
         )
     return pulse.numbers()
-
-
-def _unit(table: MeasuredTable, column: Column, reading: Reading) -> tuple[str, float]:
-    place, given, scale = f"{table.path}, column {column.name!r}", reading.unit, reading.scale
-    if column.full_scale and scale is None:
-        raise SignalError(
-            f"{place}: samples are shares of a full scale that the file does not know; give it and its unit "
-            "(read.scale=NUMBER read.unit=UNIT)."
-        )
-    if scale is None and column.unit and given and _normal(column.unit) != _normal(given):
-        raise SignalError(
-            f"{place}: the unit must be given once, got {column.unit!r} in the header and "
-            f"{given!r}; leave read.unit out or correct the header."
-        )
-    written = given if scale is not None else column.unit or given
-    if written is None:
-        raise SignalError(
-            f"{place}: no unit; write it into the header as "
-            f"{column.name + ' [UNIT]'!r} or give it (read.unit=UNIT), one of {_KNOWN_UNITS}."
-        )
-    if _normal(written) not in ACCELERATION_UNITS:
-        raise SignalError(
-            f"{place}: the unit must be one of {_KNOWN_UNITS}, got {written!r}; "
-            "correct the header or give read.unit and read.scale."
-        )
-    unit, factor = ACCELERATION_UNITS[_normal(written)]
-    return unit, factor * (1.0 if scale is None else scale)
-
-
-def _normal(unit: str) -> str:
-    text = unit.strip().lower().replace(" ", "").replace("²", "^2").replace("**2", "^2")
-    return text[:-2] + "s^2" if text.endswith("/s2") else text

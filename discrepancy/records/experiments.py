@@ -30,7 +30,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
-from indexer_records.measured import STANDARD_GRAVITY
+from indexer_records.acceleration_units import STANDARD_GRAVITY
 
 _TURN = 2.0 * math.pi
 
