@@ -20,7 +20,8 @@ ACCELERATION_UNITS = {
 }
 """Acceleration unit as written (normalised) -> unit of the Signal and the factor to it."""
 
-_KNOWN = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
+KNOWN = "rad/s^2, deg/s^2, m/s^2, mm/s^2, g, mg"
+"""The same in words."""
 
 
 def unit_of(table: MeasuredTable, column: Column, given: str | None, scale: float | None) -> tuple[str, float]:
@@ -39,7 +40,7 @@ def unit_of(table: MeasuredTable, column: Column, given: str | None, scale: floa
             f"{place}: samples are shares of a full scale that the file does not know; give it and its unit "
             "(read.scale=NUMBER read.unit=UNIT)."
         )
-    if scale is None and column.unit and given and _normal(column.unit) != _normal(given):
+    if scale is None and column.unit and given and normal(column.unit) != normal(given):
         raise SignalError(
             f"{place}: the unit must be given once, got {column.unit!r} in the header and "
             f"{given!r}; leave read.unit out or correct the header."
@@ -48,17 +49,18 @@ def unit_of(table: MeasuredTable, column: Column, given: str | None, scale: floa
     if written is None:
         raise SignalError(
             f"{place}: no unit; write it into the header as "
-            f"{column.name + ' [UNIT]'!r} or give it (read.unit=UNIT), one of {_KNOWN}."
+            f"{column.name + ' [UNIT]'!r} or give it (read.unit=UNIT), one of {KNOWN}."
         )
-    if _normal(written) not in ACCELERATION_UNITS:
+    if normal(written) not in ACCELERATION_UNITS:
         raise SignalError(
-            f"{place}: the unit must be one of {_KNOWN}, got {written!r}; "
+            f"{place}: the unit must be one of {KNOWN}, got {written!r}; "
             "correct the header or give read.unit and read.scale."
         )
-    unit, factor = ACCELERATION_UNITS[_normal(written)]
+    unit, factor = ACCELERATION_UNITS[normal(written)]
     return unit, factor * (1.0 if scale is None else scale)
 
 
-def _normal(unit: str) -> str:
+def normal(unit: str) -> str:
+    """A unit in the spelling of ACCELERATION_UNITS: "m/s²" and "m / s2" as "m/s^2"."""
     text = unit.strip().lower().replace(" ", "").replace("²", "^2").replace("**2", "^2")
     return text[:-2] + "s^2" if text.endswith("/s2") else text

@@ -16,7 +16,7 @@ import numpy as np
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
-from indexer_records.acceleration_units import unit_of
+from indexer_records.acceleration_units import ACCELERATION_UNITS, KNOWN, normal, unit_of
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
 from indexer_records.time_grid import TIME_UNITS, check_step, even_rate
@@ -67,7 +67,7 @@ class Reading:
         if self.scale == 0.0:
             raise refuse("read", "scale", "a number other than 0", self.scale)
         if self.unit is None:
-            raise refuse("read", "unit", f"one of {_KNOWN_UNITS} where a scale is given", None)
+            raise refuse("read", "unit", f"one of {KNOWN} where a scale is given", None)
 
     def _check_channels(self) -> None:
         given = self.signal_column
@@ -221,7 +221,7 @@ def _is_time(column: Column) -> bool:
 
 def _is_acceleration(column: Column) -> bool:
     named = any(part in column.name.lower() for part in _ACCELERATION_NAMES)
-    return named or (column.unit is not None and _normal(column.unit) in ACCELERATION_UNITS)
+    return named or (column.unit is not None and normal(column.unit) in ACCELERATION_UNITS)
 
 
 def _named(table: MeasuredTable, name: str) -> Column:

@@ -8,7 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from indexer_env.errors import SignalError
-from indexer_records.measured import STANDARD_GRAVITY, read_signal
+from indexer_records.acceleration_units import STANDARD_GRAVITY
+from indexer_records.measured import read_signal
 
 RATE = 1000.0
 COUNT = 200

@@ -12,8 +12,9 @@ import soundfile
 from nptdms import ChannelObject, TdmsWriter
 
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.acceleration_units import STANDARD_GRAVITY
 from indexer_records.formats import FORMATS, SUFFIXES, read_table
-from indexer_records.measured import STANDARD_GRAVITY, Reading, read_recording, read_signal
+from indexer_records.measured import Reading, read_recording, read_signal
 from tests.indexer_records.formats.samples import FULL_SCALE, OPTIONS, PULSE, WRITERS, written
 
 RATE = 2000.0
