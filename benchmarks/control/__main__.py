@@ -11,11 +11,8 @@ import numpy as np
 
 from benchmarks.control import page
 from benchmarks.control.baselines import best_constant, random, returns
-from benchmarks.control.scripts import SCRIPTS, trained
+from benchmarks.control.scripts import SCRIPTS, STEPS, trained
 from benchmarks.report import with_table
-
-STEPS = 30 * 2048
-"""Control periods of a training, 30 rollouts: 51 minutes of machine time."""
 
 QUICK = 4096
 
@@ -23,12 +20,12 @@ QUICK = 4096
 def main() -> None:
     """Run; a quick run prints only, since its numbers are not those of the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.control", description=__doc__)
-    parser.add_argument("--steps", type=int, default=STEPS, help="control periods of a training")
+    parser.add_argument("--steps", type=int, help="control periods of a training; left out: as each script has them")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="one training of each script for each")
     parser.add_argument("--processes", type=int, default=1, help="trainings at the same time, each in one thread")
     parser.add_argument("--quick", action="store_true", help="a look whether all runs; nothing is written")
     given = parser.parse_args()
-    steps = QUICK if given.quick else given.steps
+    asked = QUICK if given.quick else given.steps
     share, found = best_constant()
     results = {
         "constant": {"share": share, "returns": found.tolist()},
@@ -37,7 +34,7 @@ def main() -> None:
     }
     print(page.table(results), flush=True)
     with ProcessPoolExecutor(given.processes, multiprocessing.get_context("spawn")) as pool:
-        waiting = [pool.submit(trained, script, steps, seed) for script in SCRIPTS for seed in given.seeds]
+        waiting = [pool.submit(trained, script, asked or STEPS[script], seed) for script in SCRIPTS for seed in given.seeds]
         for each in waiting:
             results["trainings"].append(each.result())
     print(page.table(results))

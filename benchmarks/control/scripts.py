@@ -18,8 +18,11 @@ NICENESS = 10
 """Of a training's process."""
 
 
-EVERY = 6 * 2048
-"""Steps from one measurement of the policy to the next: 6 rollouts."""
+STEPS = {"stable-baselines3": 30 * 2048, "CleanRL": 1_000_000}
+"""Control periods of a training: 51 minutes of machine time, as the README leaves the number open; CleanRL's own."""
+
+MEASURED = 10
+"""Times that a policy is measured during a training."""
 
 Watch = Callable[[int, Policy], None]
 
@@ -58,11 +61,12 @@ def trained(script: str, steps: int, seed: int) -> dict[str, Any]:
     os.nice(NICENESS)
     torch.set_num_threads(1)
     curve: list[list[float]] = []
+    every = 2048 * max(1, steps // 2048 // MEASURED)
     begin, away = time.process_time(), 0.0
 
     def watch(done: int, policy: Policy) -> None:
         nonlocal away
-        if done % EVERY and done + 2048 <= steps:
+        if done % every and done + 2048 <= steps:
             return
         now = time.process_time()
         found = returns(policy)

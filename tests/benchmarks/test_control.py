@@ -84,7 +84,7 @@ def test_a_training_is_measured_as_it_goes(monkeypatch):
             watch(done, lambda observations: observations)
 
     monkeypatch.setitem(scripts.SCRIPTS, "fake", fake)
-    monkeypatch.setattr(scripts, "EVERY", 2 * 2048)
+    monkeypatch.setattr(scripts, "MEASURED", 2)
     found = scripts.trained("fake", 5 * 2048, 3)
     assert [row[0] for row in found["curve"]] == [4096, 8192, 10240]
     assert found["seed"] == 3 and found["curve"][0][1:3] == [4.0, 1.0]
