@@ -34,7 +34,9 @@ def main() -> None:
     }
     print(page.table(results), flush=True)
     with ProcessPoolExecutor(given.processes, multiprocessing.get_context("spawn")) as pool:
-        waiting = [pool.submit(trained, script, asked or STEPS[script], seed) for script in SCRIPTS for seed in given.seeds]
+        waiting = [
+            pool.submit(trained, script, asked or STEPS[script], seed) for script in SCRIPTS for seed in given.seeds
+        ]
         for each in waiting:
             results["trainings"].append(each.result())
     print(page.table(results))
