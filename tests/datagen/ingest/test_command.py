@@ -6,10 +6,10 @@ import functools
 
 import numpy as np
 import pytest
-from tests.indexer_records.formats.samples import written
 
 import datagen.ingest.__main__ as command
 from datagen.shard import read_manifest, read_shards
+from tests.indexer_records.formats.samples import written
 
 
 @pytest.fixture
