@@ -24,6 +24,9 @@ def laws_moved(config: Mapping[str, Any]) -> dict[str, Any]:
         A law in place that is relative to the value that it stands for, or for what no item has for itself.
     """
     plain = copy.deepcopy(dict(config))
+    for section in ("run", "sensor", "operating_point", "machine"):
+        if not isinstance(plain[section], dict):
+            raise refuse("datagen", section, "a mapping of keys to values", plain[section], "leave it out")
     draws = plain["campaign"].setdefault("draws", {}) if isinstance(plain["campaign"], dict) else {}
     for place in _PLACES:
         section = _at(plain, place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,14 +13,18 @@ import yaml
 from datagen.quantities import JOINTS
 from datagen.schema import COLUMNS
 from indexer_cli.command import check_flag, hydra_command
-from indexer_cli.job_paths import path_given
+from indexer_cli.job_paths import in_sweep, path_given
 from indexer_cli.places.local import whole_file
 from indexer_env.checks import check_choice
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.machine import CONTACT_LAWS, MODELS, machine_from_mapping
 from indexer_env.motion_law import MOTION_LAWS
 
-_CHOICES = {"model": tuple(MODELS), "contact_law": tuple(CONTACT_LAWS), "motion_law": tuple(MOTION_LAWS)}
+_CHOICES = {
+    "model": tuple(MODELS),
+    "contact_law": tuple(CONTACT_LAWS),
+    "motion_law": tuple(name for name in MOTION_LAWS if name != "table"),
+}
 _REMARKS = {
     "name": "used in messages",
     "effects": "what the machine is extended by, e.g. {friction.coulomb: {torque: 5}}; docs/effects.md lists them",
@@ -73,11 +78,20 @@ def _ask(machine: dict[str, Any], owner: dict[str, Any], key: str, prefix: str) 
             owner[key] = kept
             return
         try:
-            owner[key] = yaml.safe_load(answer)
+            owner[key] = number_or_text(answer)
             machine_from_mapping(machine)
             return
         except (IndexerError, yaml.YAMLError) as error:
             print(f"  {str(error).splitlines()[0]}", file=sys.stderr)
+
+
+def number_or_text(answer: str) -> Any:
+    """An answer as YAML reads it, and 8e3 as a number, which YAML takes for a text."""
+    read = yaml.safe_load(answer)
+    try:
+        return float(read) if isinstance(read, str) else read
+    except ValueError:
+        return read
 
 
 @hydra_command("new", positional="what")
@@ -87,17 +101,21 @@ def main(config: dict[str, Any]) -> None:
     check_flag("new", "overwrite", config["overwrite"])
     check_flag("new", "ask", config["ask"])
     out = path_given("new", "out", config["out"])
-    if out.suffix not in (".yaml", ".yml") or out.is_dir():
+    if in_sweep():
+        raise refuse("new", "out", "one file", "a sweep", "leave -m out and call it once for each machine")
+    if out.suffix not in (".yaml", ".yml"):
         raise refuse("new", "out", "a file that ends in .yaml", str(out))
+    if out.is_dir():
+        raise refuse("new", "out", "a file", str(out), "a folder stands there, choose another name")
     if out.exists() and not config["overwrite"]:
         raise refuse("new", "out", "a new file", str(out), "set overwrite=true to replace it, or name another")
-    machine = {**config["machine"], "name": config["name"] or out.stem}
+    machine = {**config["machine"], "name": out.stem if config["name"] is None else config["name"]}
     machine_from_mapping(machine)
     if config["ask"]:
         machine = asked(machine)
     with whole_file(out) as temporary:
         Path(temporary).write_text(machine_yaml(machine), encoding="utf-8")
-    print(f"written {out}; simulate it with: indexer simulate machine={out}")
+    print(f"written {out}; simulate it with: indexer simulate {shlex.quote(f'machine={out}')}")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from indexer_cli.manual import manual, overview
 from indexer_cli.verbs import VERBS
 
 _BAD_INPUT = 2
+_INTERRUPTED = 130
 
 
 def version() -> str:
@@ -22,7 +23,9 @@ def version() -> str:
 def main() -> None:
     """Answer, or hand the rest of the command line to the verb."""
     first, *rest = sys.argv[1:] or ["--help"]
-    if first in ("--help", "-h", "help") and not rest:
+    if first in ("--help", "-h"):
+        first = "help"
+    if first == "help" and not rest:
         print(overview(version()))
     elif first == "--version":
         print(f"indexer {version()}")
@@ -36,10 +39,19 @@ def main() -> None:
         print(manual(name))
     else:
         sys.argv = [f"indexer {name}", *rest]
-        module = importlib.import_module(VERBS[name].module)
+        _run(VERBS[name].module)
+
+
+def _run(name: str) -> None:
+    """Run the `main` of a module; what stops the loading of libraries is told as what stops the work."""
+    try:
+        module = importlib.import_module(name)
         if hasattr(module, "__path__"):
-            module = importlib.import_module(f"{module.__name__}.__main__")
+            module = importlib.import_module(f"{name}.__main__")
         module.main()
+    except KeyboardInterrupt:
+        print("stopped from the keyboard", file=sys.stderr)
+        raise SystemExit(_INTERRUPTED) from None
 
 
 def _completion(rest: list[str]) -> None:

@@ -12,12 +12,23 @@ from indexer_env.presets import config_dir, load_yaml
 _FILE_ENDINGS = (".yaml", ".yml")
 
 
+_FLAGS = ("-m", "--multirun", "-h", "--help", "--version")
+"""Flags that may stand anywhere on the line; Hydra takes them only in front of all overrides."""
+
+
+def flags_first(arguments: list[str]) -> list[str]:
+    """The arguments with the flags that take no value in front."""
+    flags = [argument for argument in arguments if argument in _FLAGS]
+    return [*flags, *(argument for argument in arguments if argument not in _FLAGS)]
+
+
 def with_key(key: str | None, arguments: list[str]) -> list[str]:
-    """The arguments, the first of them given its key where it stands alone; quoted, as a path may hold any sign."""
-    if key is None or not arguments or arguments[0].startswith("-") or "=" in arguments[0]:
+    """The arguments, the first that stands alone given its key; quoted, as a path may hold any sign."""
+    alone = (place for place, word in enumerate(arguments) if not word.startswith("-") and "=" not in word)
+    if key is None or (place := next(alone, None)) is None:
         return arguments
-    quoted = arguments[0].replace("\\", "\\\\").replace("'", "\\'")
-    return [f"{key}='{quoted}'", *arguments[1:]]
+    quoted = arguments[place].replace("\\", "\\\\").replace("'", "\\'")
+    return [*arguments[:place], f"{key}='{quoted}'", *arguments[place + 1 :]]
 
 
 def with_files(arguments: list[str], folder: Path) -> list[str]:
@@ -29,18 +40,32 @@ def with_files(arguments: list[str], folder: Path) -> list[str]:
     ParameterError
         No such file, or it holds no mapping.
     """
+    sweep = any(flag in arguments for flag in ("-m", "--multirun"))
     replaced, found = [], False
     for number, argument in enumerate(arguments):
         group, _, value = argument.partition("=")
-        value = value.strip("'\"")
-        if value.endswith(_FILE_ENDINGS) and group and (config_dir() / group).is_dir():
-            content = load_yaml(group, value)
-            place = folder / group / f"{Path(value).stem}_{number}.yaml"
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
-            argument, found = f"{group}={place.stem}", True
+        choices = value.split(",") if sweep else [value]
+        if group and (config_dir() / group).is_dir() and any(_is_file(choice) for choice in choices):
+            copied = [
+                _copied(group, choice.strip("'\""), folder, f"{number}_{place}") if _is_file(choice) else choice
+                for place, choice in enumerate(choices)
+            ]
+            argument, found = f"{group}={','.join(copied)}", True
         replaced.append(argument)
     return [*replaced, f"hydra.searchpath=[file://{folder}]"] if found else replaced
+
+
+def _is_file(choice: str) -> bool:
+    return choice.strip("'\"").endswith(_FILE_ENDINGS)
+
+
+def _copied(group: str, path: str, folder: Path, mark: str) -> str:
+    """Copy a file to where Hydra looks for choices of the group; gives the name that it has there."""
+    content = load_yaml(group, path)
+    place = folder / group / f"{Path(path).stem}_{mark}.yaml"
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    return place.stem
 
 
 def malformed(error: ValueError, arguments: list[str]) -> str:

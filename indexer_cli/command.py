@@ -29,7 +29,7 @@ from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryV
 
 import indexer_cli.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from indexer_cli.__main__ import version
-from indexer_cli.arguments import malformed, root_keys, with_files, with_key
+from indexer_cli.arguments import flags_first, malformed, root_keys, with_files, with_key
 from indexer_cli.manual import manual
 from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
@@ -96,7 +96,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
             composed, worst = False, 0
             started_in = os.getpid()
             traceback_wanted = os.environ.get(_FULL_ERROR) == "1"
-            sys.argv = [sys.argv[0], *with_key(positional, sys.argv[1:])]
+            sys.argv = [sys.argv[0], *with_key(positional, flags_first(sys.argv[1:]))]
             if traceback_wanted:
                 command()
                 return
@@ -148,6 +148,8 @@ def _explained(error: Exception, config_name: str) -> str:
         return _missing_config(error)
     if isinstance(error, OverrideParseException):
         remedy = "quote values with other signs than letters, digits and ._-/ twice: KEY='\"VALUE\"'"
+        if "=" not in str(error.override):
+            remedy = f"write the key in front of it, KEY={error.override}"
         return f"the command line must hold KEY=VALUE pairs, got {error.override!r}; {remedy}."
     if isinstance(error, MissingMandatoryValue):
         key = error.full_key or _one_line(str(error)).rsplit(" ", 1)[-1]

@@ -13,8 +13,9 @@ _indexer() {
     compopt -o nospace 2>/dev/null
     COMP_WORDBREAKS=${COMP_WORDBREAKS//=}
     COMPREPLY=($(indexer --complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null))
-    [[ ${#COMPREPLY[@]} -eq 0 ]] && COMPREPLY=($(compgen -f -- "${COMP_WORDS[COMP_CWORD]#*=}" \\
-        | sed "s|^|${COMP_WORDS[COMP_CWORD]%%=*}=|"))
+    local word=${COMP_WORDS[COMP_CWORD]} key=
+    [[ $word == *=* ]] && key=${word%%=*}=
+    [[ ${#COMPREPLY[@]} -eq 0 ]] && COMPREPLY=($(compgen -f -P "$key" -- "${word#*=}"))
 }
 complete -F _indexer indexer
 """
@@ -29,6 +30,8 @@ def candidates(words: list[str]) -> list[str]:
     last = words[-1] if words else ""
     if len(words) <= 1:
         return [f"{name} " for name in VERBS if name.startswith(last)]
+    if words[0] == "help":
+        return [f"{name} " for name in VERBS if len(words) == 2 and name.startswith(last)]
     if words[0] not in VERBS:
         return []
     keys = keys_of(words[0])

@@ -11,6 +11,9 @@ from omegaconf import OmegaConf
 from indexer_cli.places import Place, is_url, open_place
 from indexer_env.errors import refuse
 
+_OF_SWEEP = "multirun.yaml"
+"""What Hydra leaves in the folder of a sweep."""
+
 
 def path_given(command: str, key: str, value: object) -> Path:
     """The path that a key of a command holds.
@@ -22,6 +25,8 @@ def path_given(command: str, key: str, value: object) -> Path:
     """
     if not isinstance(value, str) or not value.strip():
         raise refuse(command, key, "a path", value, f"write {key}=./NAME for a name that reads as something else")
+    if is_url(value):
+        raise refuse(command, key, "a path on this machine", value, "copy the files from there or to there yourself")
     return Path(value)
 
 
@@ -61,6 +66,10 @@ def _sweep_folder(out: object) -> str:
     if is_url(out):
         return "."
     folder = path_given("command", "out", out)
+    if folder.is_dir() and not (folder / _OF_SWEEP).is_file() and any(path.is_file() for path in folder.iterdir()):
+        raise refuse(
+            "command", "out", "a folder of its own in a sweep", str(folder), "it holds other files, name another"
+        )
     if any(place.is_file() for place in (folder, *folder.parents)):
         raise refuse("command", "out", "a folder", str(folder), "a file stands there, choose another name")
     return str(folder)

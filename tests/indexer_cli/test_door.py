@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -12,8 +13,9 @@ import yaml
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from datagen.new import number_or_text
 from indexer_cli.__main__ import main
-from indexer_cli.arguments import root_keys, with_key
+from indexer_cli.arguments import flags_first, root_keys, with_files, with_key
 from indexer_cli.completion import candidates
 from indexer_cli.manual import keys_of, manual, overview
 from indexer_cli.verbs import VERBS, config_folder
@@ -94,19 +96,18 @@ def test_a_page_has_every_part_and_every_key(name, call, monkeypatch):
 
 
 @pytest.mark.parametrize("name", VERBS)
-def test_a_page_has_three_examples_that_compose(name):
+def test_a_page_has_three_examples_that_compose(name, tmp_path):
+    machine_file = CONF / "machine" / "reference.yaml"
     lines = [line.strip() for line in read_page(CONF / f"{name}.yaml").header]
     examples = [line for line in lines if line.startswith(f"indexer {name}")]
     assert len(examples) == 3
     for example in examples:
-        _, _, *arguments = shlex.split(example)
-        if "-m" in arguments or any(argument.endswith("_table.yaml") for argument in arguments):
-            continue
-        arguments = [
-            argument for argument in with_key(POSITIONAL.get(name), arguments) if "drawing.yaml" not in argument
-        ]
+        arguments = with_key(POSITIONAL.get(name), flags_first(shlex.split(example)[2:]))
+        arguments = [re.sub(r"^machine=\w+\.yaml$", f"machine={machine_file}", argument) for argument in arguments]
+        if arguments and arguments[0] == "-m":  # the first job of the sweep
+            arguments = [re.sub(r"(=[^,\[{]+),.*", r"\1", argument) for argument in arguments[1:]]
         with initialize_config_dir(str(CONF), version_base="1.3"):
-            config = compose(name, arguments)
+            config = compose(name, with_files(arguments, tmp_path))
         assert not OmegaConf.missing_keys(config), example
 
 
@@ -178,6 +179,7 @@ def test_completion_offers_verbs_keys_and_names():
         "machine.output_joint.stiffness_ratio=",
     ]
     assert candidates(["generate", "faults.b"]) == ["faults.backlash_deg="]
+    assert candidates(["help", "tr"]) == ["train ", "transfer "]
     assert candidates(["nothing", "x"]) == [] and candidates(["train", "data=x"]) == []
     for name in VERBS:
         assert {f"{key}=" for key in keys_of(name)} == set(candidates([name, ""]))
@@ -201,3 +203,51 @@ def test_the_shell_completes(tmp_path):
 def test_the_list_and_a_page_are_texts():
     assert overview("1.2").startswith("indexer 1.2: ")
     assert "indexer train data=... out=... [KEY=VALUE ...]" in manual("train")
+
+
+def test_flags_and_a_lone_word_may_stand_anywhere(call, tmp_path, monkeypatch):
+    assert flags_first(["seed=1", "-m", "a=1,2"]) == ["-m", "seed=1", "a=1,2"]
+    assert with_key("data", ["-m", "remake=0", "a b"]) == ["-m", "remake=0", "data='a b'"]
+    monkeypatch.chdir(tmp_path)
+    assert call("new", "out=mine.yaml", "machine")[0] == 0 and (tmp_path / "mine.yaml").is_file()
+    code, _, err = call("simulate", "record")
+    assert code == 2 and err.endswith("KEY=VALUE pairs, got 'record'; write the key in front of it, KEY=record.\n")
+
+
+def test_each_file_of_a_sweep_is_a_choice(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text((CONF / "machine" / "smooth.yaml").read_text())
+    flag, swept, search = with_files(["-m", f"machine=reference,{file}"], tmp_path)
+    assert (flag, swept) == ("-m", "machine=reference,mine_1_1") and search.startswith("hydra.searchpath=")
+    assert (tmp_path / "machine" / "mine_1_1.yaml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("simulate", "run=null"), "run must be a mapping of keys to values, got None"),
+        (("simulate", "out=s3://a/b"), "out must be a path on this machine, got 's3://a/b'"),
+        (("new", "machine", "-m", "machine.stations=4,6", "out=new"), "out must be one file, got 'a sweep'"),
+        (("simulate", "-m", "seed=1,2", "out=full"), "out must be a folder of its own in a sweep, got 'full'"),
+    ],
+)
+def test_what_was_silent_or_a_traceback_is_a_sentence(call, tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "record.csv").write_text("mine")
+    code, _, err = call(*arguments)
+    assert code == 2 and said in err and "Traceback" not in err
+
+
+def test_what_stops_the_loading_is_told_as_what_stops_the_work(call, monkeypatch):
+    def stop(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("indexer_cli.__main__.importlib.import_module", stop)
+    code, out, err = call("train")
+    assert (code, out, err) == (130, "", "stopped from the keyboard\n")
+
+
+@pytest.mark.parametrize(("answer", "value"), [("8e3", 8000.0), ("8", 8), ("modified_sine", "modified_sine")])
+def test_an_answer_is_a_number_where_it_reads_as_one(answer, value):
+    assert number_or_text(answer) == value

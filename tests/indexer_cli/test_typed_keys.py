@@ -105,7 +105,9 @@ def test_where_parameters_lie(said, command, extra, typed):
 
 def test_a_file_s_own_reading_is_named_as_its_class_has_it():
     """What `indexer_records.measured` says as read.NAME is a field of Reading and a key of ingest."""
-    source = (ROOT / "indexer_records" / "measured.py").read_text()
+    source = "".join(
+        (ROOT / "indexer_records" / f"{name}.py").read_text() for name in ("measured", "acceleration_units")
+    )
     names = {field.name for field in dataclasses.fields(Reading)}
     said = {part.split("=")[0].split()[0].rstrip(".,;)\"'") for part in source.split("read.")[1:]}
     assert said & names >= {"signal_column", "time_column", "sample_rate", "unit", "scale"}
