@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 
 from indexer_cli.completion import HOW, SHELLS, candidates
@@ -21,7 +22,15 @@ def version() -> str:
 
 
 def main() -> None:
-    """Answer, or hand the rest of the command line to the verb."""
+    """Answer, or hand the rest of the command line to the verb; a reader that leaves early, as `head` does, is fine."""
+    try:
+        _main()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _main() -> None:
     first, *rest = sys.argv[1:] or ["--help"]
     if first in ("--help", "-h"):
         first = "help"

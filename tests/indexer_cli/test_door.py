@@ -251,3 +251,9 @@ def test_what_stops_the_loading_is_told_as_what_stops_the_work(call, monkeypatch
 @pytest.mark.parametrize(("answer", "value"), [("8e3", 8000.0), ("8", 8), ("modified_sine", "modified_sine")])
 def test_an_answer_is_a_number_where_it_reads_as_one(answer, value):
     assert number_or_text(answer) == value
+
+
+def test_a_reader_may_leave_early():
+    command = f"{sys.executable} -m indexer_cli generate --help | head -1"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert (done.stdout, done.stderr) == ("NAME\n", "")
