@@ -105,5 +105,4 @@ def test_the_page_holds_the_table_of_the_results_and_what_is_said_of_it():
     assert best > np.mean(results["random"]["returns"])
     for script in scripts.SCRIPTS:
         means = [run["curve"][-1][1] for run in results["trainings"] if run["script"] == script]
-        assert len(means) >= 3 and np.mean(means) > best
-        assert script == "CleanRL" or min(means) > best
+        assert len(means) >= 3 and min(means) > best
