@@ -85,32 +85,61 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One answer to "what is missing": an effect with its own parameters, or none.
+    """One answer to "what is missing": a set of effects with their parameters, or none.
 
     Attributes
     ----------
     name : str
         "none", the name of an effect, or several joined by " + ".
     parameters : tuple of Parameter
-        The effect's own, nominal at its null value.
+        Of its effects, in their order, nominal at their null values.
     fixed : mapping
-        Discrete choices (a station, say) this hypothesis has made.
+        Discrete choices (a station, an order) that a single effect has made.
     starts : tuple of tuple of float
-        Values of the parameters [units] from which its fit may begin; the best few are chosen by a scan.
+        Values of a single effect's parameters [units] from which its fit may begin.
+    alike : tuple of str
+        Effects that some records cannot tell from a single one: they are compared with it whatever they promise.
+    effects : tuple of Hypothesis
+        The single effects of a set; the effect itself where it is single, nothing where it is none.
     """
 
     name: str
     parameters: tuple[Parameter, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     starts: tuple[tuple[float, ...], ...] = ((),)
+    alike: tuple[str, ...] = ()
+    effects: tuple[Hypothesis, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.effects and self.name != "none":
+            object.__setattr__(self, "effects", (self,))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
 
     def coordinates(self, values: Sequence[float]) -> np.ndarray:
         """Scaled coordinates of parameter values [units]."""
         return np.array([p.coordinate(v) for p, v in zip(self.parameters, values, strict=True)])
 
+    def places(self, effect: int) -> np.ndarray:
+        """Indices into `parameters` of those of one of the effects."""
+        first = sum(len(one.parameters) for one in self.effects[:effect])
+        return np.arange(first, first + len(self.effects[effect].parameters))
+
 
 NONE = Hypothesis("none")
 """Nothing is missing: the base model alone."""
+
+
+def together(*effects: Hypothesis) -> Hypothesis:
+    """The set of the effects of several hypotheses."""
+    single = tuple(one for hypothesis in effects for one in hypothesis.effects)
+    if len(single) < 2:
+        return single[0] if single else NONE
+    name = " + ".join(one.name for one in single)
+    return Hypothesis(name, tuple(p for one in single for p in one.parameters), effects=single)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,11 +180,7 @@ class Model(ABC):
 
     @abstractmethod
     def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        """The library: for each effect's name its hypotheses, one per discrete choice."""
-
-    @abstractmethod
-    def extended(self, hypothesis: Hypothesis) -> Model:
-        """The model with an effect added to its base; the effect's parameters come after those it had."""
+        """The library: for each effect's name its hypotheses of one effect, one per discrete choice."""
 
     @abstractmethod
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
@@ -175,10 +200,6 @@ class Model(ABC):
     def recording(self, readings: np.ndarray) -> Model:
         """The model with these readings (w, samples), in units of the noise, in the place of its records."""
 
-    @abstractmethod
-    def features(self) -> np.ndarray:
-        """What a black box may predict residuals from: functions of the known inputs (w, samples, f)."""
-
     def states_for(self, hypothesis: Hypothesis, states: np.ndarray) -> np.ndarray:
         """Scaled states (w, k) found under another hypothesis, with as many local parameters as this one has."""
         size = self.local_count(hypothesis)
@@ -196,9 +217,3 @@ class Model(ABC):
         parameters take part. No rows where nothing has to be looked for. Where it is `shaken`, also those that the
         machine gets to by being excited steadily, if the hypothesis does that."""
 
-
-def in_turn(model: Model, effects: Sequence[Hypothesis]) -> Model:
-    """The model extended by effects, one after the other."""
-    for hypothesis in effects:
-        model = model.extended(hypothesis)
-    return model
