@@ -1,7 +1,7 @@
 """The machine's equations once more, in compiled plain floats that share no code with the kernels or with `reference`.
 
-Symbols are those of docs/physics.md. The motion law is the modified sine in closed form. State y (8,): α, α̇, φ, φ̇,
-θ, θ̇, γ, γ̇. A joint's region is +1 or -1 in contact and 0 inside its play.
+Symbols are those of docs/physics.md. State y (13,): α, α̇, φ, φ̇, θ, θ̇, γ, γ̇, then those of `unlisted`. A joint's
+region is +1 or -1 in contact and 0 inside its play.
 """
 
 from __future__ import annotations
@@ -12,7 +12,27 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-TURN = 2.0 * math.pi
+from discrepancy.challenge.laws import rise
+from discrepancy.challenge.unlisted import (
+    NOTHING,
+    TURN,
+    Bump,
+    Unlisted,
+    Wave,
+    beside_joint,
+    bump,
+    carried,
+    command_rate,
+    commanded,
+    of_mass,
+    on_cam,
+    on_table,
+    table_inertia,
+    wandering,
+    waved,
+)
+
+STATES = 13
 
 
 class Joint(NamedTuple):
@@ -26,27 +46,12 @@ class Joint(NamedTuple):
     edged: float
 
 
-class Wave(NamedTuple):
-    """size · sin(order γ + phase), or its cosine."""
-
-    size: float
-    order: float
-    phase: float
-
-
-class Bump(NamedTuple):
-    """size (1 - y²)⁴, y = (cam phase - centre)/half_width."""
-
-    size: float
-    centre: float
-    half_width: float
-
-
 class Plant(NamedTuple):
     """All numbers of a machine at an operating point; effects that are absent have size 0.
 
     `single_rho` is the factor on ρ of joint 2 while the table moves from `single_station`; `slip` is 1/compliance, 0
-    for a motor at constant speed; `loose` is 1 for a housing on its base, whose joint is (k3, r3).
+    for a motor at constant speed; `loose` is 1 for a housing on its base, whose joint is (k3, r3); `law` is a place in
+    `laws.LAWS`.
     """
 
     J_C: float
@@ -82,36 +87,8 @@ class Plant(NamedTuple):
     ripple: Wave
     transmission: Wave
     mesh: Wave
-
-
-@numba.njit(cache=True)
-def rise(s: float) -> tuple[float, float, float]:
-    """Modified sine: height, velocity and acceleration at the share s of the motion."""
-    if s < 0.125:
-        x = 4.0 * math.pi * s
-        y = (math.pi * s - 0.25 * math.sin(x)) / (4.0 + math.pi)
-        return y, math.pi * (1.0 - math.cos(x)) / (4.0 + math.pi), 4.0 * math.pi**2 * math.sin(x) / (4.0 + math.pi)
-    if s <= 0.875:
-        x = (4.0 * math.pi * s + math.pi) / 3.0
-        y = (2.0 + math.pi * s - 2.25 * math.sin(x)) / (4.0 + math.pi)
-        v = math.pi * (1.0 - 3.0 * math.cos(x)) / (4.0 + math.pi)
-        return y, v, 4.0 * math.pi**2 * math.sin(x) / (4.0 + math.pi)
-    x = 4.0 * math.pi * (1.0 - s)
-    y = (math.pi * (1.0 - s) - 0.25 * math.sin(x)) / (4.0 + math.pi)
-    return 1.0 - y, math.pi * (1.0 - math.cos(x)) / (4.0 + math.pi), -4.0 * math.pi**2 * math.sin(x) / (4.0 + math.pi)
-
-
-@numba.njit(cache=True)
-def bump(b: Bump, phase: float) -> tuple[float, float, float]:
-    """Value of a periodic bump at a cam phase [turns] and its first two derivatives by the phase."""
-    if b.size == 0.0:
-        return 0.0, 0.0, 0.0
-    y = (phase - b.centre - math.floor(phase - b.centre + 0.5)) / b.half_width
-    if abs(y) >= 1.0:
-        return 0.0, 0.0, 0.0
-    q = 1.0 - y * y
-    curved = q * q * (56.0 * y * y - 8.0)
-    return b.size * q**4, -8.0 * b.size * y * q**3 / b.half_width, b.size * curved / b.half_width**2
+    law: float
+    unlisted: Unlisted = NOTHING
 
 
 @numba.njit(cache=True)
@@ -125,11 +102,13 @@ def follower(p: Plant, alpha: float, turn: float) -> tuple[float, float, float]:
             advance = h + p.spacing
         elif turn % p.stations == p.spacing_station:
             start, advance = start + p.spacing, h - p.spacing
+    e0, e1, e2 = bump(p.profile, u)
     if u < p.share:
-        y, v, a = rise(u / p.share)
+        y, v, a = rise(p.law, u / p.share)
+        w0, w1, w2 = waved(p.unlisted, u / p.share)
+        e0, e1, e2 = e0 + w0, e1 + w1 / p.share, e2 + w2 / p.share**2
     else:
         y, v, a = 1.0, 0.0, 0.0
-    e0, e1, e2 = bump(p.profile, u)
     b1, b2 = advance * v / p.share, advance * a / p.share**2
     return start + advance * y + e0, (b1 + e1) / TURN, (b2 + e2) / TURN**2
 
@@ -184,24 +163,31 @@ def opposing(p: Plant, alpha: float, phi: float, rate: float) -> float:
 
 @numba.njit(cache=True)
 def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, out: np.ndarray) -> None:
-    """dy/dt into out (8,); docs/physics.md, models B and B_on_base."""
+    """dy/dt into out (STATES,); docs/physics.md, models B and B_on_base."""
+    u = p.unlisted
     d1, v1, d2, v2 = deflections(p, y, turn)
     _, b1, b2 = follower(p, y[0], turn)
     M1 = torque(p.joint_1, p.joint_1.rho, region_1, d1, v1)
     M1 *= 1.0 + p.mesh.size * math.cos(p.mesh.order * y[6] + p.mesh.phase)
-    M2 = torque(p.joint_2, softness(p, turn), region_2, d2, v2)
-    w2 = y[1] * y[1]
+    M2 = carried(u, y, turn) * torque(p.joint_2, softness(p, turn), region_2, d2, v2) + beside_joint(u, y, v2)
+    driving, w2 = on_cam(u, y, p.command, M1), y[1] * y[1]
     theta_acc = 0.0
     if p.loose != 0.0:
         M3 = p.k3 * y[4] + p.r3 * y[5]
         a, b, c = p.J_C + p.J_F * b1 * b1, p.J_F * b1, p.J_F + p.J_b
-        f1, f2 = M1 + b1 * M2 - p.J_F * b1 * b2 * w2, M2 - M3 - p.J_F * b2 * w2
+        f1, f2 = driving + b1 * M2 - p.J_F * b1 * b2 * w2, M2 - M3 - p.J_F * b2 * w2
         determinant = a * c - b * b
         alpha_acc = (c * f1 - b * f2) / determinant
         theta_acc = (a * f2 - b * f1) / determinant
     else:
-        alpha_acc = (M1 + b1 * (M2 - p.J_F * b2 * w2)) / (p.J_C + p.J_F * b1 * b1)
+        alpha_acc = (driving + b1 * (M2 - p.J_F * b2 * w2)) / (p.J_C + p.J_F * b1 * b1)
     out[0], out[1] = y[1], alpha_acc
-    out[2], out[3] = y[3], -(opposing(p, y[0], y[2], y[3]) + M2) / p.J_t
+    opposed = opposing(p, y[0], y[2], y[3]) + on_table(u, y, turn) - of_mass(u, y)
+    out[2], out[3] = y[3], -(opposed + M2) / table_inertia(u, p.J_t, turn)
     out[4], out[5] = y[5], theta_acc
-    out[6], out[7] = y[7], ((p.command - y[7]) * p.slip - p.tau * M1) / p.J_m if p.slip != 0.0 else 0.0
+    speed = commanded(u, p.command, y[8])
+    out[6] = y[7]
+    out[7] = ((speed - y[7]) * p.slip - p.tau * M1) / p.J_m if p.slip != 0.0 else command_rate(u, p.command, y[8])
+    out[8], out[9] = 1.0, v2 - abs(v2) * y[9] / u.yielding
+    out[12] = wandering(u, y)
+    out[10], out[11] = y[11], -of_mass(u, y) / u.mass if u.mass != 0.0 else 0.0

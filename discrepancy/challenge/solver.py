@@ -12,7 +12,7 @@ import math
 import numba
 import numpy as np
 
-from discrepancy.challenge.equations import TURN, Joint, Plant, deflections, follower, rates, softness
+from discrepancy.challenge.equations import STATES, TURN, Joint, Plant, commanded, deflections, follower, rates, softness
 
 STEPS_PER_MS = 4
 
@@ -73,31 +73,31 @@ def margins(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, 
 
 @numba.njit(cache=True)
 def step(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, h: float, k: np.ndarray, out) -> None:
-    """One step of order 5 (Dormand and Prince 1980, the pair's higher solution) of length h into out (8,); k (6, 8) is
-    workspace."""
+    """One step of order 5 (Dormand and Prince 1980, the pair's higher solution) of length h into out (STATES,); k (6, STATES)
+    is workspace."""
     rates(p, y, turn, region_1, region_2, k[0])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (k[0, i] / 5.0)
     rates(p, out, turn, region_1, region_2, k[1])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (3.0 / 40.0 * k[0, i] + 9.0 / 40.0 * k[1, i])
     rates(p, out, turn, region_1, region_2, k[2])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (44.0 / 45.0 * k[0, i] - 56.0 / 15.0 * k[1, i] + 32.0 / 9.0 * k[2, i])
     rates(p, out, turn, region_1, region_2, k[3])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (
             19372.0 / 6561.0 * k[0, i] - 25360.0 / 2187.0 * k[1, i] + 64448.0 / 6561.0 * k[2, i]
             - 212.0 / 729.0 * k[3, i]
         )  # fmt: skip
     rates(p, out, turn, region_1, region_2, k[4])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (
             9017.0 / 3168.0 * k[0, i] - 355.0 / 33.0 * k[1, i] + 46732.0 / 5247.0 * k[2, i]
             + 49.0 / 176.0 * k[3, i] - 5103.0 / 18656.0 * k[4, i]
         )  # fmt: skip
     rates(p, out, turn, region_1, region_2, k[5])
-    for i in range(8):
+    for i in range(STATES):
         out[i] = y[i] + h * (
             35.0 / 384.0 * k[0, i] + 500.0 / 1113.0 * k[2, i] + 125.0 / 192.0 * k[3, i]
             - 2187.0 / 6784.0 * k[4, i] + 11.0 / 84.0 * k[5, i]
@@ -135,25 +135,35 @@ def crossing(p: Plant, y: np.ndarray, turn: float, regions, h: float, edge: int,
 
 
 @numba.njit(cache=True)
-def solved(p: Plant, start_angle: float, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
-    """Table accelerations [rad/s²] and motor angles [rad] (2, samples), `before` samples run first; a run that leaves
-    the physical range holds NaN from there on."""
-    y, new, k = np.zeros(8), np.empty(8), np.empty((6, 8))
+def started(p: Plant, start_angle: float, t: float) -> np.ndarray:
+    """The state (STATES,) of an undeflected machine at a cam angle [rad] and time [s]."""
+    y = np.zeros(STATES)
     turn = float(math.floor(start_angle / TURN))
-    y[0], y[1], y[6], y[7] = start_angle, p.tau * p.command, start_angle / p.tau, p.command
+    speed = commanded(p.unlisted, p.command, t)
+    y[0], y[1], y[6], y[7], y[8] = start_angle, p.tau * speed, start_angle / p.tau, speed, t
     y[2], slope, _ = follower(p, start_angle, turn)
     y[3] = slope * y[1]
+    y[10], y[11] = y[2], y[3]
+    return y
+
+
+@numba.njit(cache=True)
+def solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, steps: int) -> np.ndarray:
+    """Table acceleration [rad/s²], then the state, at each sample (1 + STATES, samples) of a run from state y, which is
+    overwritten; `before` samples run first; a run that leaves the physical range holds NaN from there on."""
+    new, k = np.empty(STATES), np.empty((6, STATES))
+    turn = float(math.floor(y[0] / TURN))
     d1, v1, d2, v2 = deflections(p, y, turn)
     regions = np.array([region_of(p.joint_1, p.joint_1.rho, d1, v1), region_of(p.joint_2, softness(p, turn), d2, v2)])
-    was, now, rate = np.empty(_EDGES), np.empty(_EDGES), np.empty(8)
-    out = np.full((2, samples), np.nan)
+    was, now, rate = np.empty(_EDGES), np.empty(_EDGES), np.empty(STATES)
+    out = np.full((1 + STATES, samples), np.nan)
     h = interval / steps
     for sample in range(-before, samples):
         if sample >= 0:
             rates(p, y, turn, regions[0], regions[1], rate)
             if not abs(rate[3]) < 1e6:
                 return out
-            out[0, sample], out[1, sample] = rate[3], y[6]
+            out[0, sample], out[1:, sample] = rate[3], y
         for _ in range(steps):
             left = h
             while left > 1e-15:

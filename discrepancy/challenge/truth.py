@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.challenge.equations import Bump, Joint, Plant, Wave
-from discrepancy.challenge.solver import STEPS_PER_MS, solved
+from discrepancy.challenge.equations import STATES, Joint, Plant
+from discrepancy.challenge.laws import LAWS
+from discrepancy.challenge.solver import STEPS_PER_MS, solved, started
+from discrepancy.challenge.unlisted import NOTHING, Bump, Unlisted, Wave
+from indexer_env.checks import check_choice
 from indexer_env.compiled import one_version
 from indexer_env.effects import Effect
 from indexer_env.errors import SimulationError, refuse
 from indexer_env.machine import Machine
-from indexer_env.motion_law import ModifiedSine
 from indexer_env.operating_point import OperatingPoint
 
 
@@ -24,8 +26,31 @@ def true_motion(
     """Table acceleration φ̈ (samples,) [rad/s²] after one table turn at the commanded speed, and the operating point as
     a once-per-turn pulse shows it: the motor's mean speed over the record, the drive's angle at its first sample.
 
-    The machine is Model B with the modified sine, the clipped contact law and any effects of the library that are not
-    the sensor's. Validated against `indexer_env.reference.simulate_reference`.
+    The machine is as `run` takes it. Validated against `indexer_env.reference.simulate_reference`.
+    """
+    motion = run(machine, point, samples, sample_rate)
+    return motion[0], seen(machine, point, motion, sample_rate)
+
+
+def run(
+    machine: Machine, point: OperatingPoint, samples: int, sample_rate: float, unlisted: Unlisted = NOTHING,
+    steps_per_ms: int = STEPS_PER_MS,
+) -> np.ndarray:  # fmt: skip
+    """Table acceleration [rad/s²], then the state of `equations`, at each sample (1 + STATES, samples), after one table
+    turn at the commanded speed.
+
+    Parameters
+    ----------
+    machine : Machine
+        Model B with a law of `LAWS`, the clipped contact law and any effects of the library that are not the sensor's.
+    point : OperatingPoint
+    samples : int
+    sample_rate : float
+        [Hz]
+    unlisted : Unlisted
+        What acts besides the effects.
+    steps_per_ms : int
+        Of the solver, >= 1.
 
     Raises
     ------
@@ -36,17 +61,43 @@ def true_motion(
     """
     _check(machine)
     before = round(machine.turn_duration(point) * sample_rate)
-    steps = max(1, round(1000.0 / sample_rate * STEPS_PER_MS))
-    numbers, start, interval = plant(machine, point), float(point.start_angle), 1.0 / sample_rate
-    one_version("the challenge's solver", 5, (solved, (numbers, start, 0, 0, interval, steps)))
-    out = solved(numbers, start, before, samples, interval, steps)
-    if not np.isfinite(out).all():
-        raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(out[0]).sum())}.")
-    acceleration, motor = out
-    mean = float(motor[-1] - motor[0]) * sample_rate / (samples - 1)
+    numbers = plant(machine, point, unlisted)
+    start = started(numbers, float(point.start_angle), -before / sample_rate)
+    return _finite(machine, _solved(numbers, start, before, samples, sample_rate, steps_per_ms))
+
+
+def resumed(
+    machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int, sample_rate: float,
+    unlisted: Unlisted = NOTHING, steps_per_ms: int = STEPS_PER_MS,
+) -> np.ndarray:  # fmt: skip
+    """As `run`, from a state (STATES,) on; a housing that this machine holds fast is at rest."""
+    numbers, start = plant(machine, point, unlisted), np.array(state)
+    if numbers.loose == 0.0:
+        start[4:6] = 0.0
+    return _finite(machine, _solved(numbers, start, 0, samples, sample_rate, steps_per_ms))
+
+
+def seen(machine: Machine, point: OperatingPoint, motion: np.ndarray, sample_rate: float) -> OperatingPoint:
+    """The operating point as a once-per-turn pulse shows it over a run's record."""
+    motor = motion[7]
+    mean = float(motor[-1] - motor[0]) * sample_rate / (len(motor) - 1)
     turn = 2.0 * math.pi * machine.stations
-    seen = dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]) - turn)
-    return acceleration, seen
+    return dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]) - turn)
+
+
+def _solved(
+    numbers: Plant, state: np.ndarray, before: int, samples: int, sample_rate: float, steps_per_ms: int
+) -> np.ndarray:
+    steps, interval = max(1, round(1000.0 / sample_rate * steps_per_ms)), 1.0 / sample_rate
+    idle = numbers, np.zeros(STATES), 0, 0, interval, steps
+    one_version("the challenge's solver", 8, (started, (numbers, 0.0, 0.0)), (solved, idle))
+    return solved(numbers, state, before, samples, interval, steps)
+
+
+def _finite(machine: Machine, motion: np.ndarray) -> np.ndarray:
+    if not np.isfinite(motion).all():
+        raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(motion[0]).sum())}.")
+    return motion
 
 
 def _check(machine: Machine) -> None:
@@ -54,11 +105,10 @@ def _check(machine: Machine) -> None:
         raise refuse("Machine", "model", "'B'", machine.model, "a loose base is the effect base.looseness")
     if machine.contact_law != "clipped":
         raise refuse("Machine", "contact_law", "'clipped'", machine.contact_law)
-    if not isinstance(machine.motion_law, ModifiedSine):
-        raise refuse("Machine", "motion_law", "'modified_sine'", machine.motion_law.name)
+    check_choice("Machine", "motion_law", machine.motion_law.name, LAWS)
 
 
-def plant(machine: Machine, point: OperatingPoint) -> Plant:
+def plant(machine: Machine, point: OperatingPoint, unlisted: Unlisted = NOTHING) -> Plant:
     """The plain numbers of the equations."""
     effects: dict[str, Effect] = {effect.name: effect for effect in machine.effects}
 
@@ -105,6 +155,7 @@ def plant(machine: Machine, point: OperatingPoint) -> Plant:
         command=point.motor_speed, slip=1.0 / slip if slip else 0.0,
         ripple=Wave(tau * ripple.size / ripple.order, ripple.order, ripple.phase),
         transmission=wave("drive.transmission_error", "amplitude"), mesh=wave("drive.mesh_stiffness", "depth"),
+        law=LAWS.index(machine.motion_law.name), unlisted=unlisted,
     ))  # fmt: skip
 
 

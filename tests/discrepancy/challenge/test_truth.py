@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from discrepancy.challenge.draw import HIDDEN
-from discrepancy.challenge.solver import STEPS_PER_MS, solved
+from discrepancy.challenge.solver import STEPS_PER_MS, solved, started
 from discrepancy.challenge.truth import plant, true_motion
 from discrepancy.indexer.parameters import changed
 from indexer_env import OperatingPoint, load_machine, make_effect
@@ -38,7 +38,8 @@ def test_truth_is_what_the_reference_solver_gives(name: str | None) -> None:
         size = next(iter(HIDDEN[name]))
         machine = machine.with_effects(make_effect(name, {size: 5.0 * HIDDEN[name][size], **SHAPES.get(name, {})}))
     expected = simulate_reference(machine, POINT, samples=350).channels["table_acceleration"]
-    found = solved(plant(machine, POINT), POINT.start_angle, 0, 350, 1e-3, STEPS_PER_MS)[0]
+    numbers = plant(machine, POINT)
+    found = solved(numbers, started(numbers, POINT.start_angle, 0.0), 0, 350, 1e-3, STEPS_PER_MS)[0]
     assert np.abs(found - expected).max() < 1e-6 * expected.std()
 
 
