@@ -1,0 +1,113 @@
+"""The truth of the challenge: a machine with what is hidden in it, solved from edge to edge, as fast as it can be."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from indexer_env.compiled import one_version
+from indexer_env.effects import Effect
+from indexer_env.errors import SimulationError, refuse
+from indexer_env.machine import Machine
+from indexer_env.motion_law import ModifiedSine
+from indexer_env.operating_point import OperatingPoint
+from indexer_experiments.challenge.equations import Bump, Joint, Plant, Wave
+from indexer_experiments.challenge.solver import STEPS_PER_MS, solved
+
+
+def true_motion(
+    machine: Machine, point: OperatingPoint, samples: int, sample_rate: float
+) -> tuple[np.ndarray, OperatingPoint]:
+    """Table acceleration φ̈ (samples,) [rad/s²] after one table turn at the commanded speed, and the operating point as
+    a once-per-turn pulse shows it: the motor's mean speed over the record, the drive's angle at its first sample.
+
+    The machine is Model B with the modified sine, the clipped contact law and any effects of the library that are not
+    the sensor's. Validated against `indexer_env.reference.simulate_reference`.
+
+    Raises
+    ------
+    ParameterError
+        Another model, law or contact law.
+    SimulationError
+        The run left the physical range.
+    """
+    _check(machine)
+    before = round(machine.turn_duration(point) * sample_rate)
+    steps = max(1, round(1000.0 / sample_rate * STEPS_PER_MS))
+    numbers, start, interval = plant(machine, point), float(point.start_angle), 1.0 / sample_rate
+    one_version("the challenge's solver", 5, (solved, (numbers, start, 0, 0, interval, steps)))
+    out = solved(numbers, start, before, samples, interval, steps)
+    if not np.isfinite(out).all():
+        raise SimulationError(f"{machine.name} left the physical range at sample {int(np.isfinite(out[0]).sum())}.")
+    acceleration, motor = out
+    mean = float(motor[-1] - motor[0]) * sample_rate / (samples - 1)
+    turn = 2.0 * math.pi * machine.stations
+    seen = dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]) - turn)
+    return acceleration, seen
+
+
+def _check(machine: Machine) -> None:
+    if machine.model != "B":
+        raise refuse("Machine", "model", "'B'", machine.model, "a loose base is the effect base.looseness")
+    if machine.contact_law != "clipped":
+        raise refuse("Machine", "contact_law", "'clipped'", machine.contact_law)
+    if not isinstance(machine.motion_law, ModifiedSine):
+        raise refuse("Machine", "motion_law", "'modified_sine'", machine.motion_law.name)
+
+
+def plant(machine: Machine, point: OperatingPoint) -> Plant:
+    """The plain numbers of the equations."""
+    effects: dict[str, Effect] = {effect.name: effect for effect in machine.effects}
+
+    def of(name: str, field: str, missing: float = 0.0) -> float:
+        effect = effects.get(name)
+        return float(getattr(effect, field)) if effect is not None else missing
+
+    def wave(name: str, size: str, factor: float = 1.0) -> Wave:
+        return Wave(factor * of(name, size), of(name, "order", 1.0), of(name, "phase"))
+
+    def bump(name: str, size: str) -> Bump:
+        return Bump(of(name, size), of(name, "centre"), of(name, "half_width", 1.0))
+
+    tau = machine.reduction
+    rho = machine.output_joint.stiffness_ratio * (1.0 - of("roller.crack", "severity"))
+    single = 1.0 - of("roller.crack_single", "severity")
+    first, second = machine.input_joint, machine.output_joint
+    g1, g2 = first.backlash + of("input.backlash", "play"), second.backlash + of("output.backlash", "play")
+    compliance, slip = of("base.looseness", "compliance"), of("drive.slip", "compliance")
+    k3 = 1.0 / compliance if compliance else 0.0
+    carried = machine.follower_inertia + machine.housing_inertia
+    ripple = wave("drive.speed_ripple", "depth")
+    return _of_floats(Plant(
+        J_C=machine.cam_inertia, J_F=machine.follower_inertia, J_t=machine.table_inertia,
+        J_b=machine.housing_inertia, J_m=machine.motor_inertia, tau=tau, stations=float(machine.stations),
+        share=machine.motion_share,
+        joint_1=Joint(
+            first.stiffness, first.damping, g1, first.stiffness_ratio, 0.0,
+            float(g1 > 0.0 or first.stiffness_ratio < 1.0),
+        ),
+        joint_2=Joint(
+            second.stiffness, second.damping, g2, rho, of("output.cubic_stiffness", "stiffness"),
+            float(g2 > 0.0 or rho < 1.0 or single < 1.0),
+        ),
+        single_rho=single, single_station=of("roller.crack_single", "station", -1.0),
+        loose=float(k3 > 0.0), k3=k3, r3=2.0 * of("base.looseness", "damping_ratio") * (k3 * carried) ** 0.5,
+        load=point.load_torque, coulomb=of("friction.coulomb", "torque"),
+        coulomb_speed=of("friction.coulomb", "smoothing", 1.0), viscous=of("friction.viscous", "coefficient"),
+        stribeck=of("friction.stribeck", "torque"), stribeck_speed=of("friction.stribeck", "speed", 1.0),
+        stribeck_smoothing=of("friction.stribeck", "smoothing", 1.0),
+        imbalance=of("load.imbalance", "torque"), imbalance_phase=of("load.imbalance", "phase"),
+        process=bump("load.process", "torque"), profile=bump("cam.profile_error", "height"),
+        spacing=of("cam.station_spacing", "error"), spacing_station=of("cam.station_spacing", "station", -1.0),
+        command=point.motor_speed, slip=1.0 / slip if slip else 0.0,
+        ripple=Wave(tau * ripple.size / ripple.order, ripple.order, ripple.phase),
+        transmission=wave("drive.transmission_error", "amplitude"), mesh=wave("drive.mesh_stiffness", "depth"),
+    ))  # fmt: skip
+
+
+def _of_floats(numbers: Any) -> Any:
+    """The same with whole numbers as floats, for which alone the solver is compiled."""
+    return type(numbers)(*map(_of_floats, numbers)) if isinstance(numbers, tuple) else float(numbers)
