@@ -36,7 +36,7 @@ from discrepancy.problem import Problem
 from indexer_env.machine import Machine
 from indexer_experiments.challenge.draw import HIDDEN, KNOWN_TO, Order, draw
 from indexer_experiments.challenge.records import read_case, write_records
-from indexer_experiments.challenge.tables import table
+from indexer_experiments.tables import table
 
 LIBRARY = (
     "friction.coulomb", "friction.viscous", "load.imbalance", "drive.slip", "drive.speed_ripple",

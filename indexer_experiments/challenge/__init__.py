@@ -7,7 +7,6 @@ In reading order:
     draw        what is hidden in case k: kind, effects, sizes, machine; a function of the seed and k alone
     records     the measured files of a case and what was known when they were taken
     case        one case from its draw to its scored answer
-    tables      shares with their intervals, tables in Markdown
     criteria    what must be shown, beside what the cases show so far
     score       all tables: by kind, size, play and effect
     plan        which cases a run solves, all groups in turns

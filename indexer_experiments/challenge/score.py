@@ -12,7 +12,7 @@ from typing import Any
 from indexer_experiments.challenge.case import OUTCOMES
 from indexer_experiments.challenge.criteria import LARGE, criteria
 from indexer_experiments.challenge.draw import PLAYS
-from indexer_experiments.challenge.tables import table, wilson
+from indexer_experiments.tables import table, wilson
 
 Case = dict[str, Any]
 

@@ -1,10 +1,7 @@
-"""Shares and their intervals."""
-
-import pytest
+"""Tables of a challenge."""
 
 from indexer_experiments.challenge.criteria import criteria
 from indexer_experiments.challenge.score import confusion, summary
-from indexer_experiments.challenge.tables import wilson
 
 
 def case(hidden: str, verdict: str, names: list[str], outcome: str, gap: float) -> dict:
@@ -20,12 +17,6 @@ CASES = [
     case("friction.viscous", "named", ["drive.slip"], "wrong", 3.5),
     case("drive.slip", "none", [], "missed", 1.2),
 ]
-
-
-def test_interval_of_a_share_is_wilsons() -> None:
-    """Newcombe, Statist. Med. 17 (1998) 857, table I: 81 of 263 gives 0.2553 to 0.3662, 0 of 20 up to 0.1611."""
-    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
-    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
 
 
 def test_answers_are_counted_by_what_was_hidden() -> None:

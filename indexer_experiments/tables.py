@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 _NORMAL_95 = 1.96
 
@@ -25,17 +24,6 @@ def share(hits: int, of: int) -> tuple[str, str]:
         return "no case", "–"
     low, high = wilson(hits, of)
     return f"{hits} of {of} ({100 * hits / of:.1f} %)", f"{100 * low:.1f}–{100 * high:.1f} %"
-
-
-def covered(cases: Iterable[dict[str, Any]], effects: bool) -> tuple[int, int]:
-    """Intervals that hold the truth, and how many there are: of hidden effects, or of the machine's own parameters."""
-    rows = [
-        row
-        for case in cases
-        for row in case["intervals"]
-        if effects == any(row[0].startswith(f"{effect['name']}.") for effect in case["hidden"])
-    ]
-    return sum(low <= truth <= high for _, truth, _, low, high in rows), len(rows)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
