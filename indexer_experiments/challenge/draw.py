@@ -14,6 +14,7 @@ from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects import Effect, make_effect
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
+from indexer_env.units import DEGREE, at_cam
 
 KINDS = ("single", "none", "outside", "two")
 """single: one effect of the library; none: nothing; outside: one effect that the library lacks in that case; two."""
@@ -44,10 +45,10 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "drive.mesh_stiffness": {"depth": 0.1, "phase": (0.0, _TURN)},
     "cam.profile_error": {"height": 2.1e-4, "centre": (0.08, 0.42), "half_width": (0.04, 0.12)},
     "cam.station_spacing": {"error": 4e-3, "station": (0.0, 7.0)},
-    "roller.crack": {"severity": 0.06},
-    "roller.crack_single": {"severity": 0.08, "station": (0.0, 7.0)},
-    "input.backlash": {"play": 6e-4},
-    "output.backlash": {"play": 4e-5},
+    "roller.crack": {"stiffness_loss": 0.06},
+    "roller.crack_single": {"stiffness_loss": 0.08, "station": (0.0, 7.0)},
+    "input.backlash": {"backlash": 6e-4},
+    "output.backlash": {"backlash": 4e-5},
     "output.cubic_stiffness": {"stiffness": 1e9},
     "base.looseness": {"compliance": 1.5e-6, "damping_ratio": (0.02, 0.1)},
     "sensor.gain": {"error": 0.02},
@@ -130,7 +131,7 @@ def nominal_machine(play: str) -> Machine:
     if play == "healthy":
         return machine
     degrees = {"none": 0.0, "5": 5.0, "20": 20.0}[play]
-    return changed(machine, {"input_joint.backlash": math.radians(degrees) * machine.reduction})
+    return changed(machine, {"input_joint.backlash": at_cam(degrees * DEGREE, machine.reduction)})
 
 
 def draw(order: Order, number: int) -> Draw:

@@ -73,10 +73,10 @@ def plant(machine: Machine, point: OperatingPoint) -> Plant:
         return Bump(of(name, size), of(name, "centre"), of(name, "half_width", 1.0))
 
     tau = machine.reduction
-    rho = machine.output_joint.stiffness_ratio * (1.0 - of("roller.crack", "severity"))
-    single = 1.0 - of("roller.crack_single", "severity")
+    rho = machine.output_joint.stiffness_ratio * (1.0 - of("roller.crack", "stiffness_loss"))
+    single = 1.0 - of("roller.crack_single", "stiffness_loss")
     first, second = machine.input_joint, machine.output_joint
-    g1, g2 = first.backlash + of("input.backlash", "play"), second.backlash + of("output.backlash", "play")
+    g1, g2 = first.backlash + of("input.backlash", "backlash"), second.backlash + of("output.backlash", "backlash")
     compliance, slip = of("base.looseness", "compliance"), of("drive.slip", "compliance")
     k3 = 1.0 / compliance if compliance else 0.0
     carried = machine.follower_inertia + machine.housing_inertia

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,6 +12,7 @@ from classifier.style import COLOURS, DARK
 from datagen.changes import with_changes
 from indexer_env.faults import STATES, Faults
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.units import DEGREE
 from indexer_experiments.recipes import labelled_by_code
 from indexer_experiments.study.claims.base import Claim, Rows
 from indexer_experiments.study.lab import Lab
@@ -36,16 +36,16 @@ STREAM = 10
 class Diagnosed(Setting):
     """The machine that is measured and the training of §4.3.
 
-    code         of Table 2 that the machine calls for
-    reducer_deg  play in the reducer [degrees at the motor shaft]
-    crack        loss of stiffness of joint 2 in one sense [-]
-    play         of joint 2 [rad]
+    code             of Table 2 that the machine calls for
+    backlash_deg     backlash of the reducer [degrees at the motor shaft]
+    crack            loss of stiffness of joint 2 in one sense [-]
+    output_backlash  of joint 2 [rad]
     """
 
     code: str = "11100"
-    reducer_deg: float = 20.0
+    backlash_deg: float = 20.0
     crack: float = CRACKED
-    play: float = 0.0
+    output_backlash: float = 0.0
     training: Training = SCALED
 
     def commands(self, seed: int) -> tuple[str, ...]:
@@ -73,11 +73,16 @@ class Fig10(Claim):
     )
     settings: ClassVar[tuple[Diagnosed, ...]] = (
         Diagnosed("20° of play", "cracked roller, 20° of play in the reducer"),
-        Diagnosed("10° of play", "cracked roller, 10° of play in the reducer", reducer_deg=10.0),
+        Diagnosed("10° of play", "cracked roller, 10° of play in the reducer", backlash_deg=10.0),
         Diagnosed("raw inputs", "the same as the first, raw inputs", training=RAW),
-        Diagnosed("as taught", "cracked roller, 1 mrad of play in joint 2: class 6 itself", reducer_deg=0.0, play=1e-3),
+        Diagnosed(
+            "as taught",
+            "cracked roller, 1 mrad of play in joint 2: class 6 itself",
+            backlash_deg=0.0,
+            output_backlash=1e-3,
+        ),
         Diagnosed("play alone", "20° of play in the reducer, rollers intact: should be 11110", "11110", crack=INTACT),
-        Diagnosed("intact", "an intact machine: should be 11111", "11111", reducer_deg=0.0, crack=INTACT),
+        Diagnosed("intact", "an intact machine: should be 11111", "11111", backlash_deg=0.0, crack=INTACT),
     )
 
     def collect(self, lab: Lab, setting: Diagnosed) -> Rows:
@@ -131,6 +136,6 @@ class Fig10(Claim):
 def record_of(setting: Diagnosed, seed: int, samples: int | None = None, turns_before: int = 1) -> np.ndarray:
     """Record [rad/s²] of the machine of a data set: one turn, after one more, where not told otherwise."""
     rng = np.random.default_rng([seed, STREAM])
-    faults = Faults(roller_crack=setting.crack, backlash=math.radians(setting.reducer_deg))
-    machine = faults.applied_to(with_changes(drawn(rng), {"output_joint.backlash": setting.play}))
+    faults = Faults(roller_crack=setting.crack, backlash=setting.backlash_deg * DEGREE)
+    machine = faults.applied_to(with_changes(drawn(rng), {"output_joint.backlash": setting.output_backlash}))
     return measured(machine, OperatingPoint(), rng, samples, turns_before)

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from classifier.style import COLOURS
+from indexer_env.units import DEGREE
 from indexer_experiments.recipes import Labelled, column, masks, read
 from indexer_experiments.study.claims.base import Rows
 from indexer_experiments.study.lab import Lab
@@ -33,7 +34,7 @@ class BenchRecords:
     def read(cls, folder: Path, setting: OnBench) -> BenchRecords:
         """From a data set of ``campaign=bench``."""
         records, table, rate = read(folder)
-        level = np.rint(np.degrees(column(table, "fault_backlash")) / STEP_DEG).astype(int)
+        level = np.rint(column(table, "fault_backlash") / DEGREE / STEP_DEG).astype(int)
         faulty = [column(table, name) > 0 for name in ("fault_roller_crack", "fault_screw_looseness")]
         targets = np.column_stack([*faulty, np.array(setting.targets)[level]]).astype(float)
         subsets = masks(table)
