@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow
     ("seed", "name", "parameters"),
     [
         (11, "friction.viscous", {"coefficient": 80.0}),
-        (12, "roller.crack", {"severity": 0.3}),
+        (12, "roller.crack", {"stiffness_loss": 0.3}),
         (13, "drive.transmission_error", {"amplitude": 1e-3, "phase": 0.7}),
         (14, "sensor.gain", {"error": 0.1}),
     ],
