@@ -9,9 +9,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from discrepancy.candidates import Candidate
+from discrepancy.estimates import Estimate
 from discrepancy.explain import Explanation, explain
-from discrepancy.findings import Estimate
+from discrepancy.grades import NAMED
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import read
 from indexer_env.effects import Effect
@@ -20,9 +20,10 @@ from indexer_experiments.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, dr
 from indexer_experiments.challenge.records import read_case, write_records
 
 OUTCOMES = ("right", "ambiguous", "refused", "missed", "partly", "wrong")
-"""right: what is hidden, and nothing else, is named, `none` where nothing is, `unexplained` where the library lacks it;
-ambiguous: it is among those that could not be told apart; refused: no name though the library has one, or no fit;
-missed: "none" though something is hidden; partly: one of two, and no other; wrong: a name of what is not there."""
+"""right: what is hidden, and nothing else, is established, "nothing missing" where nothing is, no name where the library
+lacks it; ambiguous: it is in a family; refused: no name though the library has one, or a remainder where nothing is
+hidden; missed: "nothing missing" though something is; partly: one of two, and no other; wrong: a name of what is not
+there."""
 
 
 def solve_case(order: Order, number: int) -> dict[str, Any]:
@@ -49,27 +50,28 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
 
 
 def _answered(drawn: Draw, answer: Explanation, notes: tuple[str, ...]) -> dict[str, Any]:
+    named = _named(answer)
     return {
-        "verdict": answer.verdict, "names": list(answer.names), "alike": list(answer.rounds[-1].names),
-        "reason": answer.reason, "notes": list(notes), "outcome": outcome(drawn, answer),
-        "gap": answer.base.level, "left": answer.best.level,
-        "before": answer.before, "after": answer.after, "black_box": answer.first.black_box,
+        "verdict": "named" if named else answer.verdict, "names": list(answer.names),
+        "alike": sorted(set().union(*named)) if named else [],
+        "reason": " ".join(finding.why for finding in answer.findings), "notes": list(notes),
+        "outcome": outcome(drawn, answer), "gap": answer.base.place.level(answer.model),
+        "left": answer.best.place.level(answer.model), "before": answer.before, "after": answer.after,
         "closed_share": None if math.isnan(answer.closed_share) else answer.closed_share,
-        "ranking": [[r.name, r.probability, r.heldout_gap, r.score] for r in answer.ranking],
-        "intervals": intervals(drawn, answer), "found": [dataclasses.asdict(f) for f in answer.found],
-        "rounds": [[_row_of(c) for c in naming.candidates] for naming in answer.rounds],
+        "intervals": intervals(drawn, answer), "found": [dataclasses.asdict(f) for f in answer.findings],
     }  # fmt: skip
+
+
+def _named(answer: Explanation) -> list[set[str]]:
+    """The names that each finding with a name gives."""
+    return [{effect.name for effect in f.effects} for f in answer.findings if f.grade in NAMED]
 
 
 def _turned_away(order: Order, why: str) -> dict[str, Any]:
     """The answer where the records were refused before any fit; the gap is the least one asked for."""
-    unseen = dict.fromkeys(("left", "before", "after", "black_box", "closed_share"))
-    empty = {name: [] for name in ("names", "alike", "notes", "ranking", "intervals", "found", "rounds")}
+    unseen = dict.fromkeys(("left", "before", "after", "closed_share"))
+    empty = {name: [] for name in ("names", "alike", "notes", "intervals", "found")}
     return {"verdict": "turned away", "reason": why, "outcome": "refused", "gap": order.gap[0], **unseen, **empty}
-
-
-def _row_of(c: Candidate) -> list[Any]:
-    return [c.name, c.score, c.level, c.held_out, c.typical, c.converged]
 
 
 def _told(effect: Effect) -> dict[str, Any]:
@@ -78,34 +80,32 @@ def _told(effect: Effect) -> dict[str, Any]:
 
 def outcome(drawn: Draw, answer: Explanation) -> str:
     """One of OUTCOMES."""
-    hidden, found = {effect.name for effect in drawn.hidden}, set(answer.names)
-    named = answer.verdict in ("named", "ambiguous")
-    if not hidden:
-        return "right" if answer.verdict == "none" else "wrong" if named else "refused"
-    if drawn.removed:
-        return {"unexplained": "right", "not_converged": "refused", "none": "missed"}.get(answer.verdict, "wrong")
+    hidden = set() if drawn.removed else {effect.name for effect in drawn.hidden}
+    named = _named(answer)
     if not named:
-        return "missed" if answer.verdict == "none" else "refused"
-    if answer.verdict == "ambiguous":
-        earlier, alike = set(answer.names[:-1]), set(answer.rounds[-1].names)
-        left = hidden - earlier
-        return "ambiguous" if earlier <= hidden and len(left) == 1 and left <= alike else "wrong"
-    if found == hidden:
-        return "right"
-    return "partly" if found < hidden else "wrong"
+        nothing = answer.verdict == "nothing missing"
+        if drawn.removed:
+            return "missed" if nothing else "right"
+        return ("missed" if nothing else "refused") if hidden else ("right" if nothing else "refused")
+    if any(not members & hidden for members in named) or len(named) > len(hidden):
+        return "wrong"
+    if len(named) < len(hidden):
+        return "partly"
+    return "right" if all(len(members) == 1 for members in named) else "ambiguous"
 
 
 def intervals(drawn: Draw, answer: Explanation) -> list[list[Any]]:
     """[name, truth, value, low, high] of every parameter of effects rightly named and of the machine, where the answer
     is right."""
-    if outcome(drawn, answer) != "right" or answer.verdict == "unexplained":
+    if outcome(drawn, answer) != "right" or drawn.removed:
         return []
     true = {effect.name: effect for effect in drawn.hidden}
     rows = []
-    for found in answer.found:
+    for found in (finding.effects[0] for finding in answer.findings if finding.grade in NAMED):
         for estimate in found.parameters:
-            value = float(getattr(true[found.name], estimate.name))
-            rows.append(_row(f"{found.name}.{estimate.name}", _same_turn(value, estimate), estimate))
+            if hasattr(true[found.name], estimate.name):
+                value = float(getattr(true[found.name], estimate.name))
+                rows.append(_row(f"{found.name}.{estimate.name}", _same_turn(value, estimate), estimate))
     for estimate in answer.calibration.estimates:
         if not any(estimate.name.startswith(f"{name}.") for name in true):
             rows.append(_row(estimate.name, read(drawn.truth, estimate.name), estimate))

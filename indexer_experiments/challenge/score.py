@@ -33,7 +33,7 @@ def confusion(cases: Iterable[Case]) -> Counter[tuple[str, str]]:
     counted: Counter[tuple[str, str]] = Counter()
     for case in cases:
         hidden = " + ".join(sorted(effect["name"] for effect in case["hidden"])) or "none"
-        named = case["verdict"] in ("named", "ambiguous")
+        named = case["verdict"] == "named"
         counted[hidden, " + ".join(sorted(case["names"])) if named else case["verdict"]] += 1
     return counted
 
