@@ -9,11 +9,18 @@ from typing import Any
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 from indexer_experiments.challenge.draw import HIDDEN, Order
+from indexer_experiments.challenge.messy.draw import MessyOrder
 
-CASES = ("own", "full", "none")
-"""own: `count` cases of one kind, play and gap; full: all groups of the result table; none: the table alone."""
+CASES = ("own", "full", "messy", "none")
+"""own: `count` cases of one kind, play and gap; full: all groups of the result table; messy: `count` cases of one half
+of the messy challenge; none: the table alone."""
 
-_OF_GROUP, _OF_ALL = ("count", "kind", "play", "gap"), ("seed", "turns")
+_KEYS = ("count", "kind", "play", "gap", "turns", "seed", "half", "limit")
+_TAKEN = {
+    "own": ("count", "kind", "play", "gap", "turns", "seed"), "full": ("turns", "seed"),
+    "messy": ("count", "seed", "half", "limit"), "none": (),
+}  # fmt: skip
+"""Keys that have an effect with each of CASES."""
 
 _EACH = len(HIDDEN)
 _LARGE, _SMALL = (3.0, 10.0), (1.0, 3.0)
@@ -30,11 +37,11 @@ FULL = (
 class Task:
     """Case `number` of an order."""
 
-    order: Order
+    order: Order | MessyOrder
     number: int
 
 
-def orders(config: dict[str, Any]) -> tuple[Order, ...]:
+def orders(config: dict[str, Any]) -> tuple[Order | MessyOrder, ...]:
     """The orders of a composed conf/challenge.yaml; none where only the table is asked for.
 
     Raises
@@ -44,13 +51,10 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
     """
     which = config["cases"]
     check_choice("challenge", "cases", which, CASES)
-    given: dict[str, Any] = {key: config[key] for key in (*_OF_GROUP, *_OF_ALL) if config[key] is not None}
-    idle = {"own": (), "full": _OF_GROUP, "none": (*_OF_GROUP, *_OF_ALL)}[which]
-    for key in idle:
-        if key in given:
-            raise refuse(
-                "challenge", key, f"left out with cases={which}", given[key], "take cases=own, or leave it out"
-            )
+    given: dict[str, Any] = {key: config[key] for key in _KEYS if config[key] is not None}
+    for key in given.keys() - set(_TAKEN[which]):
+        takers = " or ".join(f"cases={name}" for name in CASES if key in _TAKEN[name])
+        raise refuse("challenge", key, f"left out with cases={which}", given[key], f"take {takers}, or leave it out")
     if which == "none":
         return ()
     if "seed" not in given:
@@ -59,6 +63,10 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
         return tuple(Order(n, kind=kind, play=play, gap=gap, **given) for kind, play, n, gap in FULL)
     if "count" not in given:
         raise refuse("challenge", "count", "a whole number >= 1", None, "add count=22, or cases=full")
+    if which == "messy":
+        if "half" not in given:
+            raise refuse("challenge", "half", "tune or judge", None, "add half=tune; half=judge is for the last look")
+        return (MessyOrder(**given),)
     if "gap" in given:
         gap = given["gap"]
         if not isinstance(gap, list):
@@ -69,7 +77,7 @@ def orders(config: dict[str, Any]) -> tuple[Order, ...]:
     return (Order(**given),)
 
 
-def interleaved(asked: Sequence[Order]) -> list[Task]:
+def interleaved(asked: Sequence[Order | MessyOrder]) -> list[Task]:
     """All cases of all orders, so that a run that is stopped has had the same share of each."""
     tasks = [Task(order, number) for order in asked for number in range(order.count)]
     return sorted(tasks, key=lambda task: (task.number + 0.5) / task.order.count)

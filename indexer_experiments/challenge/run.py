@@ -20,11 +20,14 @@ from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import IndexerError, refuse
 from indexer_experiments.challenge.case import solve_case
 from indexer_experiments.challenge.draw import Order
+from indexer_experiments.challenge.messy.case import solve_messy
+from indexer_experiments.challenge.messy.draw import MessyOrder
+from indexer_experiments.challenge.messy.score import messy_tables
 from indexer_experiments.challenge.plan import Task, interleaved
 from indexer_experiments.challenge.score import summary
 
 EXECUTORS = ("local", "ray")
-_CASES, _TABLE, _PARQUET = "cases", "table.md", "cases.parquet"
+_CASES, _TABLE, _PARQUET, _MESSY_PARQUET = "cases", "table.md", "cases.parquet", "messy.parquet"
 
 _KEYS = {
     "kind", "play", "hidden", "verdict", "names", "outcome", "gap", "closed_share", "intervals", "cpu_s", "wall_s",
@@ -32,19 +35,27 @@ _KEYS = {
 }  # fmt: skip
 """What the tables need of a case."""
 
+_MESSY_KEYS = {"half", "hidden", "disturbances", "disturbed", "machine", "records", "answer"}
+"""The same of a messy one."""
+
 Map = Callable[[Callable[[int], Any], Iterable[int]], Iterable[Any]]
 
 
 def run_challenge(
-    orders: Sequence[Order], folder: Path, executor: str = "local", processes: int = 1, address: str | None = None
+    orders: Sequence[Order | MessyOrder],
+    folder: Path,
+    executor: str = "local",
+    processes: int = 1,
+    address: str | None = None,
 ) -> str:
     """Solve the cases that have no file yet, all orders in turns, and write the table of all; the table.
 
     Parameters
     ----------
-    orders : sequence of Order
+    orders : sequence of Order or MessyOrder
     folder : Path
-        Holds cases/*.json, each named after its order and number, table.md and cases.parquet; orders may share it.
+        Holds cases/*.json, each named after its order and number, table.md, cases.parquet and for messy cases
+        messy.parquet; orders may share it.
     executor : str
         "local", or "ray" for one task a case on a cluster.
     processes : int
@@ -84,16 +95,20 @@ def run_challenge(
 
 
 def conclude(folder: Path) -> str:
-    """Write table.md and cases.parquet from the cases that a folder holds; the table."""
+    """Write table.md and the Parquet files from the cases that a folder holds; the table."""
     cases = _cases(folder)
     if not cases:
         raise refuse("challenge", "out", "a folder with solved cases", str(folder), "take cases=own or cases=full")
-    table = summary(cases)
+    messy = [case for case in cases if case.keys() >= _MESSY_KEYS]
+    clean = [case for case in cases if case not in messy]
+    table = "\n".join(text for text in (summary(clean) if clean else "", messy_tables(messy)) if text)
     with whole_file(folder / _TABLE) as temporary:
         temporary.write_text(table, encoding="utf-8")
-    flat = [{key: _plain(value) for key, value in case.items()} for case in cases]
-    with whole_file(folder / _PARQUET) as temporary:
-        pyarrow.parquet.write_table(pa.Table.from_pylist(flat), temporary)
+    for rows, name in ((clean, _PARQUET), (messy, _MESSY_PARQUET)):
+        if rows:
+            flat = [{key: _plain(value) for key, value in case.items()} for case in rows]
+            with whole_file(folder / name) as temporary:
+                pyarrow.parquet.write_table(pa.Table.from_pylist(flat), temporary)
     return table
 
 
@@ -113,7 +128,7 @@ def _cases(folder: Path) -> list[dict[str, Any]]:
             case = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             case = None
-        if not isinstance(case, dict) or not case.keys() >= _KEYS:
+        if not isinstance(case, dict) or not (case.keys() >= _KEYS or case.keys() >= _MESSY_KEYS):
             rule = f"a folder whose {_CASES}/*.json are answers of a challenge"
             raise refuse("challenge", "out", rule, str(path), "take that file out, and its case is solved again")
         cases.append(case)
@@ -127,6 +142,9 @@ def _plain(value: Any) -> Any:
 
 def _file(task: Task, folder: Path) -> Path:
     order = task.order
+    if isinstance(order, MessyOrder):
+        limit = "free" if order.limit is None else f"{order.limit:g}"
+        return folder / _CASES / f"messy-{order.half}-{limit}-{order.seed}-{task.number:04d}.json"
     size = f"{order.gap[0]:g}-{order.gap[1]:g}"
     name = f"{order.kind}-{order.play}-{size}-{order.turns:g}-{order.seed}-{task.number:04d}.json"
     return folder / _CASES / name
@@ -134,11 +152,12 @@ def _file(task: Task, folder: Path) -> Path:
 
 def _solved(tasks: Sequence[Task], index: int) -> tuple[int, dict[str, Any] | IndexerError]:
     """A case with its place among the tasks, or why there is none: one case must not keep the others from an answer."""
-    task = tasks[index]
+    order, number = tasks[index].order, tasks[index].number
     try:
-        return index, solve_case(task.order, task.number)
+        return index, solve_messy(order, number) if isinstance(order, MessyOrder) else solve_case(order, number)
     except IndexerError as error:
-        return index, type(error)(f"Case {task.number} of the challenge ({task.order.kind}): {error}")
+        kind = "messy" if isinstance(order, MessyOrder) else order.kind
+        return index, type(error)(f"Case {number} of the challenge ({kind}): {error}")
 
 
 def _mapped(executor: str, processes: int, address: str | None) -> Map:

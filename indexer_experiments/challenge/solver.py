@@ -83,8 +83,8 @@ def margins(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, 
 
 @numba.njit(cache=True)
 def step(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, h: float, k: np.ndarray, out) -> None:
-    """One step of order 5 (Dormand and Prince 1980, the pair's higher solution) of length h into out (STATES,); k (6, STATES)
-    is workspace."""
+    """One step of order 5 (Dormand and Prince 1980, the pair's higher solution) of length h into out (STATES,);
+    k (6, STATES) is workspace."""
     rates(p, y, turn, region_1, region_2, k[0])
     for i in range(STATES):
         out[i] = y[i] + h * (k[0, i] / 5.0)

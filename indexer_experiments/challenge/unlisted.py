@@ -1,7 +1,8 @@
-"""Physics that the effect library does not have, as the challenge's equations take it; all sizes are 0 where it is absent.
+"""Physics that the effect library does not have, as the challenge's equations take it; sizes are 0 where it is absent.
 
 State y (13,), as in `equations`: 8 t [s], 9 hysteretic deflection z [rad], 10 and 11 angle and rate of a mass on the
-table, 12 wandering load [N m]. All numbers are floats: arrays among them made the solver three times slower. Sources: Bouc–Wen: Ismail, Ikhouane, Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161, with n = 1, β = γ.
+table, 12 wandering load [N m]. All numbers are floats: arrays among them made the solver three times slower.
+Bouc–Wen's hysteresis: Ismail, Ikhouane, Rodellar, Arch. Comput. Methods Eng. 16 (2009) 161, with n = 1, β = γ.
 """
 
 from __future__ import annotations
@@ -73,8 +74,8 @@ class Unlisted(NamedTuple):
 
 
 NOTHING = Unlisted(
-    seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0, hysteresis=0.0,
-    yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0, loss=Bump(0.0, 0.0, 1.0),
+    seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0,
+    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0, loss=Bump(0.0, 0.0, 1.0),
     inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0, mass_stiffness=0.0,
     mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
 )  # fmt: skip
@@ -122,7 +123,7 @@ def commanded(u: Unlisted, command: float, t: float) -> float:
 
 @numba.njit(cache=True)
 def waved(u: Unlisted, s: float) -> tuple[float, float, float]:
-    """Chatter marks A sin²(π s) sin(2π m s + ψ) on the cam's track at the share s of the motion, and two derivatives."""
+    """Chatter marks A sin²(π s) sin(2π m s + ψ) on the cam's track, s the share of the motion, and two derivatives."""
     if u.wavy.size == 0.0:
         return 0.0, 0.0, 0.0
     a, w = 2.0 * math.pi, 2.0 * math.pi * u.wavy.order

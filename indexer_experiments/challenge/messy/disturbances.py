@@ -6,10 +6,10 @@ Sizes are relative to the machine's own scales, so that a machine a hundred time
     T0 = J_t h C ω²,  V0 = 1.8 h ω,  ω = cam rate/(2π motion share),  C = 5.5        peak torque and rate of the table
 
 The halves. What a method is tuned on must not be what it is judged by, yet both halves must ask the same of it. So
-kinds stand in pairs, alike in joint or in what they vary with, and one of each pair went to either half: drags that grow
-with the square of a rate, differences between stations, changes with time, fixed frequencies, marks on the cam's phase,
-forces with a memory, the input side, the sensor, the base. A threshold tuned on one of a pair helps with the other only
-if it is about mechanics.
+kinds stand in pairs, alike in joint or in what they vary with, and one of each pair went to either half: drags that
+grow with the square of a rate, differences between stations, changes with time, fixed frequencies, marks on the cam's
+phase, forces with a memory, the input side, the sensor, the base. A threshold tuned on one of a pair helps with the
+other only if it is about mechanics.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ JOINTS = ("input", "output", "base", "sensor")
 accelerometer on the table cannot tell a torque on the table from one of joint 2, so the two are one."""
 
 KINDS = ("phase", "station", "speed", "time", "frequency")
-"""What it varies with: cam phase, table angle or station, speed (within a record or between records), time (not locked to
-any turn), a fixed frequency."""
+"""What it varies with: cam phase, table angle or station, speed (within a record or between records), time (not locked
+to any turn), a fixed frequency."""
 
 _TURN = 2.0 * math.pi
 
@@ -128,7 +128,8 @@ KINDS_OF_DISTURBANCE = (
     ),
     Kind(
         "inertia.by_station", "Workpieces of different mass: the table's inertia differs from station to station.",
-        "J_t → J_t (1 + e (2 u_s - 1)), u_s random in 0 to 1 for each station", "tune", "output", ("station",), {}, 0.02,
+        "J_t → J_t (1 + e (2 u_s - 1)), u_s random in 0 to 1 for each station", "tune", "output", ("station",),
+        {}, 0.02,
         lambda a, q, s: {"inertia": a, "stations": float(s.machine.stations)}, most=0.5,
     ),
     Kind(
@@ -143,7 +144,7 @@ KINDS_OF_DISTURBANCE = (
         lambda a, q, s: {"warming": a, "warming_time": q["time"] * s.duration}, most=0.6,
     ),
     Kind(
-        "stick.intermittent", "The table bearing sticks in some of the cam turns, as its lubrication fails now and then.",
+        "stick.intermittent", "The table bearing sticks in some cam turns, as its lubrication fails now and then.",
         "T_L += T_s s/√(1+s²) in a random share of the cam turns, s = φ̇/0.005", "judge", "output", ("time",),
         {"share": (0.2, 0.5)}, 0.03,
         lambda a, q, s: {"stick": a * s.torque, "sticking": q["share"]},
@@ -187,7 +188,7 @@ KINDS_OF_DISTURBANCE = (
         lambda a, q, s: {"walk": a * s.torque, "walk_time": q["time"]},
     ),
     Kind(
-        "inverter.beat", "The inverter's switching beats with the motor's current: a torque of fixed frequency whose size "
+        "inverter.beat", "The inverter's switching beats with the motor's current: a torque of fixed frequency that "
         "grows with the square of the speed.",
         "M1 += T_i (γ̇/γ̇_0)² sin(2πf t + ψ) at the cam", "tune", "input", ("frequency", "time"),
         {"hertz": (8.0, 25.0), "phase": _PHASE}, 0.02,

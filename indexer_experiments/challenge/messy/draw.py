@@ -94,7 +94,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class RecordDraw:
-    """One record: true point and turns of the table, load as stated, relative change of speed, and what is done with it."""
+    """One record: true point, turns of the table, load as stated, relative change of speed, what is done with it."""
 
     point: OperatingPoint
     turns: float

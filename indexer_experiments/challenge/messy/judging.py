@@ -1,8 +1,8 @@
 """Whether machine.yaml is better than the nominal machine, on a record at conditions of its own that no method gets.
 
-The gap is what a machine leaves of that record's true reading, without noise: rms over the noise, cam turn by cam turn,
-each piece resumed from the true state, and what another start state would explain taken off. A method's own held-out gap
-is not used: it may be measured on records whose conditions are misstated, by the method's own idea of the noise.
+The gap is what a machine leaves of that record's true reading, without noise: rms over the noise, cam turn by cam
+turn, each piece resumed from the true state, and what another start state would explain taken off. A method's own
+held-out gap is not used: it may be measured on records whose conditions are misstated, by its own idea of the noise.
 """
 
 from __future__ import annotations

@@ -1,21 +1,22 @@
 """How much of a disturbance or effect is left once the nominal machine is fitted: the measure of all sizes here.
 
-A fit of whole records would need a method; this one is linear, and so needs none. A record is cut at the ends of its cam
-turns. In each piece the true machine without the disturbance starts from the state that the disturbed one has there, so
-that what a play amplifies from turn to turn does not count:
+A fit of whole records would need a method; this one is linear, and so needs none. A record is cut at the ends of its
+cam turns. In each piece the true machine without the disturbance starts from the state that the disturbed one has
+there, so that what a play amplifies from turn to turn does not count:
 
     d_w = reading of the disturbed machine - true machine resumed from the disturbed one's state,     w: cam turn
     left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²
 
 X are the derivatives of the pieces by what every method may fit, with what is known of it, s: the eight parameters of
-the machine (10 %/√3), of each record load (10 %/√3), drive angle (2 mrad at the cam) and speed (0.3 %/√3), of each piece
-its start state (nothing known). It is exact for small disturbances; for large ones a method can leave less, as it may
-bend where this one is straight, and leaves more wherever it does not find the best fit.
+the machine (10 %/√3), of each record load (10 %/√3), drive angle (2 mrad at the cam) and speed (0.3 %/√3), of each
+piece its start state (nothing known). It is exact for small disturbances; for large ones a method can leave less, as it
+may bend where this one is straight, and leaves more wherever it does not find the best fit.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -75,7 +76,7 @@ def pieces_of(motions: Sequence[np.ndarray], stations: int) -> list[Piece]:
     for record, motion in enumerate(motions):
         turn = np.floor(motion[1] / (2.0 * np.pi))
         starts = np.flatnonzero(np.diff(turn) > 0.0) + 1
-        spans = list(zip(starts[:-1], starts[1:], strict=True))
+        spans = list(itertools.pairwise(starts))
         count = min(len(spans), stations if record == 0 else _SOME)
         chosen = np.linspace(0, len(spans) - 1, count).round().astype(int)
         found += [Piece(record, int(spans[k][0]), int(spans[k][1] - spans[k][0])) for k in chosen]

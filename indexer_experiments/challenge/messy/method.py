@@ -58,9 +58,7 @@ def _neutral(answer: Explanation, where: Where) -> CaseAnswer:
         grade = "established" if len(members) == 1 else "family"
         intervals = tuple(_interval(f"{found.name}.{estimate.name}", estimate) for estimate in found.parameters)
         findings.append(Finding(grade, members, place, min(max(probability, 0.0), 1.0), intervals))
-    machine = tuple(
-        _interval(e.name, e) for e in answer.calibration.estimates if "." not in e.name or "joint" in e.name
-    )
+    machine = tuple(_interval(e.name, e) for e in answer.calibration.estimates)
     return CaseAnswer(answer.verdict, answer.reason, tuple(findings), _remains(where), machine)
 
 

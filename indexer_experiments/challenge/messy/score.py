@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from indexer_experiments.challenge.messy.answer import NAMED, NO_ANSWER
+from indexer_experiments.challenge.messy.disturbances import HALVES
 from indexer_experiments.tables import share, table
 
 Row = dict[str, Any]
@@ -31,7 +32,7 @@ SHORT = 2.0
 """Table turns up to which all of a case's records show station and time as one thing."""
 
 LARGER = 0.1
-"""Gap over the noise by which machine.yaml must be worse to count as worse: the judging record's own numerical error."""
+"""Gap over the noise by which machine.yaml must be worse to count as worse, beyond the solver's own error."""
 
 _TURN = 2.0 * math.pi
 
@@ -140,6 +141,12 @@ def quantile_95(values: Iterable[float]) -> float:
     """The least value that 95 % do not exceed."""
     ordered = sorted(values)
     return ordered[math.ceil(0.95 * len(ordered)) - 1]
+
+
+def messy_tables(rows: Sequence[Row]) -> str:
+    """The tables of each half that there are rows of."""
+    halves = [(half, [row for row in rows if row["half"] == half]) for half in HALVES]
+    return "\n".join(f"## Messy challenge, half `{half}`\n\n{messy_table(mine)}" for half, mine in halves if mine)
 
 
 def messy_table(rows: Sequence[Row]) -> str:
