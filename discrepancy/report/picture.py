@@ -7,11 +7,11 @@ from collections.abc import Collection
 PARTS = ("motor", "reducer", "cam", "table", "base", "sensor")
 
 _LABELS = {
-    "motor": (52, 196, "motor"),
-    "reducer": (150, 196, "reducer, joint 1"),
+    "motor": (52, 120, "motor"),
+    "reducer": (149, 110, "reducer, joint 1"),
     "cam": (268, 196, "cam and rollers, joint 2"),
     "table": (268, 34, "table"),
-    "base": (190, 262, "base, joint 3"),
+    "base": (198, 262, "base, joint 3"),
     "sensor": (398, 66, "sensor"),
 }
 """Where each part's name stands."""
@@ -25,7 +25,7 @@ _SHAPES = {
     "table": '<rect x="186" y="62" width="164" height="16" rx="4"/><path d="M268 78v26"/>'
     '<path d="M200 62v-12h20v12M316 62v-12h20v12"/>',
     "base": '<path d="M14 214h368v18H14z"/><path d="M40 232v12M120 232v12M276 232v12M356 232v12"/>'
-    '<path d="M206 180v34M330 180v34"/>',
+    '<path d="M52 176v38M149 180v34M196 96v118M340 96v118M196 96h20M320 96h20"/>',
     "sensor": '<rect x="338" y="46" width="16" height="16" rx="2"/><path d="M354 54q20 0 22 18"/>',
 }  # fmt: skip
 

@@ -19,10 +19,10 @@ def headline(outcome: Outcome) -> str:
     answer = outcome.answer
     if answer.verdict == "nothing missing":
         said = "Nothing is missing: the calibrated model comes down to the noise on records that were never fitted"
-        return f"{said} ({_times(answer.before)} it).{_cut_short(outcome)}"
+        return f"{said} ({times(answer.before)} it).{_cut_short(outcome)}"
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
-    remains = f"{_times(remaining(outcome))} the noise remains{where_in_short(outcome.left)}"
+    remains = f"{times(remaining(outcome))} the noise remains{where_in_short(outcome.left)}"
     if named:
         closes = "close" if len(named) > 1 else "closes"
         said = f"{capital(joined([described(finding) for finding in named]))} {closes} {_closed(outcome)} of the gap"
@@ -110,7 +110,8 @@ def _with_unit(e: Estimate) -> str:
     return number(e.value, e) + ("" if e.unit == "-" else f" {e.unit}")
 
 
-def _times(level: float) -> str:
+def times(level: float) -> str:
+    """"1.02 times", "6.3 times", "12 times"."""
     return f"{level:.2f} times" if level < 2.0 else f"{level:.1f} times" if level < 9.95 else f"{level:.0f} times"
 
 

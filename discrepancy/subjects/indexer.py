@@ -185,7 +185,7 @@ class IndexerSubject(Subject):
 
 def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:
     edges = np.linspace(float(time[inside].min()), float(time[inside].max()), TIMES + 1)
-    labels = tuple(f"{edge:.3g} s" for edge in edges[:-1])
+    labels = tuple(f"{edge:.2g} s" for edge in edges[:-1])
     return Axis("time", labels, binned(time, edges, inside))
 
 
