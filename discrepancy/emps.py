@@ -90,9 +90,9 @@ def _backlash(motion: Motion, mass: float, p: Mapping[str, float]) -> np.ndarray
     travelled = np.zeros_like(motion.rate)
     for k in range(1, len(travelled)):
         moved = motion.position[k] - motion.position[k - 1]
-        travelled[k] = min(max(travelled[k - 1] + moved, -p["play"] / 2.0), p["play"] / 2.0)
+        travelled[k] = min(max(travelled[k - 1] + moved, -p["backlash"] / 2.0), p["backlash"] / 2.0)
     # smooth across 5 % of the play, so that a fit sees which way to go
-    free = np.clip((p["play"] / 2.0 - np.abs(travelled)) / (0.05 * p["play"] + 1e-12), 0.0, 1.0)
+    free = np.clip((p["backlash"] / 2.0 - np.abs(travelled)) / (0.05 * p["backlash"] + 1e-12), 0.0, 1.0)
     return -0.5 * mass * motion.acceleration * free
 
 
@@ -150,7 +150,7 @@ EFFECTS = {
             _elastic,
         ),
         _effect("delay", [("delay", "s", 0.0, 1e-3, 0.0, 0.05, (1e-3, 5e-3, 2e-2))], _delayed),
-        _effect("backlash", [("play", "m", 0.0, 1e-4, 0.0, 0.01, (1e-4, 5e-4, 2e-3))], _backlash),
+        _effect("backlash", [("backlash", "m", 0.0, 1e-4, 0.0, 0.01, (1e-4, 5e-4, 2e-3))], _backlash),
         _effect(
             "cogging",
             [

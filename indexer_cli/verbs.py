@@ -42,9 +42,9 @@ VERBS = {
         Verb("leaveout", "classifier.leaveout", "Learn and diagnose"),
         Verb("export", "classifier.export", "Learn and diagnose"),
         Verb("explain", "discrepancy", "Find what a model lacks"),
-        Verb("compare", "classifier.compare", "Experiments"),
-        Verb("study", "classifier.study", "Experiments"),
-        Verb("challenge", "discrepancy.challenge", "Experiments"),
+        Verb("compare", "indexer_experiments.compare", "Experiments"),
+        Verb("study", "indexer_experiments.study", "Experiments"),
+        Verb("challenge", "indexer_experiments.challenge", "Experiments"),
     )
 }
 

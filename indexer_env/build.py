@@ -11,9 +11,7 @@ from typing import Any, TypeVar
 
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import ParameterError
-from indexer_env.units import DEGREE, RPM
-
-_UNITS = {"_deg": DEGREE, "_rpm": RPM}
+from indexer_env.units import ENDINGS
 
 _T = TypeVar("_T")
 
@@ -76,11 +74,11 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
     """
     if key in fields:
         return key, 1.0
-    for ending, factor in _UNITS.items():
+    for ending, factor in ENDINGS.items():
         name = key.removesuffix(ending)
         if name != key and name in fields:
             return name, factor
-    ending = next((ending for ending in _UNITS if key.endswith(ending)), "")
+    ending = next((ending for ending in ENDINGS if key.endswith(ending)), "")
     hint = did_you_mean(key, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
         ", ".join(fields) or "none"
     )

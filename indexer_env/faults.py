@@ -17,6 +17,10 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_env.law_reader import law_of_field, make_law
 from indexer_env.laws import Choice, Fixed, Law
 from indexer_env.machine import Machine
+from indexer_env.units import at_cam
+
+MOST_BACKLASH = 2.0
+"""rad at the motor shaft; wear ends there, too."""
 
 LOOSE_HOUSING_HZ = 12.0
 """Natural frequency of the housing on fully loosened screws [Hz]. Assumed: below the output joint's 15 Hz, as a machine
@@ -56,7 +60,7 @@ class Faults:
         if self.cracked_station is not None:
             check_integer("Faults", "cracked_station", self.cracked_station, low=0)
         check_number("Faults", "screw_looseness", self.screw_looseness, low=0.0, high=1.0)
-        check_number("Faults", "backlash", self.backlash, low=0.0, high=2.0, unit="rad at the motor shaft")
+        check_number("Faults", "backlash", self.backlash, low=0.0, high=MOST_BACKLASH, unit="rad at the motor shaft")
 
     def effects(self, machine: Machine) -> tuple[MachineEffect, ...]:
         """The effects these faults are on a machine, on top of what it has: plays and compliances add, of two cracks
@@ -69,15 +73,15 @@ class Faults:
         """
         present: list[MachineEffect] = []
         if self.roller_crack > 0.0 and self.cracked_station is None:
-            before = _on(machine, RollerCrack(severity=0.0))
-            present.append(RollerCrack(severity=_both_cracks(before.severity, self.roller_crack)))
+            before = _on(machine, RollerCrack(stiffness_loss=0.0))
+            present.append(RollerCrack(stiffness_loss=_both_cracks(before.stiffness_loss, self.roller_crack)))
         elif self.roller_crack > 0.0 and self.cracked_station is not None:
-            single = _on(machine, SingleRollerCrack(severity=0.0, station=self.cracked_station))
+            single = _on(machine, SingleRollerCrack(stiffness_loss=0.0, station=self.cracked_station))
             if single.station != self.cracked_station:
                 rule = f"{single.station}, where {machine.name} already has its crack"
                 raise refuse("Faults", "cracked_station", rule, self.cracked_station)
-            severity = _both_cracks(single.severity, self.roller_crack)
-            present.append(SingleRollerCrack(severity=severity, station=self.cracked_station))
+            stiffness_loss = _both_cracks(single.stiffness_loss, self.roller_crack)
+            present.append(SingleRollerCrack(stiffness_loss=stiffness_loss, station=self.cracked_station))
         if self.screw_looseness > 0.0:
             loose = _on(machine, BaseLooseness(compliance=0.0))
             inertia = machine.follower_inertia + machine.housing_inertia
@@ -85,8 +89,8 @@ class Faults:
             compliance = loose.compliance + self.screw_looseness / stiffness
             present.append(dataclasses.replace(loose, compliance=compliance))
         if self.backlash > 0.0:
-            play = _on(machine, InputBacklash(play=0.0)).play + self.backlash * machine.reduction
-            present.append(InputBacklash(play=play))
+            backlash = _on(machine, InputBacklash(backlash=0.0)).backlash + at_cam(self.backlash, machine.reduction)
+            present.append(InputBacklash(backlash=backlash))
         return tuple(present)
 
     def applied_to(self, machine: Machine) -> Machine:

@@ -104,7 +104,7 @@ def test_a_pulse_in_the_dwell_shows_in_the_dwell(where) -> None:
 
 def test_a_cracked_roller_shows_in_one_sense(where) -> None:
     """Seed 26: the output joint is softer in one sense alone."""
-    found = where(26, make_effect("roller.crack", severity=0.3))
+    found = where(26, make_effect("roller.crack", stiffness_loss=0.3))
     assert cells(found, "sign of the torque") and any("not locked to the table" in said for said in found.sentences)
 
 
