@@ -111,7 +111,7 @@ def _with_unit(e: Estimate) -> str:
 
 
 def times(level: float) -> str:
-    """"1.02 times", "6.3 times", "12 times"."""
+    """ "1.02 times", "6.3 times", "12 times"."""
     return f"{level:.2f} times" if level < 2.0 else f"{level:.1f} times" if level < 9.95 else f"{level:.0f} times"
 
 
@@ -131,17 +131,15 @@ def to_do(outcome: Outcome) -> str:
     question = outcome.question
     if question is None:
         return "Nothing is open. machine.yaml is the machine as the records show it."
+    grows = "Record at another speed and under another load, and see with which of them the remainder grows"
     if len(question.rivals) < 2:
-        return (
-            "Record at another speed and under another load, and see with which of them the remainder grows: no effect "
-            "of the library predicts it, so no measurement could be chosen by simulation."
-        )
+        return f"{grows}: no effect of the library predicts it, so no measurement could be chosen by simulation."
     if not outcome.next:
-        return f"It is open {question.about}; no measurement could be chosen by simulation."
+        return f"It is open {question.about}, and no measurement could be chosen by simulation. {grows}."
     best, enough = outcome.next[0], outcome.answer.criteria.margin
     if best.separation < enough:
         return (
             f"It is open {question.about}, and no single record that was imagined would settle it: the best one, "
-            f"{best.measurement}, separates the two by {best.separation:.0f} where {enough:g} is enough."
+            f"{best.measurement}, separates the two by {best.separation:.0f} where {enough:g} is enough. {grows}."
         )
     return f"Record {best.measurement}: it would show {question.about}."

@@ -171,7 +171,9 @@ def test_a_stage_that_fails_takes_no_answer_away(stage: str, function: str, monk
     report = json.loads(files["report.json"])
     assert report["verdict"] == "found" and report["findings"][0]["name"] in ("tone or twin", "twin or tone")
     (said,) = report["failures"]
-    assert stage in said and "LinAlgError: Singular matrix" in said and said in files["report.html"].replace("&#39;", "'")
+    assert (
+        stage in said and "LinAlgError: Singular matrix" in said and said in files["report.html"].replace("&#39;", "'")
+    )
     assert "Singular matrix" in caplog.text, "the log has the traceback"
     assert headline(outcome) in files["report.html"]
 
@@ -193,7 +195,9 @@ def test_the_machine_holds_what_is_established_and_no_hint(made: Made) -> None:
 def test_a_machine_that_is_held_back_is_written_as_nominal(made: Made) -> None:
     answer = dataclasses.replace(made("found").answer, held_back="it predicts record 1 worse")
     text = report_files(dataclasses.replace(made("found"), answer=answer))["machine.yaml"]
-    assert text.startswith("# This is the nominal machine. The calibrated one is held back: it predicts record 1 worse.")
+    assert text.startswith(
+        "# This is the nominal machine. The calibrated one is held back: it predicts record 1 worse."
+    )
     assert yaml.safe_load(text) == {"offset": 0.0}
 
 
