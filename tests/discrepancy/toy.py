@@ -57,9 +57,12 @@ class Chord(Stateless):
         self.x = x = np.linspace(0.0, 40.0, WINDOWS * SAMPLES).reshape(WINDOWS, SAMPLES)
         tone, beat, rest = np.sin(x), np.cos(7.0 * x), np.cos(3.0 * x)
         self.shapes = {
-            "tone": tone, "beat": beat, "rest": rest, "twin": tone, "both": tone + beat + 0.5 * rest,
+            "tone": tone, "beat": beat, "rest": rest, "twin": tone,
             "half": tone + rest, "late": tone * (np.arange(WINDOWS) >= WINDOWS // 2)[:, None],
         }  # fmt: skip
+        # rough shapes, each sample a sign of its own, so that what one leaves of another has no memory
+        a, b, c = np.random.default_rng(0).choice([-1.0, 1.0], (3, *x.shape))
+        self.shapes |= {"a": a, "b": b, "a and b": a + b + 0.5 * c}
         clean = np.sum([size * self.shapes[name] for name, size in hidden.items()], axis=0) + np.zeros_like(x)
         self.y = clean + np.random.default_rng(seed).standard_normal(x.shape)
         self.library = {name: (effect(name, largest=largest),) for name in offered}
