@@ -91,7 +91,7 @@ def question_of(answer: Explanation) -> Question | None:
                 about = f"whether {finding.name} or {apart(other, answer.best)} stands for what is missing"
                 return Question(about, (answer.best, other))
             return Question(f"what {finding.name} stands in for", (answer.best, selection.without[k]))
-    if answer.remains.times_noise**2 - 1.0 < answer.criteria.at_noise:
+    if answer.after**2 - 1.0 < answer.criteria.at_noise:
         return None
     if not selection.tried:
         return Question("with what the remainder grows", ())

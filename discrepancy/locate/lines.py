@@ -16,7 +16,7 @@ from discrepancy.subjects.base import Line, View
 _MOTOR, _CAM = "motor shaft", "cam"
 
 _SAME = 1.5
-"""Widths 1/T within which two lines are one."""
+"""Widths 1/T within which two lines of one kind are one."""
 
 
 def with_found_lines(view: View, residual: np.ndarray) -> View:
@@ -33,7 +33,8 @@ def with_found_lines(view: View, residual: np.ndarray) -> View:
     new = [line for line in found if not _cam_repeats(line, view, width)]
     known = list(view.lines)
     for line in new:
-        if not any((np.abs(line.frequency - other.frequency) < _SAME * width).all() for other in known):
+        same = [other for other in known if other.kind == line.kind]
+        if not any((np.abs(line.frequency - other.frequency) < _SAME * width).all() for other in same):
             known.append(line)
     return dataclasses.replace(view, lines=tuple(known))
 

@@ -126,11 +126,12 @@ def _twice(stations: Sequence[int], passes: np.ndarray) -> bool:
 
 
 def _again(stations: Sequence[int], passes: np.ndarray) -> bool:
-    """Whether what these stations have above the others' median in one turn they have by half or more in the other."""
+    """Whether what these stations have above the others' median in one turn they have by half or more in the other, and
+    by more than what all stations change from one turn to the other."""
     others = [k for k in range(passes.shape[1]) if k not in stations]
     ground = [float(np.nanmedian(row[others])) if not np.isnan(row[others]).all() else 1.0 for row in passes]
     first, second = (float(row[list(stations)].mean()) - level for row, level in zip(passes, ground, strict=True))
-    return min(first, second) > _HALF * max(first, second)
+    return min(first, second) > max(_HALF * max(first, second), abs(ground[1] - ground[0]))
 
 
 def _of_lines(spots: Sequence[Spot]) -> list[str]:

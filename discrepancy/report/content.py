@@ -89,9 +89,8 @@ def _remains(outcome: Outcome) -> dict[str, Any]:
     answer = outcome.answer
     return {
         "times_noise": remaining(outcome),
-        "level": answer.after,
-        "level_with_hints": answer.remains.level,
-        "noise": answer.remains.noise,
+        "with_hints": answer.remains.level,
+        "unrepeated": answer.remains.noise,
         "looks_like": answer.remains.looks_like,
         "most": where_in_short(outcome.left).removeprefix(", "),
         "where_in_words": [] if outcome.left is None else list(outcome.left.sentences),

@@ -65,7 +65,7 @@ def _sizes(effect: FoundEffect, outcome: Outcome) -> list[tuple[str, str, str]]:
     for e in effect.parameters:
         shop = outcome.subject.shop(f"{effect.name}.{e.name}", (e.value, e.low, e.high))
         rows.append((e.name, ranged(e), shop))
-    return rows + [(name, f"{value:g}", "") for name, value in effect.choices]
+    return rows + [(name, f"{value:.4g}", "") for name, value in effect.choices]
 
 
 def _picture(outcome: Outcome) -> str:

@@ -22,7 +22,7 @@ def headline(outcome: Outcome) -> str:
         return f"{said} ({times(answer.before)} it).{_cut_short(outcome)}"
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
-    remains = f"{times(remaining(outcome))} the noise remains{where_in_short(outcome.left)}"
+    remains = f"{times(remaining(outcome))} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
     if named:
         closes = "close" if len(named) > 1 else "closes"
         said = f"{capital(joined([described(finding) for finding in named]))} {closes} {_closed(outcome)} of the gap"
@@ -41,15 +41,22 @@ def headline(outcome: Outcome) -> str:
 
 
 def remaining(outcome: Outcome) -> float:
-    """What the machine with everything accepted leaves on records held out, in times of what does not repeat."""
-    answer = outcome.answer
-    return answer.after / answer.remains.noise
+    """What the machine with everything accepted leaves on records held out, in times of their noise."""
+    return outcome.answer.after
 
 
 def remains_more(outcome: Outcome) -> bool:
     """Whether more than noise remains beside what is accepted."""
     answer = outcome.answer
     return remaining(outcome) ** 2 - 1.0 >= answer.criteria.at_noise
+
+
+def _unrepeated(outcome: Outcome) -> str:
+    """How much of what remains does not repeat, where that is more than the noise."""
+    noise = outcome.answer.remains.noise
+    if noise**2 - 1.0 < outcome.answer.criteria.at_noise:
+        return ""
+    return f" ({times(noise)} of it does not repeat from turn to turn)"
 
 
 def where_in_short(where: Where | None) -> str:
@@ -69,7 +76,7 @@ def described(finding: Finding) -> str:
 def sized(effect: FoundEffect) -> str:
     """An effect with its first parameter, which is its size, and its choices."""
     e = effect.parameters[0]
-    choices = "".join(f", {name} {value:g}" for name, value in effect.choices)
+    choices = "".join(f", {name} {value:.4g}" for name, value in effect.choices)
     return f"{effect.name} {_with_unit(e)} ({number(e.low, e)} to {number(e.high, e)}{choices})"
 
 

@@ -1,7 +1,7 @@
 """All inertias, stiffnesses, dampings and loads times one factor leave the motion and so the search the same. Seed 41.
 
-A search sees nothing of a model but its residuals as a function of scaled coordinates, and the bounds, priors and starts
-in these: where they are the same, so is all that is found.
+A search sees nothing of a model but its residuals as a function of scaled coordinates, and the bounds, priors and
+starts in these: where they are the same, so is all that is found.
 """
 
 import dataclasses
