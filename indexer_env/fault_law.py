@@ -13,7 +13,7 @@ import numpy as np
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_number
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.faults import MOST_BACKLASH, Faults, fault_laws
+from indexer_env.faults import MOST_BACKLASH, NO_CRACK, NO_CRACK_REMEDY, Faults, fault_keys, fault_laws
 from indexer_env.laws import Fixed, Law, Sobol
 
 TIGHT_LOOSENESS = 0.01
@@ -103,6 +103,8 @@ class FaultLaw:
                 raise refuse("FaultLaw", field.name, "a station or a choice of stations", law)
             for value in law.extremes:
                 self._with(field.name, value)
+        if self.cracked_station != Fixed(None) and max(self.roller_crack.extremes) == 0.0:
+            raise refuse("FaultLaw", "cracked_station", NO_CRACK, self.cracked_station, NO_CRACK_REMEDY)
 
     def draw(self, rng: np.random.Generator) -> Course:
         """The course of one episode."""
@@ -126,6 +128,8 @@ class FaultLaw:
         try:
             _course({name: value})
         except ParameterError as error:
+            if error.out_of_range is not None:
+                raise error.out_of_range.given_as("FaultLaw", name).error() from None
             raise ParameterError(f"FaultLaw.{str(error).partition('.')[2]}") from None
 
 
@@ -163,8 +167,8 @@ def fault_law(given: object) -> FaultLaw:
     if not isinstance(given, Mapping):
         raise ParameterError(f"faults must be a mapping of faults to their values or laws, got {given!r}.")
     fields = tuple(field.name for field in dataclasses.fields(FaultLaw))
-    laws = fault_laws({str(key): value for key, value in given.items()}, fields)
-    return from_mapping(FaultLaw, laws, owner="faults")
+    mapping = {str(key): value for key, value in given.items()}
+    return from_mapping(FaultLaw, fault_laws(mapping, fields), "faults", fault_keys(mapping, fields))
 
 
 def _values(faults: Faults) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from indexer_env.build import from_mapping
+from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects.base import MachineEffect
 from indexer_env.effects.joint import BaseLooseness, InputBacklash
@@ -17,10 +17,13 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_env.law_reader import law_of_field, make_law
 from indexer_env.laws import Choice, Fixed, Law
 from indexer_env.machine import Machine
-from indexer_env.units import at_cam
+from indexer_env.units import DEGREE, at_cam
 
 MOST_BACKLASH = 2.0
 """rad at the motor shaft; wear ends there, too."""
+
+BACKLASH_DEG: dict[str, Any] = {"low": 0.0, "high": MOST_BACKLASH / DEGREE, "unit": "deg at the motor shaft"}
+"""Its range in degrees, as `check_number` takes it."""
 
 LOOSE_HOUSING_HZ = 12.0
 """Natural frequency of the housing on fully loosened screws [Hz]. Assumed: below the output joint's 15 Hz, as a machine
@@ -32,6 +35,9 @@ STATES: dict[str, tuple[str, dict[str, float]]] = {
 }
 """Named states of the bench and the severity each stands for. Assumed, as the paper measures neither: a cracked roller
 has lost 40 % of its stiffness in the sense that opens the crack, loose screws are fully loosened."""
+
+NO_CRACK = "left out where no roller is cracked"
+NO_CRACK_REMEDY = "add faults.roller=cracked, or faults.roller_crack=0.3"
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,8 @@ def faults_from_mapping(mapping: Mapping[str, Any]) -> Faults:
         raise ParameterError(f"faults must be a mapping of faults to their values, got {mapping!r}.")
     given = {str(key): value for key, value in mapping.items() if value is not None}
     fields = tuple(field.name for field in dataclasses.fields(Faults))
-    return from_mapping(Faults, {name: law.centre for name, law in fault_laws(given, fields).items()}, owner="faults")
+    values = {name: law.centre for name, law in fault_laws(given, fields).items()}
+    return from_mapping(Faults, values, "faults", fault_keys(given, fields))
 
 
 def fault_laws(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str, Law]:
@@ -123,15 +130,21 @@ def fault_laws(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str,
         Unknown key, state or law, or one fault given by two keys.
     """
     laws: dict[str, Law] = {}
+    keys: dict[str, str] = {}
     for key, given in mapping.items():
         if key in STATES:
             name, law = STATES[key][0], _law_of_states(key, make_law("faults", key, given))
         else:
             name, law = law_of_field("faults", key, given, (*fields, *STATES))
         if name in laws:
-            raise refuse("faults", key, f"left out where {name} is given by another key", given)
-        laws[name] = law
+            raise refuse("faults", key, f"left out where faults.{keys[name]} is given, which says the same", given)
+        laws[name], keys[name] = law, key
     return laws
+
+
+def fault_keys(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str, str]:
+    """The key of a mapping by which each field is given, that of a state apart."""
+    return {field_of("faults", key, fields)[0]: key for key in mapping if key not in STATES}
 
 
 def _law_of_states(key: str, law: Law) -> Law:

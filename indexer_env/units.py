@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 RPM = 2.0 * math.pi / 60.0
 """One turn a minute [rad/s]."""
@@ -10,8 +11,17 @@ RPM = 2.0 * math.pi / 60.0
 DEGREE = math.pi / 180.0
 """One degree [rad]."""
 
-ENDINGS = {"_deg": DEGREE, "_rpm": RPM}
-"""Endings of keys in the shop's units, and the factor to the SI unit of the field without the ending."""
+
+class ShopUnit(NamedTuple):
+    """A unit of the shop: its factor to the SI unit, the name of that and its own."""
+
+    factor: float
+    si: str
+    name: str
+
+
+ENDINGS = {"_deg": ShopUnit(DEGREE, "rad", "deg"), "_rpm": ShopUnit(RPM, "rad/s", "rpm")}
+"""Endings of keys in units of the shop; the field without the ending is in the SI unit."""
 
 
 def at_cam(motor_angle: float, reduction: float) -> float:

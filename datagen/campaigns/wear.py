@@ -24,10 +24,9 @@ import numpy as np
 from datagen.campaign import Campaign, Design
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
-from indexer_env.faults import MOST_BACKLASH
+from indexer_env.faults import BACKLASH_DEG
 from indexer_env.law_reader import law_of_field, make_law
 from indexer_env.laws import Fixed, Law, Sobol
-from indexer_env.units import DEGREE
 
 BACKLASH = "faults.backlash"
 _BACKLASHES = ("first_backlash_deg", "last_backlash_deg")
@@ -80,8 +79,7 @@ class Wear(Campaign):
             check_integer("campaign", "records_per_life", self.records_per_life, low=1)
         if self.turns is not None:
             self._check_turns(self.turns)
-        backlash = {"low": 0.0, "high": MOST_BACKLASH / DEGREE, "unit": "deg at the motor shaft"}
-        ranges = {**dict.fromkeys(_BACKLASHES, backlash), "life_turns": {"low": 1.0}, "speed_up": {"low": 1e-6}}
+        ranges = {**dict.fromkeys(_BACKLASHES, BACKLASH_DEG), "life_turns": {"low": 1.0}, "speed_up": {"low": 1e-6}}
         for key, bounds in ranges.items():
             for value in make_law("campaign", key, getattr(self, key)).extremes:
                 check_number("campaign", key, value, **bounds)

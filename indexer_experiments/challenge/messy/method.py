@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Estimate
 from discrepancy.explain import Explanation, explain
-from discrepancy.findings import Estimate
 from discrepancy.locate import Where, locate
 from discrepancy.locate.result import Cell
-from discrepancy.model import in_turn
-from discrepancy.naming import NAMING
 from discrepancy.records.experiments import experiments
 from discrepancy.records.quality import check_records
 from discrepancy.records.reading import read_records
@@ -30,7 +29,9 @@ _KINDS = {
 """Axes of cells and kinds of lines in the challenge's words."""
 
 
-def solved_by_explain(folder: Path, nominal: Machine, uncertainty: Mapping[str, float]) -> Solved:
+def solved_by_explain(
+    folder: Path, nominal: Machine, uncertainty: Mapping[str, float], criteria: Criteria | None = None
+) -> Solved:
     """The answer of `indexer explain` to the files of a folder."""
     try:
         records = read_records(str(folder), None, {}, Pulse(), [])
@@ -39,36 +40,38 @@ def solved_by_explain(folder: Path, nominal: Machine, uncertainty: Mapping[str, 
     except (SignalError, ParameterError) as error:
         return Solved(CaseAnswer("turned away", str(error)))
     subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
-    answer = explain(subject.model, subject.held_out)
-    named = answer.verdict in NAMING
-    model = in_turn(subject.model, answer.effects[:-1] if named else ())
-    where = locate(model, answer.believed.place, subject.view(model), np.random.default_rng(0))
-    machine, sensor = model.machine_at(answer.believed.place.hypothesis, answer.believed.place.z)  # type: ignore[attr-defined]
+    answer = explain(subject.model, subject.held_out, criteria)
+    model, place = subject.model, answer.accepted.place
+    where = locate(model, place, subject.view(model), np.random.default_rng(0))
+    machine, sensor = model.machine_at(place.hypothesis, place.z)
+    if answer.held_back:
+        machine, sensor = nominal, Sensor()
     return Solved(_neutral(answer, where), machine, sensor)
 
 
 def _neutral(answer: Explanation, where: Where) -> CaseAnswer:
     findings = []
-    for k, found in enumerate(answer.found if answer.verdict in NAMING else ()):
-        alike = answer.rounds[-1].names if answer.verdict == "ambiguous" and k == len(answer.found) - 1 else ()
-        members = tuple(dict.fromkeys((found.name, *alike)))
-        ranking = answer.rounds[min(k, len(answer.rounds) - 1)].ranking
-        probability = sum(row.probability for row in ranking if row.name in members)
-        place = ", ".join(f"{name} {value:g}" for name, value in found.choices)
-        grade = "established" if len(members) == 1 else "family"
-        intervals = tuple(_interval(f"{found.name}.{estimate.name}", estimate) for estimate in found.parameters)
-        findings.append(Finding(grade, members, place, min(max(probability, 0.0), 1.0), intervals))
+    for finding in answer.findings:
+        first = finding.effects[0]
+        findings.append(Finding(
+            finding.grade, tuple(effect.name for effect in finding.effects),
+            ", ".join(f"{name} {value:g}" for name, value in first.choices), finding.probability,
+            tuple(_interval(f"{e.name}.{p.name}", p) for e in finding.effects for p in e.parameters),
+        ))  # fmt: skip
     machine = tuple(_interval(e.name, e) for e in answer.calibration.estimates)
-    return CaseAnswer(answer.verdict, answer.reason, tuple(findings), _remains(where), machine)
+    why = " ".join(finding.why for finding in answer.findings)
+    return CaseAnswer(answer.verdict, why, tuple(findings), _remains(answer, where), machine)
 
 
 def _interval(name: str, estimate: Estimate) -> Interval:
     return Interval(name, estimate.low, estimate.high)
 
 
-def _remains(where: Where) -> Remains | None:
-    """The kind of the most extreme cell or line; today's answer names no joint."""
-    if not where.significant:
+def _remains(answer: Explanation, where: Where) -> Remains | None:
+    """The joint at which the effect acts that looks most like what is left, and the kind of the most extreme cell or
+    line."""
+    if answer.remains.times_noise**2 - 1.0 < answer.criteria.at_noise:
         return None
-    first = where.significant[0]
-    return Remains("", _KINDS[first.axis if isinstance(first, Cell) else first.kind])
+    first = where.significant[0] if where.significant else None
+    kind = "" if first is None else _KINDS[first.axis if isinstance(first, Cell) else first.kind]
+    return Remains(answer.remains.joint, kind)

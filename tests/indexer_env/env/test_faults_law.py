@@ -69,7 +69,10 @@ def test_draws_follow_their_law():
         ({"roller": "broken"}, "faults.roller must be one of intact, cracked, got 'broken'."),
         ({"roller": {"uniform": [0, 1]}}, "faults.roller must be one of intact, cracked or a choice of them"),
         ({"rolle": "cracked"}, "faults has no parameter 'rolle'; did you mean 'roller'."),
-        ({"roller": "cracked", "roller_crack": 0.2}, "faults.roller_crack must be left out where roller_crack is"),
+        (
+            {"roller": "cracked", "roller_crack": 0.2},
+            "faults.roller_crack must be left out where faults.roller is",
+        ),
         ({"backlash_deg": "much"}, "faults.backlash_deg must be a finite number, got 'much'."),
         ({"cracked_station": 1.5}, "faults.cracked_station must be a whole number >= 0, got 1.5."),
         ({"cracked_station": {"choice": [0, {"uniform": [1, 3]}]}}, "faults.cracked_station must be a station or a"),
@@ -78,7 +81,7 @@ def test_draws_follow_their_law():
         ({"backlash_per_joule": -1.0}, "faults.backlash_per_joule must be a finite number >= 0 rad/J, got -1.0."),
         (
             {"backlash": 0.1, "backlash_deg": 5.0},
-            "faults.backlash_deg must be left out where backlash is given by another key",
+            "faults.backlash_deg must be left out where faults.backlash is given, which says the same",
         ),
         (0.3, "faults must be a mapping of faults to their values or laws, got 0.3."),
     ],
@@ -202,7 +205,7 @@ def test_wear_is_tried_where_it_ends(reference):
     machine = dataclasses.replace(reference, reduction_ratio=5.0)
     with pytest.raises(
         ParameterError,
-        match=r"faults\.backlash_per_joule can be 0\.001, but input\.backlash\.backlash must be .* <= 0\.2 rad",
+        match=r"backlash_per_joule can be 0\.0572958 deg/J, but input\.backlash\.backlash must be .* <= 0\.2 rad",
     ):
         IndexerEnv(machine=machine, faults={"backlash_per_joule": 0.001})
 
