@@ -1,10 +1,10 @@
-"""Intervals, probabilities and weak directions, on a model whose answer is known in closed form."""
+"""Intervals and weak directions, on a model whose answer is known in closed form."""
 
 import numpy as np
 import pytest
 from scipy.stats import t
 
-from discrepancy.findings import findings, ranked
+from discrepancy.estimates import estimates_of
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.problem import Problem
@@ -33,7 +33,7 @@ class Line(Stateless):
 def fitted(model: Model):
     problem = Problem(model, NONE)
     place = fit(problem, problem.point(np.zeros(2), np.zeros((len(model.counts), 0))), steps=20).place
-    return findings(model, place)
+    return estimates_of(model, place)
 
 
 def test_intervals_are_those_of_least_squares_with_priors() -> None:
@@ -82,10 +82,3 @@ def test_what_the_records_cannot_tell_is_named() -> None:
 def test_a_bound_that_was_hit_is_told() -> None:
     told = fitted(Line(-3.0, np.random.default_rng(8))).calibration(2)
     assert told.bounds_hit == ("b",)
-
-
-def test_probabilities_are_tempered_and_add_up() -> None:
-    rows = ranked([("none", 10.0, 1.0), ("a", 0.0, 1.25), ("b", 0.0, None)], 5.0)
-    assert sum(row.probability for row in rows) == pytest.approx(1.0)
-    assert rows[0].probability == pytest.approx(rows[2].probability * np.exp(1.0))
-    assert [row.heldout_gap for row in rows] == [pytest.approx(0.75), None, 0.0]
