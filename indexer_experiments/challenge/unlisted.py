@@ -75,9 +75,9 @@ class Unlisted(NamedTuple):
 
 NOTHING = Unlisted(
     seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0,
-    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0, loss=Bump(0.0, 0.0, 1.0),
-    inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0, mass_stiffness=0.0,
-    mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
+    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0,
+    loss=Bump(0.0, 0.0, 1.0), inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0,
+    mass_stiffness=0.0, mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
 )  # fmt: skip
 """No disturbance."""
 
