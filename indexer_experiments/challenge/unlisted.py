@@ -20,7 +20,7 @@ SIGN = 0.005
 
 
 KICK = 0.005
-"""s; the steps of a wandering load: 200 a second, above all that the machine follows."""
+"""s; between the kicks of a wandering load: 200 a second, above all that the machine follows."""
 
 
 class Wave(NamedTuple):
@@ -150,11 +150,13 @@ def on_table(u: Unlisted, y: np.ndarray, turn: float) -> float:
 
 @numba.njit(cache=True)
 def wandering(u: Unlisted, y: np.ndarray) -> float:
-    """Rate of the wandering load [N m/s]: a random walk, pulled back to 0 within `walk_time`, of steps of 5 ms."""
+    """Rate of the wandering load [N m/s]: a random walk, pulled back to 0 within `walk_time`, whose kicks are random
+    every 5 ms and straight lines between."""
     if u.walk == 0.0 or y[8] < 0.0:
         return 0.0
-    kick = 2.0 * chance(u.seed, math.floor(y[8] / KICK)) - 1.0
-    return u.walk * kick / KICK - y[12] / u.walk_time
+    k = math.floor(y[8] / KICK)
+    before, after = 2.0 * chance(u.seed, k) - 1.0, 2.0 * chance(u.seed, k + 1.0) - 1.0
+    return u.walk * (before + (y[8] / KICK - k) * (after - before)) / KICK - y[12] / u.walk_time
 
 
 @numba.njit(cache=True)
