@@ -31,7 +31,7 @@ class InputBacklash(MachineEffect):
         null=0.0,
         low=0.0,
         high=0.2,
-        sought=Sought("input deflection", ladder(0.044, 5), 0.044, 0.0, 11.0),
+        sought=Sought("input deflection", ladder(0.033, 5), 0.033, 0.0, 8.0),
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:

@@ -71,6 +71,7 @@ def resumed(
     unlisted: Unlisted = NOTHING, steps_per_ms: int = STEPS_PER_MS,
 ) -> np.ndarray:  # fmt: skip
     """As `run`, from a state (STATES,) on; a housing that this machine holds fast is at rest."""
+    _check(machine)
     numbers, start = plant(machine, point, unlisted), np.array(state)
     if numbers.loose == 0.0:
         start[4:6] = 0.0

@@ -20,7 +20,7 @@ SIGN = 0.005
 
 
 KICK = 0.005
-"""s; the steps of a wandering load: 200 a second, above all that the machine follows."""
+"""s; between the kicks of a wandering load: 200 a second, above all that the machine follows."""
 
 
 class Wave(NamedTuple):
@@ -75,9 +75,9 @@ class Unlisted(NamedTuple):
 
 NOTHING = Unlisted(
     seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0,
-    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0, loss=Bump(0.0, 0.0, 1.0),
-    inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0, mass_stiffness=0.0,
-    mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
+    hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0,
+    loss=Bump(0.0, 0.0, 1.0), inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0,
+    mass_stiffness=0.0, mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
 )  # fmt: skip
 """No disturbance."""
 
@@ -150,11 +150,13 @@ def on_table(u: Unlisted, y: np.ndarray, turn: float) -> float:
 
 @numba.njit(cache=True)
 def wandering(u: Unlisted, y: np.ndarray) -> float:
-    """Rate of the wandering load [N m/s]: a random walk, pulled back to 0 within `walk_time`, of steps of 5 ms."""
+    """Rate of the wandering load [N m/s]: a random walk, pulled back to 0 within `walk_time`, whose kicks are random
+    every 5 ms and straight lines between."""
     if u.walk == 0.0 or y[8] < 0.0:
         return 0.0
-    kick = 2.0 * chance(u.seed, math.floor(y[8] / KICK)) - 1.0
-    return u.walk * kick / KICK - y[12] / u.walk_time
+    k = math.floor(y[8] / KICK)
+    before, after = 2.0 * chance(u.seed, k) - 1.0, 2.0 * chance(u.seed, k + 1.0) - 1.0
+    return u.walk * (before + (y[8] / KICK - k) * (after - before)) / KICK - y[12] / u.walk_time
 
 
 @numba.njit(cache=True)

@@ -184,7 +184,8 @@ KINDS_OF_DISTURBANCE = (
     ),
     Kind(
         "load.random_walk", "The process loads the table with a torque that wanders.",
-        "T_L += w, ẇ = n - w/τ, n random every 5 ms", "judge", "output", ("time",), {"time": (0.1, 1.0)}, 0.003,
+        "T_L += w, ẇ = n - w/τ, n random every 5 ms, straight between", "judge", "output", ("time",),
+        {"time": (0.1, 1.0)}, 0.003,
         lambda a, q, s: {"walk": a * s.torque, "walk_time": q["time"]},
     ),
     Kind(

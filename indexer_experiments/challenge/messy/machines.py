@@ -49,7 +49,7 @@ class Pair:
 
 def drawn_machine(rng: np.random.Generator) -> Pair:
     """A machine of random size, proportions, stations, dwell and law, and the true one near it."""
-    size = math.exp(rng.uniform(*map(math.log, SIZE)))
+    size = math.exp(rng.uniform(math.log(SIZE[0]), math.log(SIZE[1])))
     reference = load_machine("reference")
     values = {}
     for name in (*VARIED, "reduction_ratio"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -60,5 +61,5 @@ def _resonated(numerator: list[float], hertz: float, damping: float, y: np.ndarr
     from scipy.signal import cont2discrete, lfilter
 
     omega = 2.0 * math.pi * hertz
-    top, bottom, _ = cont2discrete((numerator, [1.0, 2.0 * damping * omega, omega**2]), 1.0 / rate, "foh")
-    return np.asarray(lfilter(np.ravel(top), bottom, y))
+    found: Any = cont2discrete((numerator, [1.0, 2.0 * damping * omega, omega**2]), 1.0 / rate, "foh")
+    return np.asarray(lfilter(np.ravel(found[0]), found[1], y))

@@ -11,7 +11,7 @@ from indexer_experiments.challenge.plan import FULL, interleaved, orders
 
 
 def config(**given: Any) -> dict[str, Any]:
-    empty = dict.fromkeys(("count", "seed", "kind", "play", "gap", "turns"))
+    empty = dict.fromkeys(("count", "seed", "kind", "play", "gap", "turns", "half", "limit"))
     return {"cases": "own", **empty, **given}
 
 
