@@ -8,6 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from discrepancy.chain import STAGES, run_chain
+from discrepancy.criteria import Criteria
 from discrepancy.stages import stages
 from discrepancy.subjects.base import Subject
 from indexer_cli.command import check_flag, hydra_command
@@ -37,11 +38,12 @@ def run(config: dict[str, Any]) -> None:
     started = time.perf_counter()
     check_flag("discrepancy", "overwrite", config["overwrite"])
     check_integer("discrepancy", "seed", config["seed"], low=0)
+    criteria = Criteria(seconds=config["seconds"])
     out = check_output_folder(job_folder("discrepancy", config["out"]), FILES, config["overwrite"])
     with stages((_CHECK, *STAGES, _WRITE)) as begin:
         begin(_CHECK)
         subject = _subject(config)
-        outcome = run_chain(subject, config["seed"], begin)
+        outcome = run_chain(subject, config["seed"], begin, criteria)
         begin(_WRITE)
         # Drawing is loaded only now: a record that is refused is refused sooner.
         from discrepancy.report import headline, report_files, to_do

@@ -50,7 +50,9 @@ def shortly(cells: Sequence[Cell], spots: Sequence[Spot]) -> str:
         excess = _excess(mine)
         if any(cell.significant for cell in mine):
             contrasts.append((float(excess.max() / (excess.mean() + 0.1)), mine[int(excess.argmax())]))
-    line = max((s for s in spots if s.significant), key=lambda s: s.prominence, default=None)
+    # orders of table and cam stand wherever a residual repeats with them, and say no more than the cells do
+    telling = [s for s in spots if s.significant and s.kind in ("motor shaft", "fixed frequency")]
+    line = max(telling, key=lambda s: s.prominence, default=None)
     if line is not None and line.prominence > _OUTSTANDING:
         return f"at {line.name}"
     if not contrasts:

@@ -21,6 +21,7 @@ def run(run_command):
         (["measured=[gone.csv]", "out=x"], "must be files that exist"),
         (["measured=gone", "out=x", "machine=gone.yaml"], "There is no machine preset or YAML file 'gone.yaml'"),
         (["measured=gone", "out=x", "seed=-1"], "seed must be a whole number >= 0"),
+        (["measured=gone", "out=x", "seconds=-1"], "seconds must be"),
         (["measured=gone"], "out must be given"),
     ],
 )
