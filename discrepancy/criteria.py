@@ -49,7 +49,7 @@ class Criteria:
     at_noise: float = 0.2
     look: float = 0.05
     most: int = 3
-    rivals: int = 3
+    rivals: int = 2
     searched: int = 18
     starts: int = 6
     windows: int = 3

@@ -83,22 +83,18 @@ def _proposals(around: Linearised, leader: Start) -> list[Start]:
 
 
 def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> list[float]:
-    """What starts leave in some windows that look for their start states anew; of the moved and the unmoved machine the
-    better one counts."""
-    count, found = len(around.base.z), [0.0] * len(starts)
+    """What starts leave in some windows that look for their start states anew."""
+    found = [0.0] * len(starts)
     groups: dict[tuple, list[int]] = {}
     for k, start in enumerate(starts):
         groups.setdefault((start.effect.name, tuple(start.effect.fixed.items())), []).append(k)
     for members in groups.values():
         problem = around.joint(starts[members[0]].effect)
-        moved = np.array([starts[k].place.z for k in members])
-        unmoved = moved.copy()
-        unmoved[:, :count] = around.base.z
+        z = np.array([starts[k].place.z for k in members])
         states = np.array([starts[k].place.states for k in members])
-        z, twice = np.concatenate([moved, unmoved]), np.concatenate([states, states])
-        _, squares = problem.started(z, twice, windows)
+        _, squares = problem.started(z, states, windows)
         counts = around.model.counts[windows] * problem.ease
-        losses = (counts * np.log1p(squares / counts)).sum(axis=1).reshape(2, -1).min(axis=0)
+        losses = (counts * np.log1p(squares / counts)).sum(axis=1)
         for k, loss in zip(members, losses.tolist(), strict=True):
             found[k] = loss
     return found

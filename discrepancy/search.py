@@ -143,6 +143,7 @@ class Search:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
         self._library: Mapping[str, tuple[Hypothesis, ...]] = model.hypotheses()
         self._best: dict[str, Fitted] = {}
+        self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
         self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
 
     def run(self) -> Selection:
@@ -267,6 +268,13 @@ class Search:
     def _without(self, fitted: Fitted, k: int) -> Fitted:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
         make an effect look needed."""
+        made = self._smaller.get((id(fitted), k))
+        if made is None:
+            # kept with the set itself, so that no other one takes its identity
+            made = self._smaller[id(fitted), k] = fitted, self._refitted_without(fitted, k)
+        return made[1]
+
+    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
         place, effects = fitted.place, fitted.effects
         smaller = together(*effects[:k], *effects[k + 1 :])
         columns = len(self.model.parameters) + place.hypothesis.places(k)
