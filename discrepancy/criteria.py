@@ -53,7 +53,7 @@ class Criteria:
     searched: int = 18
     starts: int = 6
     windows: int = 3
-    fits: int = 12
+    fits: int = 8
     seconds: float | None = None
 
     def __post_init__(self) -> None:

@@ -244,7 +244,7 @@ def _evidence(
         zero=size.low <= size.nominal <= size.high,
         bound=found.bound,
         alike=tuple(
-            one.place.hypothesis.names[-1]
+            selection.other(one, k)
             for one in selection.instead[k]
             if selection.gap(one) < criteria.margin
         ),
@@ -270,20 +270,16 @@ def _finding(selection: Selection, k: int, found: FoundEffect, evidence: Evidenc
     """The finding; its probability is the share of the sets compared that hold it, by their scores."""
     gaps = {one: selection.gap(one) for one in (*selection.instead[k], selection.without[k])}
     weights = {one: math.exp(-0.5 * max(gap, 0.0) / _TEMPER) for one, gap in gaps.items()}
-    members = [one for one in selection.instead[k] if grade == FAMILY and _last(one) in evidence.alike]
+    members = [one for one in selection.instead[k] if grade == FAMILY and selection.other(one, k) in evidence.alike]
     total = 1.0 + sum(weights.values())
     among = (1.0 + sum(weights[one] for one in members)) / total
     others = []
     for one in members:
         numbers = estimates_of(selection.model, one.place)
-        effect = next(h for h in one.effects if h.name == _last(one))
+        effect = next(h for h in one.effects if h.name == selection.other(one, k))
         others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
-    rivals = tuple((_last(one), gaps[one]) for one in selection.instead[k])
+    rivals = tuple((selection.other(one, k), gaps[one]) for one in selection.instead[k])
     return Finding(grade, (found, *others), among * evidence.closes, evidence.closes, why, rivals)
-
-
-def _last(fitted: Fitted) -> str:
-    return fitted.place.hypothesis.names[-1]
 
 
 def _held_back(accepted: Fitted, held: Point, held_out: Model) -> str:

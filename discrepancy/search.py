@@ -95,6 +95,11 @@ class Selection:
 
     model: Model
 
+    def other(self, fitted: Fitted, k: int) -> str:
+        """Name of the effect that a set has instead of the k-th of the best one."""
+        kept = {name for j, name in enumerate(self.best.place.hypothesis.names) if j != k}
+        return next(name for name in reversed(fitted.place.hypothesis.names) if name not in kept)
+
     def gap(self, fitted: Fitted) -> float:
         """By how much a set scores worse than the best one."""
         return score(fitted, self.model, self.dispersion) - score(self.best, self.model, self.dispersion)

@@ -225,13 +225,11 @@ def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Expe
     begun = first / signal.sample_rate
     parts = [(signal.values[:first], point.start_angle, 0.0), (signal.values[first:], later, begun)]
     made = [
-        Experiment(
-            Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
-            OperatingPoint(point.motor_speed, point.load_torque, start),
-            experiment.noise,
-            experiment.start_uncertainty,
-            experiment.speed_uncertainty,
-            since,
+        dataclasses.replace(
+            experiment,
+            signal=Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
+            operating_point=OperatingPoint(point.motor_speed, point.load_torque, start),
+            begun=since,
         )
         for values, start, since in parts
     ]
