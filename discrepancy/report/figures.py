@@ -30,8 +30,8 @@ _WIDTH = 9.6
 _MOST_POINTS = 1600
 """Points of a curve beyond which it is thinned: a screen shows no more."""
 
-_CELLS, _LEAST = 72, 3
-"""Cells over which a missing torque is averaged, 5° of a cam turn each; samples of a window that fill one."""
+_CELLS = 72
+"""Cells over which a missing torque is averaged: 5° of a cam turn each."""
 
 _log = logging.getLogger(__name__)
 
@@ -128,7 +128,7 @@ def averaged(values: np.ndarray, lacking: np.ndarray, inside: np.ndarray) -> tup
     at = (np.arange(windows)[:, None] * _CELLS + cell)[inside]
     counts = np.bincount(at, minlength=windows * _CELLS).reshape(windows, _CELLS)
     sums = np.bincount(at, lacking[inside], minlength=windows * _CELLS).reshape(windows, _CELLS)
-    held = counts >= _LEAST
+    held = counts > 0
     means = np.where(held, sums / np.maximum(counts, 1), 0.0)
     number = held.sum(axis=0)
     mean = means.sum(axis=0) / np.maximum(number, 1)

@@ -8,7 +8,7 @@ PARTS = ("motor", "reducer", "cam", "table", "base", "sensor")
 
 _LABELS = {
     "motor": (52, 120, "motor"),
-    "reducer": (149, 110, "reducer, joint 1"),
+    "reducer": (143, 110, "reducer, joint 1"),
     "cam": (268, 196, "cam and rollers, joint 2"),
     "table": (268, 34, "table"),
     "base": (198, 262, "base, joint 3"),

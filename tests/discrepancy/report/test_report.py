@@ -15,6 +15,7 @@ from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.grades import RULES
 from discrepancy.report import headline, report_files, to_do
+from discrepancy.report.figures import averaged
 from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
 from tests.discrepancy.toy import ChordSubject
@@ -185,6 +186,15 @@ def test_a_figure_that_fails_leaves_the_page(made: Made, monkeypatch, caplog) ->
     monkeypatch.setattr("discrepancy.report.figures.averaged", fails)
     assert report_files(made("found"))["report.html"].count("<svg") == 3
     assert "the figure torque cannot be drawn" in caplog.text
+
+
+def test_a_torque_is_averaged_over_windows_with_its_spread() -> None:
+    """Two windows of three samples that lie in three cells, one of them shared by name alone: 1 and 3 give 2 ± √2."""
+    values = np.array([[0.0, 0.5, 1.0], [0.0, 0.5, 1.0]])
+    lacking = np.array([[1.0, 0.0, 5.0], [3.0, 0.0, 5.0]])
+    middle, mean, spread = averaged(values, lacking, np.ones((2, 3), dtype=bool))
+    assert mean.tolist() == [2.0, 0.0, 5.0] and spread == pytest.approx([np.sqrt(2.0), 0.0, 0.0])
+    assert len(middle) == 3
 
 
 def test_the_machine_holds_what_is_established_and_no_hint(made: Made) -> None:
