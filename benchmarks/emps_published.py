@@ -1,8 +1,8 @@
-"""Whether a report on the measured EMPS drive holds the published physics: ``python -m benchmarks.emps_published REPORT``
+"""Whether a report on the measured EMPS drive holds what is published: ``python -m benchmarks.emps_published REPORT``
 
-REPORT is the report.json of an explanation that began from inertia alone. Published (Janot, Gautier and Brunot, Data set
-and reference models of EMPS, 2019): M q̈ + Fv q̇ + Fc sign(q̇) + offset = force. Exits with 1 where a number is missing
-or its 95 % interval does not hold it. A member of a family counts: the records cannot tell which of them it is.
+REPORT is the report.json of an explanation that began from inertia alone. Published (Janot, Gautier and Brunot,
+Data set and reference models of EMPS, 2019): M q̈ + Fv q̇ + Fc sign(q̇) + offset = force. Exits with 1 where a number
+is missing or its 95 % interval does not hold it. A member of a family counts: the records cannot tell which it is.
 """
 
 from __future__ import annotations
@@ -56,9 +56,8 @@ def main() -> None:
     parser.add_argument("report", type=Path)
     rows = against_published(json.loads(parser.parse_args().report.read_text(encoding="utf-8")))
     head = ["parameter", "published", "95 % interval", "grade", "holds it"]
-    print(
-        table(head, [[name, f"{value:g}", text, grade, "yes" if ok else "no"] for name, value, text, grade, ok in rows])
-    )
+    cells = [[name, f"{value:g}", text, grade, "yes" if ok else "no"] for name, value, text, grade, ok in rows]
+    print(table(head, cells))
     sys.exit(0 if all(ok for *_, ok in rows) else 1)
 
 
