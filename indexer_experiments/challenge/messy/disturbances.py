@@ -24,6 +24,7 @@ import numpy as np
 from indexer_env.machine import Machine
 from indexer_experiments.challenge.messy.reading import Reader, cabled, drifting, shocked, tilted
 from indexer_experiments.challenge.unlisted import Bump, Wave
+from indexer_experiments.tables import table
 
 HALVES = ("tune", "judge")
 
@@ -231,3 +232,12 @@ DISTURBANCES: Mapping[str, Kind] = {kind.name: kind for kind in KINDS_OF_DISTURB
 
 def _mass(inertia: float, omega: float, damping: float) -> dict[str, float]:
     return {"mass": inertia, "mass_stiffness": inertia * omega**2, "mass_damping": 2.0 * damping * inertia * omega}
+
+
+def disturbance_table() -> str:
+    """All kinds with equation, joint, what they vary with and half, in Markdown."""
+    rows = [
+        [f"`{k.name}`", k.sentence, k.equation.replace("|", "\\|"), k.joint, ", ".join(k.kinds), k.half]
+        for k in KINDS_OF_DISTURBANCE
+    ]
+    return table(["name", "what it is", "equation", "joint", "varies with", "half"], rows)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,14 @@ from scipy.integrate import solve_ivp
 
 from indexer_env import OperatingPoint, load_machine
 from indexer_env.motion_law import motion_law
-from indexer_experiments.challenge.messy.disturbances import DISTURBANCES, HALVES, JOINTS, KINDS, Scene
+from indexer_experiments.challenge.messy.disturbances import (
+    DISTURBANCES,
+    HALVES,
+    JOINTS,
+    KINDS,
+    Scene,
+    disturbance_table,
+)
 from indexer_experiments.challenge.truth import resumed
 from indexer_experiments.challenge.unlisted import NOTHING, chance
 
@@ -167,3 +175,8 @@ def test_every_kind_acts_in_the_equations_or_on_the_reading(name: str) -> None:
     kind = DISTURBANCES[name]
     assert (kind.fields is None) != (kind.reader is None)
     assert kind.sentence.endswith(".") and kind.equation
+
+
+def test_the_page_has_the_table() -> None:
+    page = Path(__file__).parents[4] / "docs" / "challenge.md"
+    assert disturbance_table() in page.read_text(encoding="utf-8")
