@@ -1,8 +1,9 @@
 """Edges inside a step: where a joint enters or leaves contact, or the cam a segment of its law, the vector field has a
-kink or a jump, and a Runge-Kutta step across it is no longer of fourth order. A lane that crossed one repeats the step
-in parts that end on the edges (`mend`); between them every joint stays on one line and the law on one polynomial.
+kink or a jump, and a step across it loses its order. A lane that crossed one is put back on it (`land`), and takes the
+rest of its step from there on its new line; between edges every joint stays on one line and the law on one polynomial.
 
-The edge is found on the cubic Hermite interpolant of the deflections over the step, whose error is of order h⁴.
+Edge and state there are taken from the quintic Hermite interpolants of the step, through angles, rates and
+accelerations at both ends: the step itself ran smoothly beyond the edge on the old line, so their error is of order h⁶.
 """
 
 from __future__ import annotations
@@ -19,13 +20,14 @@ from indexer_env.kernels.joints import (
     region_of,
 )
 from indexer_env.kernels.layout import *
+from indexer_env.kernels.rates import lane_rates
 
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""
 
 MOST_EDGES = 16
-"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
-taken on the present lines and the regions are set from the state reached."""
+"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the regions are set from the
+state that the rest of the step reached on the present lines."""
 
 _SEARCHES = 60
 """Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""
@@ -122,58 +124,63 @@ def joint_guard(w, i, region, edge, deflection, rate):
 
 
 @lanes
-def mark(w, features):
+def mark(w, high, features):
     """Mark the lanes that left their piece of the law (1) or crossed an edge (2); return whether there is any."""
-    for i in range(LANES):
+    for i in range(high):
         cam = w[CAM + i]
         left = 1.0 if (cam >= w[REACH_HIGH + i]) or (cam < w[REACH_LOW + i]) else 0.0
         broke = (cam >= w[BREAK_HIGH + i]) or (cam < w[BREAK_LOW + i])
         w[MARK + i] = 2.0 if broke else left
     if features & HAS_EDGES_1:
-        mark_joint(w, REGION_1, EDGE_1, DEFLECTION_1)
+        mark_joint(w, high, REGION_1, EDGE_1, DEFLECTION_1)
     if features & HAS_EDGES_2:
-        mark_joint(w, REGION_2, EDGE_2, DEFLECTION_2)
+        mark_joint(w, high, REGION_2, EDGE_2, DEFLECTION_2)
     if features & HAS_EDGES_3:
-        mark_joint(w, REGION_3, EDGE_3, DEFLECTION_3)
-    count = 0  # counted, since a largest value would be looked for lane by lane
-    for i in range(LANES):
-        count += 1 if w[MARK + i] > 0.0 else 0
-    return count > 0
+        mark_joint(w, high, REGION_3, EDGE_3, DEFLECTION_3)
+    return any_above(w, high, MARK, 0.0)
 
 
 @lanes
-def mark_joint(w, region, edge, deflection):
-    for i in range(LANES):
+def mark_joint(w, high, region, edge, deflection):
+    for i in range(high):
         guard = joint_guard(w, i, region, edge, w[deflection + i], w[deflection + LANES + i])
         w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
 
 
+@lanes
+def any_above(w, high, row, bound):
+    """Whether a value of a row is above a bound; counted, since a largest value would be looked for lane by lane."""
+    count = 0
+    for i in range(high):
+        count += 1 if w[row + i] > bound else 0
+    return count > 0
+
+
 @scalar
-def hermite(h, y0, v0, y1, v1):
-    """Coefficients (c1, c2, c3) of y0 + c1 s + c2 s² + c3 s³, the cubic over a step of length h with these end values
-    and rates, s its share."""
-    c1, change = h * v0, y1 - y0
-    c3 = c1 + h * v1 - 2.0 * change
-    return c1, change - c1 - c3, c3
+def hermite(h, x0, v0, a0, x1, v1, a1):
+    """Coefficients (c1 … c5) of x0 + c1 s + … + c5 s⁵, the quintic over a step of length h with these end values, rates
+    and accelerations, s its share."""
+    c1, c2 = h * v0, 0.5 * h * h * a0
+    x, v, a = x1 - x0 - c1 - c2, h * v1 - c1 - 2.0 * c2, 0.5 * h * h * a1 - c2
+    return c1, c2, 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
+
+
+@scalar
+def value(s, x0, c1, c2, c3, c4, c5):
+    """The quintic at share s."""
+    return x0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
+
+
+@scalar
+def slope(s, c1, c2, c3, c4, c5):
+    """Its derivative by the share."""
+    return c1 + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
 
 
 @scalar
 def joint_rows(joint):
     """Rows of the region, the edge and the deflection of joint 0, 1 or 2."""
-    return REGION_1 + joint * LANES, EDGE_1 + joint * (EDGE_2 - EDGE_1), DEFLECTION_1 + 2 * joint * LANES
-
-
-@outlined
-def crossed(w, i, features):
-    """Whether lane i is beyond an edge of its regions or a break of its law."""
-    if w[CAM + i] >= w[BREAK_HIGH + i] or w[CAM + i] < w[BREAK_LOW + i]:
-        return True
-    for joint in range(3):
-        if features & (HAS_EDGES_1 << joint):
-            region, edge, row = joint_rows(joint)
-            if joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i]) < 0.0:
-                return True
-    return False
+    return REGION_1 + joint * LANES, EDGE_1 + joint * (EDGE_2 - EDGE_1), DEFLECTION_1 + 3 * joint * LANES
 
 
 @outlined
@@ -198,13 +205,13 @@ def find_edge(w, i, h, features):
 def find_angle(w, i, h, angle):
     """Share of the step at which the cam passes `angle`."""
     s0, s1, y0, y1 = 0.0, 1.0, w[CAM_0 + i], w[CAM + i]
-    c1, c2, c3 = hermite(h, y0, w[CAM_RATE_0 + i], y1, w[CAM_RATE + i])
+    c1, c2, c3, c4, c5 = hermite(h, y0, w[CAM_RATE_0 + i], w[CAM_ACC_0 + i], y1, w[CAM_RATE + i], w[CAM_ACC + i])
     g0, g1 = y0 - angle, y1 - angle
     near = _NEAR * abs(g1 - g0)
     side = 0.0
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
-        g = (y0 - angle) + s * (c1 + s * (c2 + s * c3))
+        g = value(s, y0 - angle, c1, c2, c3, c4, c5)
         if abs(g) <= near:
             return s
         s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
@@ -226,8 +233,8 @@ def flank_guard(w, i, region, edge, flank, deflection, rate):
 @scalar
 def find_joint_edge(w, i, h, region, edge, row):
     """Share of the step at which the guard of a joint runs out, and its deflection there."""
-    start = row + DEFLECTION_1_0 - DEFLECTION_1 + i
-    y0, v0, y1, v1 = w[start], w[start + LANES], w[row + i], w[row + LANES + i]
+    start, end = row + DEFLECTION_1_0 - DEFLECTION_1 + i, row + i
+    y0, v0, y1, v1 = w[start], w[start + LANES], w[end], w[end + LANES]
     flank = w[region + i]
     if flank == 0.0:
         flank = 1.0 if y1 > 0.0 else -1.0
@@ -235,13 +242,14 @@ def find_joint_edge(w, i, h, region, edge, row):
     g0, g1 = flank_guard(w, i, region, edge, flank, y0, v0), flank_guard(w, i, region, edge, flank, y1, v1)
     if g0 <= 0.0:
         return s0, deflection
-    c1, c2, c3 = hermite(h, y0, v0, y1, v1)
+    c1, c2, c3, c4, c5 = hermite(h, y0, v0, w[start + 2 * LANES], y1, v1, w[end + 2 * LANES])
     frequency, near = 1.0 / h, _NEAR * (g0 - g1)
     side = 0.0
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
-        deflection = y0 + s * (c1 + s * (c2 + s * c3))
-        g = flank_guard(w, i, region, edge, flank, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
+        deflection = value(s, y0, c1, c2, c3, c4, c5)
+        rate = frequency * slope(s, c1, c2, c3, c4, c5)
+        g = flank_guard(w, i, region, edge, flank, deflection, rate)
         if abs(g) <= near:
             return s, deflection
         s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
@@ -288,3 +296,39 @@ def settle_regions(w, i, features):
                 w[row + i], w[row + LANES + i], w[edge + i], w[plus], w[plus + LANES], w[minus], w[minus + LANES]
             )
     set_lines(w, i)
+
+
+@scalar
+def put_back(w, i, h, share, angle, start, acc):
+    """Angle and rate at a share of the step, of one of the state's pairs."""
+    x0, v0, a0 = w[start + i], w[start + LANES + i], w[acc + CAM_ACC_0 - CAM_ACC + i]
+    c1, c2, c3, c4, c5 = hermite(h, x0, v0, a0, w[angle + i], w[angle + LANES + i], w[acc + i])
+    w[angle + i] = value(share, x0, c1, c2, c3, c4, c5)
+    w[angle + LANES + i] = slope(share, c1, c2, c3, c4, c5) / h
+
+
+@outlined
+def land(w, i, model, features, pieces):
+    """Put lane i, which crossed an edge in its step, on the first one it crossed and over it, with the rest of the step
+    to be taken. Its mark goes where nothing is left of the step."""
+    h = w[STEP + i]
+    if w[EDGES + i] < MOST_EDGES:
+        share, which, deflection = find_edge(w, i, h, features)
+        put_back(w, i, h, share, CAM, CAM_0, CAM_ACC)
+        put_back(w, i, h, share, TABLE, TABLE_0, TABLE_ACC)
+        put_back(w, i, h, share, MOTOR, MOTOR_0, MOTOR_ACC)
+        if model == MODEL_B_ON_BASE:
+            put_back(w, i, h, share, HOUSING, HOUSING_0, HOUSING_ACC)
+        cross(w, i, which, deflection, pieces)
+        w[TAKEN + i] += share * h
+        w[STEP + i] = h - share * h
+        w[EDGES + i] += 1.0
+    else:
+        settle_regions(w, i, features)
+        find_piece(w, i, pieces)
+        w[TAKEN + i] += h
+        w[STEP + i] = 0.0
+    w[STAGE_TIME + i] = w[TAKEN + i]
+    lane_rates(w, i, model, features)
+    if w[STEP + i] == 0.0:
+        w[STEP + i], w[MARK + i] = w[OWN_STEP + i], 0.0

@@ -75,3 +75,9 @@ def line_torque(stiffness, offset, damping, deflection, rate, cubic):
     """Torque on a joint's line [N m], with a cubic hardening [N m/rad³] where there is one."""
     x = deflection - offset
     return (stiffness + cubic * x * x) * x + damping * rate
+
+
+@scalar
+def straight_torque(stiffness, offset, damping, deflection, rate):
+    """The same without hardening."""
+    return stiffness * (deflection - offset) + damping * rate
