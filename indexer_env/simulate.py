@@ -179,7 +179,7 @@ def _groups(
     adds exactly nothing; those of like features come together, as each feature costs time. Motors that slip stay among
     themselves, since their turns end later than commanded, and so do dwells that are linear, which take no steps.
     """
-    size = min(_GROUP, -(-share // LANES) * LANES)
+    size = min(_GROUP, -(-share // int(LANES)) * int(LANES))
     alike: dict[tuple[int, int, int, float], list[tuple[int, Coefficients]]] = {}
     for index, item in sorted(items.items(), key=lambda entry: entry[1].features):
         kind = (item.model, parts[index], item.features & USES_SLIP, item["linear_dwell"])

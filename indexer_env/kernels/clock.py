@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined
 from indexer_env.kernels.dwell import LARGEST_STRIDE, begin_strides
-from indexer_env.kernels.edges import find_piece, load_piece, set_lines, settle_regions
+from indexer_env.kernels.edges import find_piece, load_piece, set_lines, set_turn, settle_regions
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.rates import lane_rates
 from indexer_env.kernels.recording import judge
@@ -24,16 +26,17 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
     come out as they were, and a run in parts has the bits of a run in one.
     """
     for row in range(STATE_ROWS):
-        w[row * LANES + i] = state[row]
+        w[np.uint64(row) * LANES + i] = state[row]
     for row in range(COEFFICIENT_ROWS):
-        w[(STATE_ROWS + row) * LANES + i] = coefficients[row]
+        w[np.uint64(STATE_ROWS + row) * LANES + i] = coefficients[row]
     w[MESH_FACTOR + i] = 1.0
     w[STATION_RATIO_2 + i] = -1.0
     w[MARK + i] = 1.0
     if w[PIECE + i] < 0.0:
         find_piece(w, i, pieces)
     else:
-        load_piece(w, i, int(w[PIECE + i]), w[CAM_TURN + i], pieces)
+        set_turn(w, i, w[CAM_TURN + i], pieces)
+        load_piece(w, i, int(w[PIECE + i]), pieces)
     set_lines(w, i)
     lane_rates(w, i, model, features)
     if state[REGION_1 // LANES] > 1.0:
@@ -64,11 +67,11 @@ def follow_pieces(w, i, pieces):
     """Load the law's piece that the cam has reached. Smooth junctions need no landing and no new rates: the two
     polynomials agree there far below the step's error. A cam that jumped further (a run about to be rejected) is looked
     up, never walked to."""
-    piece, turn = int(w[PIECE + i]), w[CAM_TURN + i]
+    piece = int(w[PIECE + i])
     if w[CAM + i] >= w[REACH_HIGH + i]:
-        load_piece(w, i, piece + 1, turn, pieces)
+        load_piece(w, i, piece + 1, pieces)
     elif w[CAM + i] < w[REACH_LOW + i]:
-        load_piece(w, i, piece - 1, turn, pieces)
+        load_piece(w, i, piece - 1, pieces)
     if w[CAM + i] >= w[REACH_HIGH + i] or w[CAM + i] < w[REACH_LOW + i]:
         find_piece(w, i, pieces)
 
@@ -76,35 +79,46 @@ def follow_pieces(w, i, pieces):
 @lanes
 def stepped(w, high):
     """Put the clocks of the lanes on that have taken a whole step; those that landed on an edge have a rest of theirs
-    to take."""
+    to take. How many samples are due and how many lanes are to be seen to."""
+    due, see = 0, 0
     for i in range(high):
         whole = w[STEP + i] > 0.0 and w[MARK + i] != 2.0
-        time = w[OWN_STEP + i] if whole else 0.0
+        time, one = (w[OWN_STEP + i], 1.0) if whole else (0.0, 0.0)
         w[TIME + i] += time
         w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * time
-        w[LEFT + i] -= 1.0 if whole else 0.0
-        w[TO_SAMPLE + i] -= 1.0 if whole else 0.0
+        left, to_sample = w[LEFT + i] - one, w[TO_SAMPLE + i] - one
+        w[LEFT + i], w[TO_SAMPLE + i] = left, to_sample
         w[STEP + i] = w[OWN_STEP + i] if whole else w[STEP + i]
         w[TAKEN + i] = 0.0 if whole else w[TAKEN + i]
         w[EDGES + i] = 0.0 if whole else w[EDGES + i]
-        w[SEE + i] = 1.0 if whole and (w[LEFT + i] <= 0.0 or w[DWELLS + i] > 0.0) else 0.0
+        seen = whole and (left <= 0.0 or w[DWELLS + i] > 0.0)
+        w[SEE + i] = 1.0 if seen else 0.0
+        due += 1 if to_sample == 0.0 else 0
+        see += 1 if seen else 0
+    return due, see
 
 
 @lanes
 def strode(w, high):
-    """Put the clocks of the lanes on that have taken a stride; those that could not go on by steps."""
+    """Put the clocks of the lanes on that have taken a stride; those that could not go on by steps. Numbers as from
+    `stepped`."""
+    due, see = 0, 0
     for i in range(high):
         strides = w[STRIDE_TIME + i] > 0.0
         whole = strides and w[MARK + i] != 2.0
-        time = w[STRIDE_TIME + i] if whole else 0.0
-        steps = w[STRIDE + i] if whole else 0.0
+        time, steps = (w[STRIDE_TIME + i], w[STRIDE + i]) if whole else (0.0, 0.0)
         w[TIME + i] += time
         w[COMMAND + i] += w[MOTOR_ACCELERATION + i] * time
-        w[LEFT + i] -= steps
-        w[TO_SAMPLE + i] -= steps
-        w[STEP + i] = w[OWN_STEP + i] if strides and not whole else w[STEP + i]
-        w[STRIDE_TIME + i] = 0.0 if strides and not whole else w[STRIDE_TIME + i]
-        w[SEE + i] = 1.0 if whole and w[LEFT + i] < w[STRIDE + i] else 0.0
+        left, to_sample = w[LEFT + i] - steps, w[TO_SAMPLE + i] - steps
+        w[LEFT + i], w[TO_SAMPLE + i] = left, to_sample
+        ends = strides and not whole
+        w[STEP + i] = w[OWN_STEP + i] if ends else w[STEP + i]
+        w[STRIDE_TIME + i] = 0.0 if ends else w[STRIDE_TIME + i]
+        seen = ends or (whole and left < w[STRIDE + i])
+        w[SEE + i] = 1.0 if whole and left < w[STRIDE + i] else 0.0
+        due += 1 if to_sample == 0.0 else 0
+        see += 1 if seen else 0
+    return due, see
 
 
 @outlined

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.dynamics import table_acceleration
 from indexer_env.kernels.edges import (
@@ -82,7 +84,7 @@ def oscillator(w, i, joint):
 @scalar
 def line_of(w, i, joint, region):
     """Stiffness, offset and damping of joint 0 or 1 in a region."""
-    row, ratio = K_1 + joint * (K_2 - K_1) + i, w[RATIO_1 + i] if joint == 0 else w[STATION_RATIO_2 + i]
+    row, ratio = K_1 + np.uint64(joint) * (K_2 - K_1) + i, w[RATIO_1 + i] if joint == 0 else w[STATION_RATIO_2 + i]
     return region_line(
         region, w[row], w[row + R_1 - K_1], w[row + EDGE_1 - K_1], ratio, w[row + FREE_R_1 - K_1]
     )  # fmt: skip
@@ -98,19 +100,20 @@ def begin_strides(w, i, features):
         for region in range(-1, 2):
             if region == 1 or features & (HAS_EDGES_1 << joint):
                 k, _, r = line_of(w, i, joint, float(region))
-                row = STRIDES + (18 * joint + 6 * (region + 1)) * LANES + i
+                row = STRIDES + np.uint64(18 * joint + 6 * (region + 1)) * LANES + i
                 a, b, d, e, f, g = propagator(t, k, r + more_damping, inertia, c)
-                w[row], w[row + LANES], w[row + 2 * LANES] = a, b, d
-                w[row + 3 * LANES], w[row + 4 * LANES], w[row + 5 * LANES] = e, f, g
+                w[row], w[row + LANES], w[row + TWO * LANES] = a, b, d
+                w[row + THREE * LANES], w[row + FOUR * LANES], w[row + FIVE * LANES] = e, f, g
         use_region(w, i, joint)
 
 
 @scalar
 def use_region(w, i, joint):
     """Take for the strides of a joint the matrices of its present region."""
-    row = STRIDES + (18 * joint + 6 * (int(w[REGION_1 + joint * LANES + i]) + 1)) * LANES + i
+    region = int(w[REGION_1 + np.uint64(joint) * LANES + i])
+    row = STRIDES + np.uint64(18 * joint + 6 * (region + 1)) * LANES + i
     for place in range(6):
-        w[CAM_A + (6 * joint + place) * LANES + i] = w[row + place * LANES]
+        w[CAM_A + np.uint64(6 * joint + place) * LANES + i] = w[row + np.uint64(place) * LANES]
 
 
 @lanes
@@ -185,11 +188,11 @@ def mend_joint(w, i, joint):
     region, edge, row = joint_rows(joint)
     start, end, rest, edges = row + DEFLECTION_1_0 - DEFLECTION_1 + i, row + i, w[STRIDE_TIME + i], 0
     inertia, more_damping, c = oscillator(w, i, joint)
-    kept = w[start], w[start + LANES], w[start + 2 * LANES]
+    kept = w[start], w[start + LANES], w[start + TWO * LANES]
     while joint_guard(w, i, region, edge, w[end], w[end + LANES]) < 0.0 and edges < MOST_EDGES:
         share, x = find_joint_edge(w, i, rest, region, edge, row)
         c1, c2, c3, c4, c5 = hermite(
-            rest, w[start], w[start + LANES], w[start + 2 * LANES], w[end], w[end + LANES], w[end + 2 * LANES]
+            rest, w[start], w[start + LANES], w[start + TWO * LANES], w[end], w[end + LANES], w[end + TWO * LANES]
         )
         v = slope(share, c1, c2, c3, c4, c5) / rest
         w[region + i] = region_after(w[region + i], x, w[edge + i])
@@ -197,10 +200,10 @@ def mend_joint(w, i, joint):
         k, offset, r = line_of(w, i, joint, w[region + i])
         r += more_damping
         a, b, d, e, f, g = propagator(rest, k, r, inertia, c)
-        w[start], w[start + LANES], w[start + 2 * LANES] = x, v, c - (k * (x - offset) + r * v) / inertia
+        w[start], w[start + LANES], w[start + TWO * LANES] = x, v, c - (k * (x - offset) + r * v) / inertia
         x, v = a * (x - offset) + b * v + f, d * (x - offset) + e * v + g
-        w[end], w[end + LANES], w[end + 2 * LANES] = x + offset, v, c - (k * x + r * v) / inertia
-    w[start], w[start + LANES], w[start + 2 * LANES] = kept
+        w[end], w[end + LANES], w[end + TWO * LANES] = x + offset, v, c - (k * x + r * v) / inertia
+    w[start], w[start + LANES], w[start + TWO * LANES] = kept
     return edges < MOST_EDGES
 
 
@@ -225,7 +228,8 @@ def mend_stride(w, i, features):
     else:
         w[REGION_1 + i], w[REGION_2 + i] = begin_1, begin_2
         for row in range(8):
-            w[CAM + row * LANES + i] = w[CAM_0 + row * LANES + i]
+            place = np.uint64(row) * LANES
+            w[CAM + place + i] = w[CAM_0 + place + i]
     set_lines(w, i)
     dwell_rates(w, i)
     return stays

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.joints import (
     penetration_minus,
@@ -56,25 +58,11 @@ def set_lines(w, i):
 
 
 @outlined
-def load_piece(w, i, piece, turn, pieces):
-    """Load piece `piece` of the law in cam turn `turn` into lane i; indices beyond the turn wrap into its neighbours.
+def set_turn(w, i, turn, pieces):
+    """Put lane i into a cam turn: where its law stands there, and the stiffness ratio of its station.
 
     A station whose spacing is off by ε lengthens the index that leads to it by the factor 1 + ε/h, shortens the next.
     """
-    count = int(w[LAW_COUNT + i])
-    if piece < 0:
-        piece, turn = count - 1, turn - 1.0
-    elif piece >= count:
-        piece, turn = 0, turn + 1.0
-    row = int(w[LAW_FIRST + i]) + piece
-    start = TWO_PI * turn
-    w[PIECE + i], w[CAM_TURN + i] = float(piece), turn
-    w[ORIGIN + i] = start + pieces[row, PIECE_LOW]
-    w[REACH_LOW + i] = w[ORIGIN + i]
-    w[REACH_HIGH + i] = start + pieces[row, PIECE_HIGH]
-    w[BREAK_LOW + i] = w[REACH_LOW + i] if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
-    w[BREAK_HIGH + i] = w[REACH_HIGH + i] if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
-
     stations, advance, spacing = w[STATIONS + i], w[ADVANCE + i], w[SPACING_ERROR + i]
     station = turn - stations * math.floor(turn / stations)
     following = station + 1.0 - stations * math.floor((station + 1.0) / stations)
@@ -83,20 +71,38 @@ def load_piece(w, i, piece, turn, pieces):
         factor = 1.0 + spacing / advance
     elif spacing != 0.0 and station == w[SPACING_STATION + i]:
         factor, offset = 1.0 - spacing / advance, offset + spacing
-    rest = pieces[int(w[LAW_FIRST + i]), PIECE_C_0]
-    still = 1.0
-    for j in range(1, 6):
-        still = still if pieces[row, PIECE_C_0 + j] == 0.0 else 0.0
-    w[DWELLS + i] = w[LINEAR_DWELL + i] * still
-    w[C_0 + i] = offset + rest + factor * (pieces[row, PIECE_C_0] - rest)
-    for j in range(1, 6):
-        w[C_0 + j * LANES + i] = factor * pieces[row, PIECE_C_0 + j]
+    rest = pieces[np.uint64(int(w[LAW_FIRST + i])), PIECE_C_0]
+    w[CAM_TURN + i], w[TURN_START + i], w[TURN_FACTOR + i] = turn, TWO_PI * turn, factor
+    w[TURN_TABLE + i] = offset + rest - factor * rest
     ratio = w[RATIO_2 + i] * (w[SINGLE_RATIO_2 + i] if station == w[SINGLE_STATION + i] else 1.0)
     if ratio != w[STATION_RATIO_2 + i]:
         w[STATION_RATIO_2 + i] = ratio
         w[RELEASE_MINUS_2 + i] = w[RELEASE_2 + i] / ratio
         w[HARDENING_MINUS_2 + i] = w[HARDENING_2 + i] / ratio
         set_lines(w, i)
+
+
+@outlined
+def load_piece(w, i, piece, pieces):
+    """Load piece `piece` of the law in its present cam turn into lane i; indices beyond it wrap into its neighbours."""
+    count = int(w[LAW_COUNT + i])
+    if piece < 0:
+        piece = count - 1
+        set_turn(w, i, w[CAM_TURN + i] - 1.0, pieces)
+    elif piece >= count:
+        piece = 0
+        set_turn(w, i, w[CAM_TURN + i] + 1.0, pieces)
+    row = np.uint64(int(w[LAW_FIRST + i]) + piece)
+    start, factor = w[TURN_START + i], w[TURN_FACTOR + i]
+    low, high = start + pieces[row, PIECE_LOW], start + pieces[row, PIECE_HIGH]
+    w[PIECE + i] = float(piece)
+    w[ORIGIN + i], w[REACH_LOW + i], w[REACH_HIGH + i] = low, low, high
+    w[BREAK_LOW + i] = low if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
+    w[BREAK_HIGH + i] = high if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
+    w[DWELLS + i] = w[LINEAR_DWELL + i] * pieces[row, PIECE_STILL]
+    w[C_0 + i] = w[TURN_TABLE + i] + factor * pieces[row, PIECE_C_0]
+    for j in range(1, 6):
+        w[C_0 + np.uint64(j) * LANES + i] = factor * pieces[row, np.uint64(PIECE_C_0 + j)]
 
 
 @outlined
@@ -107,11 +113,12 @@ def find_piece(w, i, pieces):
     first, low, high = int(w[LAW_FIRST + i]), 0, int(w[LAW_COUNT + i]) - 1
     while low < high:
         middle = (low + high + 1) // 2
-        if pieces[first + middle, PIECE_LOW] <= angle:
+        if pieces[np.uint64(first + middle), PIECE_LOW] <= angle:
             low = middle
         else:
             high = middle - 1
-    load_piece(w, i, low, turn, pieces)
+    set_turn(w, i, turn, pieces)
+    load_piece(w, i, low, pieces)
 
 
 @scalar
@@ -180,7 +187,8 @@ def slope(s, c1, c2, c3, c4, c5):
 @scalar
 def joint_rows(joint):
     """Rows of the region, the edge and the deflection of joint 0, 1 or 2."""
-    return REGION_1 + joint * LANES, EDGE_1 + joint * (EDGE_2 - EDGE_1), DEFLECTION_1 + 3 * joint * LANES
+    n = np.uint64(joint)
+    return REGION_1 + n * LANES, EDGE_1 + n * (EDGE_2 - EDGE_1), DEFLECTION_1 + np.uint64(3) * n * LANES
 
 
 @outlined
@@ -242,7 +250,7 @@ def find_joint_edge(w, i, h, region, edge, row):
     g0, g1 = flank_guard(w, i, region, edge, flank, y0, v0), flank_guard(w, i, region, edge, flank, y1, v1)
     if g0 <= 0.0:
         return s0, deflection
-    c1, c2, c3, c4, c5 = hermite(h, y0, v0, w[start + 2 * LANES], y1, v1, w[end + 2 * LANES])
+    c1, c2, c3, c4, c5 = hermite(h, y0, v0, w[start + TWO * LANES], y1, v1, w[end + TWO * LANES])
     frequency, near = 1.0 / h, _NEAR * (g0 - g1)
     side = 0.0
     for _ in range(_SEARCHES):
@@ -275,9 +283,9 @@ def narrow(s0, g0, s1, g1, s, g, side):
 def cross(w, i, which, deflection, pieces):
     """Go over the edge that was landed on: the next piece of the law, or the joint's next region."""
     if which == LAW_HIGH:
-        load_piece(w, i, int(w[PIECE + i]) + 1, w[CAM_TURN + i], pieces)
+        load_piece(w, i, int(w[PIECE + i]) + 1, pieces)
     elif which == LAW_LOW:
-        load_piece(w, i, int(w[PIECE + i]) - 1, w[CAM_TURN + i], pieces)
+        load_piece(w, i, int(w[PIECE + i]) - 1, pieces)
     else:
         region, edge, _ = joint_rows(which - JOINT_1)
         w[region + i] = region_after(w[region + i], deflection, w[edge + i])

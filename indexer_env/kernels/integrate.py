@@ -8,13 +8,13 @@ import numpy as np
 from numba import njit
 
 from indexer_env.kernels.clock import follow_pieces, go_on, load_lane, set_clock, stepped, strode
-from indexer_env.kernels.compiling import lanes, outlined
+from indexer_env.kernels.compiling import outlined
 from indexer_env.kernels.dwell import mark_strides, mend_stride, move
 from indexer_env.kernels.edges import any_above, land, mark
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.nystrom import nystrom_step
 from indexer_env.kernels.plain import plain_step
-from indexer_env.kernels.recording import any_due, sample
+from indexer_env.kernels.recording import sample
 
 _VECTOR = 8
 """Blocks of more than this many items are filled up to whole vectors, as what is left over one goes lane by lane."""
@@ -23,7 +23,7 @@ _VECTOR = 8
 @outlined
 def step_block(w, high, model, features, pieces):
     """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Their pieces of the
-    law are loaded only now, not where they left the last one (see load_lane)."""
+    law are loaded only now, not where they left the last one (see load_lane). Numbers as from `stepped`."""
     if any_above(w, high, MARK, 0.0):
         for i in range(high):
             if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
@@ -36,18 +36,18 @@ def step_block(w, high, model, features, pieces):
         for i in range(high):
             if w[MARK + i] == 2.0 and w[STEP + i] > 0.0:
                 land(w, i, model, features, pieces)
-    stepped(w, high)
+    return stepped(w, high)
 
 
 @outlined
 def stride_block(w, high, features):
-    """Take the lanes in their dwell over a stride."""
+    """Take the lanes in their dwell over a stride. Numbers as from `strode`."""
     move(w, high)
     if mark_strides(w, high, features):
         for i in range(high):
             if w[MARK + i] == 2.0 and mend_stride(w, i, features):
                 w[MARK + i] = 0.0
-    strode(w, high)
+    return strode(w, high)
 
 
 @outlined
@@ -55,11 +55,10 @@ def load_block(w, block, width, high, states, coefficients, pieces, n_steps, ste
     """Fill the lanes from items block … block+width-1; idle lanes repeat the last item and stand still. The largest
     number of steps."""
     w[:] = 0.0
-    w[LEFT : LEFT + LANES] = math.inf
-    w[TO_SAMPLE : TO_SAMPLE + LANES] = math.inf
     longest = 0
     for i in range(high):
-        item = block + min(i, width - 1)
+        w[LEFT + i], w[TO_SAMPLE + i] = math.inf, math.inf
+        item = block + int(min(i, width - ONE))
         load_lane(w, i, states[item], coefficients[item], pieces, model, features)
         if i < width:
             set_clock(w, i, steps[item], n_steps[item], every)
@@ -71,22 +70,22 @@ def load_block(w, block, width, high, states, coefficients, pieces, n_steps, ste
 def run_block(w, block, width, high, model, features, pieces, last_steps, every, rows, limit, out, status, status_time):
     """Take all lanes to their ends. As long as one steps, those in their dwell wait; then all that are in theirs stride
     until none does."""
-    striding = False
+    due, see, striding = width, width, False
     while True:
-        if any_due(w, high):
-            sample(w, block, width, high, every, limit, rows, out, status, status_time)
-        if any_above(w, high, SEE, 0.0):
+        if due > 0 and sample(w, block, width, high, every, limit, rows, out, status, status_time):
+            see = width
+        if see > 0:
             for i in range(width):
                 if w[SEE + i] > 0.0:
                     go_on(w, i, block + i, last_steps[block + i], limit, status, status_time, features)
-        stepping, strides = any_above(w, high, STEP, 0.0), any_above(w, high, STRIDE_TIME, 0.0)
-        if not (stepping or strides):
-            break
-        striding = strides and (striding or not stepping)
+            stepping, strides = any_above(w, high, STEP, 0.0), any_above(w, high, STRIDE_TIME, 0.0)
+            if not (stepping or strides):
+                break
+            striding = strides and (striding or not stepping)
         if striding:
-            stride_block(w, high, features)
+            due, see = stride_block(w, high, features)
         else:
-            step_block(w, high, model, features, pieces)
+            due, see = step_block(w, high, model, features, pieces)
 
 
 @outlined
@@ -95,10 +94,10 @@ def unload_block(w, block, width, longest, states, every, rows, out):
     samples = out.shape[2]
     for i in range(width):
         for row in range(STATE_ROWS):
-            states[block + i, row] = w[row * LANES + i]
+            states[block + i, row] = w[np.uint64(row) * LANES + i]
         for number in range(int(w[SAMPLE + i]), min(longest // every + 1, samples)):
             for c in range(rows.shape[0]):
-                out[block + i, c, number] = w[rows[c] + i]
+                out[block + i, c, number] = w[np.uint64(rows[c]) + i]
         for number in range(longest // every + 1, samples):
             for c in range(rows.shape[0]):
                 out[block + i, c, number] = math.nan
@@ -137,9 +136,10 @@ def entry(fingerprint: str):
         when; such a lane stops.
         """
         w = np.empty(WORKSPACE)
-        for block in range(first, stop, LANES):
-            width = min(LANES, stop - block)
-            high = width if width <= _VECTOR else -(-width // _VECTOR) * _VECTOR
+        for block in range(first, stop, int(LANES)):
+            count = min(int(LANES), stop - block)
+            filled = count if count <= _VECTOR else -(-count // _VECTOR) * _VECTOR
+            width, high = np.uint64(count), np.uint64(filled)
             longest = load_block(
                 w, block, width, high, states, coefficients, pieces, n_steps, steps, every, model, features
             )

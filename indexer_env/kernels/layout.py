@@ -3,8 +3,8 @@
 The first STATE_ROWS rows are what survives from call to call, in the order of the columns of the `states` array;
 the next COEFFICIENT_ROWS are a machine's coefficients, in the order of the columns of the `coefficients` array.
 
-Rows are numpy integers rather than Python's: numba compiles a version of its own for every Python constant that is an
-argument, which would double the compile time.
+Rows and lanes are unsigned numpy integers: a signed index would be looked at, each time, whether it counts from the
+end, and of Python's own numba compiles a version for every constant that is an argument.
 """
 
 from __future__ import annotations
@@ -13,10 +13,13 @@ import math
 
 import numpy as np
 
-LANES = np.int64(32)
+LANES = np.uint64(32)
 """Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
 
-FIRST_LANE = np.int64(0)
+FIRST_LANE = np.uint64(0)
+
+ONE, TWO, THREE, FOUR, FIVE = (np.uint64(number) for number in range(1, 6))
+"""A plain number in its place would make an index signed."""
 
 TWO_PI = 2.0 * math.pi
 """One turn [rad]."""
@@ -97,6 +100,8 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     STATION_RATIO_2,
     # the law's present piece: origin and reach [rad], where a break must be landed on, coefficients in (α - origin)
     ORIGIN, REACH_LOW, REACH_HIGH, BREAK_LOW, BREAK_HIGH, C_0, C_1, C_2, C_3, C_4, C_5,
+    # where the present cam turn begins [rad], its rise of the table there [rad], factor on the law's own
+    TURN_START, TURN_TABLE, TURN_FACTOR,
     # what effects add: to the drive side of joint 1, to the follower law, to the table's load; factor on joint 1
     DRIVE_EXTRA, DRIVE_RATE_EXTRA, DRIVE_ACC_EXTRA, BETA_EXTRA, BETA_1_EXTRA, BETA_2_EXTRA, LOAD_EXTRA, MESH_FACTOR,
     # the step: its length (0: the lane takes none), the time into it of a stage, the marks of lanes to mend
@@ -116,15 +121,15 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     OWN_STEP, TAKEN, EDGES, LEFT, TO_SAMPLE, SAMPLE, SEE,
     # matrices of a stride in each region of joint 1, then of joint 2 (6 rows for each of the regions -1, 0, 1)
     STRIDES,
-) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 101))  # fmt: skip
-WORKSPACE = STRIDES + 36 * LANES
+) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 104))  # fmt: skip
+WORKSPACE = int(STRIDES + 36 * LANES)
 
 DEFLECTIONS = 9
 """Rows of deflections, their rates and accelerations."""
 
 # --- columns of the table of motion-law pieces
-PIECE_COLUMNS = 10
-PIECE_LOW, PIECE_HIGH, PIECE_BREAK_LOW, PIECE_BREAK_HIGH, PIECE_C_0 = 0, 1, 2, 3, 4
+PIECE_COLUMNS = 11
+PIECE_LOW, PIECE_HIGH, PIECE_BREAK_LOW, PIECE_BREAK_HIGH, PIECE_STILL, PIECE_C_0 = 0, 1, 2, 3, 4, 5
 
 # --- models, and the features (bits) that are switched on for a whole call: joints with edges, families of effects
 MODEL_A, MODEL_B, MODEL_B_ON_BASE = 0, 1, 2

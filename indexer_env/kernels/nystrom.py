@@ -8,6 +8,8 @@ fifth: a lightly damped machine has some fifty times less error than with classi
 
 from __future__ import annotations
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, scalar
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.rates import rates
@@ -54,8 +56,9 @@ def nystrom_step(w, high, model, features):
     """The step of lanes 0 … high-1 over w[STEP] for every model and effect, stage by stage through the workspace, from
     the present state, whose accelerations are at hand, to the state reached and its accelerations."""
     for row in range(DEFLECTIONS):
+        place = np.uint64(row) * LANES
         for i in range(high):
-            w[DEFLECTION_1_0 + row * LANES + i] = w[DEFLECTION_1 + row * LANES + i]
+            w[DEFLECTION_1_0 + place + i] = w[DEFLECTION_1 + place + i]
     for number in range(1, 5):
         stage(w, high, number, CAM, CAM_0, CAM_ACC)
         stage(w, high, number, TABLE, TABLE_0, TABLE_ACC)

@@ -74,7 +74,7 @@ def rates(w, low, high, model, features, turned):
 @outlined
 def lane_rates(w, i, model, features):
     """The same of lane i alone."""
-    rates(w, i, i + 1, model, features, True)
+    rates(w, i, i + ONE, model, features, True)
 
 
 @lanes

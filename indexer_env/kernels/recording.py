@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.layout import *
 
@@ -44,26 +46,20 @@ def judge(w, i, item, limit, status, status_time):
 
 
 @lanes
-def any_due(w, high):
-    """Whether a lane's sample is due."""
-    count = 0
-    for i in range(high):
-        count += 1 if w[TO_SAMPLE + i] == 0.0 else 0
-    return count > 0
-
-
-@lanes
 def sample(w, block, width, high, every, limit, rows, out, status, status_time):
-    """Judge and record the lanes whose next sample is due."""
-    if any_fault(w, high, limit):
+    """Judge and record the lanes whose next sample is due. Whether one of them is faulty."""
+    faulty = any_fault(w, high, limit)
+    if faulty:
         for i in range(width):
             if w[TO_SAMPLE + i] == 0.0:
                 judge(w, i, block + i, limit, status, status_time)
     for c in range(rows.shape[0]):
         for i in range(width):
             if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] < out.shape[2]:
-                out[block + i, c, int(w[SAMPLE + i])] = w[rows[c] + i]
+                # unsigned, or each index would be looked at whether it counts from the end
+                out[np.uint64(block + i), np.uint64(c), np.uint64(int(w[SAMPLE + i]))] = w[np.uint64(rows[c]) + i]
     for i in range(high):
         due = w[TO_SAMPLE + i] == 0.0
         w[SAMPLE + i] += 1.0 if due else 0.0
         w[TO_SAMPLE + i] = float(every) if due else w[TO_SAMPLE + i]
+    return faulty
