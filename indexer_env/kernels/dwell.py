@@ -177,8 +177,9 @@ def mark_strides(w, high, features):
 @lanes
 def mark_edges(w, high, region, edge, row):
     for i in range(high):
+        marked = w[MARK + i]
         guard = joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i])
-        w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
+        w[MARK + i] = 2.0 if guard < 0.0 else marked
 
 
 @outlined

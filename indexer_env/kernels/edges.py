@@ -150,8 +150,9 @@ def mark(w, high, features):
 @lanes
 def mark_joint(w, high, region, edge, deflection):
     for i in range(high):
+        marked = w[MARK + i]
         guard = joint_guard(w, i, region, edge, w[deflection + i], w[deflection + LANES + i])
-        w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
+        w[MARK + i] = 2.0 if guard < 0.0 else marked
 
 
 @lanes
