@@ -19,17 +19,17 @@ LARGEST_PHASE_STEP = 0.25
 LARGEST_DECAY_STEP = 1.0
 """h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""
 
-ACCURATE_SHARES = (0.8, 0.4)
-"""The automatic step over those that resolve the fastest mode and the fastest decay: h ω ≤ 0.2 rad, h λ ≤ 0.4. The
+ACCURATE_SHARES = (0.8, 0.2)
+"""The automatic step over those that resolve the fastest mode and the fastest decay: h ω ≤ 0.2 rad, h λ ≤ 0.2. The
 error goes with the step's fourth power; at half and twice of it it is a sixteenth and sixteen times as large."""
 
-SHARP = layout.USES_RIPPLE | layout.USES_PROCESS
+SHARP = 0
 """Effects that need half the step, as does hardening contact: their forces follow each other faster than the modes."""
 
 MOTION_STEPS = 400
 """Least steps in a motion of the cam: with fewer, what the law's own time scale adds to the error begins to count."""
 
-HARMONIC_PHASE = 0.25
+HARMONIC_PHASE = 0.4
 """Most that the phase of a drive's harmonic goes on in an automatic step [rad]: its quadrature is then off by 2e-6."""
 
 FINEST_STEP = 0.25e-3

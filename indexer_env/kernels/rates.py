@@ -25,6 +25,10 @@ from indexer_env.kernels.effects import (
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
 
+_DRIVE = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
+_LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
+"""Effects that act on the drive side of joint 1, and on the table."""
+
 
 @lanes
 def rates(w, low, high, model, features, turned):
@@ -33,9 +37,10 @@ def rates(w, low, high, model, features, turned):
     Without `turned` the motor stands where it stood at the evaluation before. Model A's cam follows the drive side.
     """
     if features & USES_ANY_EFFECT:
-        if turned or features & USES_SLIP:
+        if features & _DRIVE and (turned or features & USES_SLIP):
             drive_extras(w, low, high, features)
-        load_extras(w, low, high, features)
+        if features & _LOAD:
+            load_extras(w, low, high, features)
     if model == MODEL_A:
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
@@ -69,6 +74,12 @@ def rates(w, low, high, model, features, turned):
     for i in range(low, high):
         acc = w[REDUCTION + i] * w[MOTOR_ACC + i] + w[DRIVE_ACC_EXTRA + i] - w[CAM_ACC + i]
         w[DEFLECTION_ACC_1 + i] = acc
+
+
+@outlined
+def block_rates(w, high, model, features, turned):
+    """The same of lanes 0 … high-1."""
+    rates(w, FIRST_LANE, high, model, features, turned)
 
 
 @outlined
