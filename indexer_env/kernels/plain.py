@@ -53,8 +53,8 @@ def plain_step(w, high):
         w[CAM_0 + i], w[CAM_RATE_0 + i], w[CAM_ACC_0 + i] = c, cv, ca
         w[TABLE_0 + i], w[TABLE_RATE_0 + i], w[TABLE_ACC_0 + i] = t, tv, ta
         w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACC_0 + i] = m, mv, w[MOTOR_ACC + i]
-        x, xv = ended(h, c, cv, ca, ca1, ca2, ca3)
-        y, yv = ended(h, t, tv, ta, ta1, ta2, ta3)
+        x, xv = ended(h, c, cv, ca, ca2, ca3)
+        y, yv = ended(h, t, tv, ta, ta2, ta3)
         w[CAM + i], w[CAM_RATE + i] = x, xv
         w[TABLE + i], w[TABLE_RATE + i] = y, yv
         w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i] = z, zv, ma
