@@ -22,6 +22,7 @@ from indexer_env.kernels.joints import (
     region_of,
 )
 from indexer_env.kernels.layout import *
+from indexer_env.kernels.nystrom import ramp
 from indexer_env.kernels.rates import lane_rates
 
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
@@ -325,7 +326,12 @@ def land(w, i, model, features, pieces):
         share, which, deflection = find_edge(w, i, h, features)
         put_back(w, i, h, share, CAM, CAM_0, CAM_ACC)
         put_back(w, i, h, share, TABLE, TABLE_0, TABLE_ACC)
-        put_back(w, i, h, share, MOTOR, MOTOR_0, MOTOR_ACC)
+        if features & USES_SLIP:
+            put_back(w, i, h, share, MOTOR, MOTOR_0, MOTOR_ACC)
+        else:
+            w[MOTOR + i], w[MOTOR_RATE + i] = ramp(
+                share * h, w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACCELERATION + i]
+            )
         if model == MODEL_B_ON_BASE:
             put_back(w, i, h, share, HOUSING, HOUSING_0, HOUSING_ACC)
         cross(w, i, which, deflection, pieces)
