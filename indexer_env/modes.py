@@ -155,17 +155,30 @@ def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndar
     return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
 
 
+def steps_of(
+    items: Sequence[Coefficients], points: Sequence[OperatingPoint]
+) -> tuple[np.ndarray, np.ndarray]:
+    """largest_steps and accurate_steps of the items, both (n,) [s]."""
+    resolving = _resolving_steps(items)
+    return np.minimum(*resolving), _accurate_steps(items, points, resolving)
+
+
 def accurate_steps(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> np.ndarray:
     """The automatic step (n,) [s] of each of n items of one model: ACCURATE_SHARES of the largest ones, MOTION_STEPS to
     a motion of the cam, HARMONIC_PHASE to a step at the drive's orders; half of it with hardening contact, a
     LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
+    return _accurate_steps(items, points, _resolving_steps(items))
+
+
+def _accurate_steps(
+    items: Sequence[Coefficients], points: Sequence[OperatingPoint], largest: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
     reduction = np.array([item["reduction"] for item in items])
     motion = np.array([item.law.motion for item in items]) / (reduction * speed)
     order = np.array([
         max((item[f"{kind}_order"] for kind, size in _HARMONICS if item[size] != 0.0), default=_SLOW) for item in items
     ])  # fmt: skip
-    largest = _resolving_steps(items)
     steps = np.minimum.reduce([
         *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
         motion / MOTION_STEPS, HARMONIC_PHASE / (order * speed),

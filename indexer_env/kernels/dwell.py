@@ -150,7 +150,7 @@ def dwell_rates(w, i):
     d2, v2 = w[TABLE + i] - w[C_0 + i], w[TABLE_RATE + i]
     M1 = straight_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1)
     M2 = straight_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, v2)
-    cam_acc = M1 / w[J_CAM + i]
+    cam_acc = M1 * (1.0 / w[J_CAM + i])
     table_acc = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[VISCOUS + i] * v2, M2)
     w[CAM_ACC + i], w[TABLE_ACC + i] = cam_acc, table_acc
     w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1

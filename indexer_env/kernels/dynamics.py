@@ -27,7 +27,7 @@ def table_acceleration(J_t, T_L, M2):
 @scalar
 def cam_acceleration(J_C, J_F, b1, b2, w, M1, M2):
     """Model B: (J_C + J_F β'²) α̈ = M1 + β' (M2 - J_F β'' α̇²)."""
-    return (M1 + b1 * (M2 - J_F * b2 * w * w)) / (J_C + J_F * b1 * b1)
+    return (M1 + b1 * (M2 - J_F * b2 * w * w)) * (1.0 / (J_C + J_F * b1 * b1))  # divided while M2 is worked out
 
 
 @scalar

@@ -177,13 +177,21 @@ def hermite(h, x0, v0, a0, x1, v1, a1):
 @scalar
 def value(s, x0, c1, c2, c3, c4, c5):
     """The quintic at share s."""
-    return x0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
+    q = s * s
+    return (x0 + c1 * s) + q * ((c2 + c3 * s) + q * (c4 + c5 * s))
 
 
 @scalar
 def slope(s, c1, c2, c3, c4, c5):
     """Its derivative by the share."""
-    return c1 + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+    q = s * s
+    return (c1 + 2.0 * c2 * s) + q * ((3.0 * c3 + 4.0 * c4 * s) + q * (5.0 * c5))
+
+
+@scalar
+def bend(s, c2, c3, c4, c5):
+    """Its second derivative by the share."""
+    return (2.0 * c2 + 6.0 * c3 * s) + s * s * (12.0 * c4 + 20.0 * c5 * s)
 
 
 @scalar
@@ -241,8 +249,19 @@ def flank_guard(w, i, region, edge, flank, deflection, rate):
 
 
 @scalar
+def flank_slope(w, i, region, edge, flank, deflection, rate, deflection_change, rate_change):
+    """Its derivative, where deflection and rate change by so much."""
+    row = (edge + RELEASE_1 - EDGE_1 if flank > 0.0 else edge + RELEASE_MINUS_1 - EDGE_1) + i
+    x = flank * deflection - w[edge + i]
+    change = (1.0 + 3.0 * w[row + LANES] * x * x) * flank * deflection_change
+    change += w[row] * flank * rate_change if flank * rate < 0.0 else 0.0
+    return -change if w[region + i] == 0.0 else change
+
+
+@scalar
 def find_joint_edge(w, i, h, region, edge, row):
-    """Share of the step at which the guard of a joint runs out, and its deflection there."""
+    """Share of the step at which the guard of a joint runs out, and its deflection there, by Newton's method; where
+    that leaves the bracket, the bracket is halved."""
     start, end = row + DEFLECTION_1_0 - DEFLECTION_1 + i, row + i
     y0, v0, y1, v1 = w[start], w[start + LANES], w[end], w[end + LANES]
     flank = w[region + i]
@@ -254,15 +273,17 @@ def find_joint_edge(w, i, h, region, edge, row):
         return s0, deflection
     c1, c2, c3, c4, c5 = hermite(h, y0, v0, w[start + TWO * LANES], y1, v1, w[end + TWO * LANES])
     frequency, near = 1.0 / h, _NEAR * (g0 - g1)
-    side = 0.0
+    s = false_position(s0, g0, s1, g1)
     for _ in range(_SEARCHES):
-        s = false_position(s0, g0, s1, g1)
-        deflection = value(s, y0, c1, c2, c3, c4, c5)
-        rate = frequency * slope(s, c1, c2, c3, c4, c5)
+        change = slope(s, c1, c2, c3, c4, c5)
+        deflection, rate = value(s, y0, c1, c2, c3, c4, c5), frequency * change
         g = flank_guard(w, i, region, edge, flank, deflection, rate)
         if abs(g) <= near:
             return s, deflection
-        s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
+        s0, s1 = (s0, s) if g < 0.0 else (s, s1)
+        s -= g / flank_slope(w, i, region, edge, flank, deflection, rate, change, frequency * bend(s, c2, c3, c4, c5))
+        if not s0 < s < s1:
+            s = 0.5 * (s0 + s1)
     return s1, deflection
 
 
