@@ -155,9 +155,7 @@ def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndar
     return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
 
 
-def steps_of(
-    items: Sequence[Coefficients], points: Sequence[OperatingPoint]
-) -> tuple[np.ndarray, np.ndarray]:
+def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
     """largest_steps and accurate_steps of the items, both (n,) [s]."""
     resolving = _resolving_steps(items)
     return np.minimum(*resolving), _accurate_steps(items, points, resolving)

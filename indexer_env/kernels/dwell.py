@@ -92,7 +92,7 @@ def line_of(w, i, joint, region):
 
 @outlined
 def begin_strides(w, i, features):
-    """Have lane i go through its dwell by strides: their matrices in each region of its joints, and the present ones."""
+    """Have lane i go through its dwell by strides: their matrices in each region of its joints, and the present."""
     t = w[STRIDE + i] * w[OWN_STEP + i]
     w[STEP + i], w[STRIDE_TIME + i] = 0.0, t
     for joint in range(2):

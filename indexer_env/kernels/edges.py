@@ -29,8 +29,8 @@ LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""
 
 MOST_EDGES = 16
-"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the regions are set from the
-state that the rest of the step reached on the present lines."""
+"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the regions are set from
+the state that the rest of the step reached on the present lines."""
 
 _SEARCHES = 60
 """Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""

@@ -139,7 +139,7 @@ def to_end(w, high, angle, start, acc):
 
 @lanes
 def drive(w, high, share, features):
-    """Put the motors where their commanded ramp has them after a share of the step, or tell those that slip the time."""
+    """Put the motors where their ramp has them after a share of the step, or tell those that slip the time."""
     if features & USES_SLIP:
         for i in range(high):
             w[STAGE_TIME + i] = w[TAKEN + i] + share * w[STEP + i]
