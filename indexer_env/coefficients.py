@@ -47,7 +47,7 @@ class LawTable:
     Attributes
     ----------
     pieces : ndarray (k, PIECE_COLUMNS)
-        Reach [rad], break flags, coefficients of β in powers of (α - reach's low end).
+        Reach [rad], break flags, whether it is still, coefficients of β in powers of (α - reach's low end).
     steepest : float
         Largest |β'| at the pieces' ends [-].
     motion : float
@@ -72,9 +72,10 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     # a cam turn begins where single-station effects change, so that edge is always landed on
     table[0, layout.PIECE_BREAK_LOW] = table[-1, layout.PIECE_BREAK_HIGH] = 1.0
     table[:, layout.PIECE_C_0 :] = source.coefficients / turn ** np.arange(6)
-    table.flags.writeable = False
     lengths = table[:, layout.PIECE_HIGH] - table[:, layout.PIECE_LOW]
-    moving = (table[:, layout.PIECE_C_0 + 1 :] != 0.0).any(axis=1)
+    moving = (source.coefficients[:, 1:] != 0.0).any(axis=1)
+    table[:, layout.PIECE_STILL] = ~moving
+    table.flags.writeable = False
     return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
 
 

@@ -19,6 +19,8 @@ from indexer_env.kernels.layout import COEFFICIENT_ROWS, LANES, PIECE_COLUMNS, S
 LARGEST_DEFLECTION = 0.5
 """rad; a joint deflected by more has left the range in which the model means anything."""
 
+_BLOCK = int(LANES)
+
 _LEAST_SHARED = 800
 """Blocks times steps from which on several threads are faster than one: to call them takes some 50 µs."""
 
@@ -105,14 +107,14 @@ def run_kernel(arguments: tuple) -> None:
     items, on all cores where that is worth it. They must have the kernel's types to the letter, since nothing is
     converted here: an environment, whose single step takes some 10 µs, calls this directly."""
     n, kernel = len(arguments[2]), _kernel()
-    if n <= LANES:
+    if n <= _BLOCK:
         kernel(0, n, *arguments)
         return
-    blocks, workers = -(-n // LANES), cores()
+    blocks, workers = -(-n // _BLOCK), cores()
     if workers == 1 or blocks * int(arguments[5].max()) < _LEAST_SHARED:
         kernel(0, n, *arguments)
     else:
-        share = LANES * -(-blocks // (2 * workers))
+        share = _BLOCK * -(-blocks // (2 * workers))
         spans = [(first, min(first + share, n)) for first in range(0, n, share)]
         list(_pool(workers).map(lambda span: kernel(*span, *arguments), spans))
 

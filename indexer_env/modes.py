@@ -14,23 +14,28 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 
 LARGEST_PHASE_STEP = 0.25
-"""h ω of the fastest mode may not exceed this [rad]: 25 steps a period, RK4's phase error 2e-4 rad a period."""
+"""h ω of the fastest mode may not exceed this [rad]: 25 steps a period."""
 
 LARGEST_DECAY_STEP = 1.0
-"""h λ of the fastest decay may not exceed this [-]; RK4 turns unstable at 2.78."""
+"""h λ of the fastest decay may not exceed this [-]; the scheme turns unstable at 2.78."""
 
-ACCURATE_SHARES = (0.4, 0.2)
-"""The automatic step over those that resolve the fastest mode and the fastest decay: h ω ≤ 0.1 rad, h λ ≤ 0.2. The
+ACCURATE_SHARES = (0.8, 0.2)
+"""The automatic step over those that resolve the fastest mode and the fastest decay: h ω ≤ 0.2 rad, h λ ≤ 0.2. The
 error goes with the step's fourth power; at half and twice of it it is a sixteenth and sixteen times as large."""
 
-SHARP = layout.USES_RIPPLE | layout.USES_PROCESS
-"""Effects that need half the step, as does hardening contact: their forces follow each other faster than the modes."""
-
-MOTION_STEPS = 750
+MOTION_STEPS = 400
 """Least steps in a motion of the cam: with fewer, what the law's own time scale adds to the error begins to count."""
 
-HARMONIC_PHASE = 0.25
-"""Most that the phase of a drive's harmonic goes on in an automatic step [rad]: its quadrature is then off by 2e-6."""
+HARMONIC_PHASE = 0.4
+"""Most that the phase of a drive's harmonic goes on in an automatic step [rad]."""
+
+LARGE_RIPPLE = 0.01
+"""Relative amplitude of the motor's speed from which on half the step is needed, as it is with hardening contact: what
+the ripple shakes then outweighs the motion, by which the error is measured."""
+
+RATTLING = 200.0
+"""ω T of the fastest mode over a motion of the cam [rad] from which on half the step is needed with play: the record of
+so slow a motion is the rattling itself, whose error grows from contact to contact."""
 
 FINEST_STEP = 0.25e-3
 """s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it
@@ -150,22 +155,37 @@ def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndar
     return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
 
 
+def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
+    """largest_steps and accurate_steps of the items, both (n,) [s]."""
+    resolving = _resolving_steps(items)
+    return np.minimum(*resolving), _accurate_steps(items, points, resolving)
+
+
 def accurate_steps(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> np.ndarray:
     """The automatic step (n,) [s] of each of n items of one model: ACCURATE_SHARES of the largest ones, MOTION_STEPS to
-    a motion of the cam, HARMONIC_PHASE to a step at the drive's orders; half of it with a SHARP effect; never finer
-    than FINEST_STEP."""
+    a motion of the cam, HARMONIC_PHASE to a step at the drive's orders; half of it with hardening contact, a
+    LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
+    return _accurate_steps(items, points, _resolving_steps(items))
+
+
+def _accurate_steps(
+    items: Sequence[Coefficients], points: Sequence[OperatingPoint], largest: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
-    cam_rate = np.array([item["reduction"] for item in items]) * speed
-    motion = np.array([item.law.motion for item in items]) / cam_rate
+    reduction = np.array([item["reduction"] for item in items])
+    motion = np.array([item.law.motion for item in items]) / (reduction * speed)
     order = np.array([
         max((item[f"{kind}_order"] for kind, size in _HARMONICS if item[size] != 0.0), default=_SLOW) for item in items
     ])  # fmt: skip
     steps = np.minimum.reduce([
-        *(share * step for share, step in zip(ACCURATE_SHARES, _resolving_steps(items), strict=True)),
+        *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
         motion / MOTION_STEPS, HARMONIC_PHASE / (order * speed),
     ])  # fmt: skip
-    sharp = np.array([bool(item.features & SHARP) or item["cubic_2"] != 0.0 for item in items])
-    return np.maximum(np.where(sharp, 0.5, 1.0) * steps, FINEST_STEP)
+    edges = np.array([bool(item.features & ~layout.USES_ANY_EFFECT) for item in items])
+    ripple = np.array([item["ripple_amplitude"] * item["ripple_order"] for item in items]) / reduction
+    hardening = np.array([item["cubic_2"] != 0.0 for item in items])
+    half = hardening | (ripple > LARGE_RIPPLE) | (edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0]))
+    return np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
 
 
 _HARMONICS = (

@@ -18,7 +18,7 @@ from indexer_env.engine import cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.kernels.layout import LANES, USES_SLIP
 from indexer_env.machine import Machine
-from indexer_env.modes import LARGEST_PHASE_STEP, accurate_steps, largest_steps
+from indexer_env.modes import LARGEST_PHASE_STEP, steps_of
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
@@ -127,7 +127,7 @@ def _run_batch(
     samples = lengths.pop() if lengths else 0
     batch = Batch(
         run.sample_rate,
-        {} if sink else {name: np.full((n, samples), np.nan) for name in run.channels},
+        {} if sink else {name: np.empty((n, samples)) for name in run.channels},
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
     items: dict[int, Coefficients] = {}
@@ -142,8 +142,7 @@ def _run_batch(
     for model in sorted({item.model for item in items.values()}):
         members = [index for index, item in items.items() if item.model == model]
         alike = [items[index] for index in members]
-        largest_of = largest_steps(alike)
-        accurate = largest_of if run.step else accurate_steps(alike, [points[index] for index in members])
+        largest_of, accurate = steps_of(alike, [points[index] for index in members])
         for index, largest, step in zip(members, largest_of.tolist(), accurate.tolist(), strict=True):
             parts[index] = run.steps_per_sample(step)
             actual = 1.0 / (run.sample_rate * parts[index])
@@ -165,6 +164,8 @@ def _run_batch(
         list(pool.map(lambda group: group.run_into(batch), groups))
     finally:
         pool.shutdown(cancel_futures=True)
+    for values in batch.channels.values():
+        values[list(batch.rejected)] = np.nan
     if batch.rejected and not reject:
         raise SimulationError(batch.rejected[0])
     return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
@@ -179,7 +180,7 @@ def _groups(
     adds exactly nothing; those of like features come together, as each feature costs time. Motors that slip stay among
     themselves, since their turns end later than commanded, and so do dwells that are linear, which take no steps.
     """
-    size = min(_GROUP, -(-share // LANES) * LANES)
+    size = min(_GROUP, -(-share // int(LANES)) * int(LANES))
     alike: dict[tuple[int, int, int, float], list[tuple[int, Coefficients]]] = {}
     for index, item in sorted(items.items(), key=lambda entry: entry[1].features):
         kind = (item.model, parts[index], item.features & USES_SLIP, item["linear_dwell"])

@@ -212,8 +212,10 @@ def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray,
     present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
     place = first + np.arange(present.shape[1])
     counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
-    change = _sum_of_squares(np.where(counted, present - previous, 0.0))
-    size = _sum_of_squares(np.where(counted, present, 0.0))
+    change = present - previous
+    if not counted.all():
+        change, present = np.where(counted, change, 0.0), np.where(counted, present, 0.0)
+    change, size = _sum_of_squares(change), _sum_of_squares(present)
     difference = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
     decided = (cam_turn >= _LEAST_COMPARED) & (lengths >= cam_turn)
     return np.where(decided, difference, np.nan)

@@ -15,7 +15,7 @@ from discrepancy.indexer.lines import lines
 from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import OF_RECORDS, base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
-from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, Windows, windows_of
+from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, Windows, check_rest, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
@@ -65,6 +65,7 @@ class IndexerModel(Model):
     ) -> None:
         self.machine, self.experiments, self.without = machine, tuple(experiments), without
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
+        check_rest(machine)
         for experiment in self.experiments:
             if experiment.signal.unit != self.sensor.unit:
                 remedy = "set Sensor.radius for an accelerometer in m/s^2, leave it out for rad/s^2"

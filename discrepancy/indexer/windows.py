@@ -14,6 +14,7 @@ import numpy as np
 
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
+from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
 
@@ -121,6 +122,16 @@ def windows_of(experiments: Sequence[Experiment], reduction: float) -> Windows:
         [rate / e.signal.sample_rate for rate, e in zip(rates, experiments, strict=True)],
         [e.operating_point.start_angle for e in experiments],
     )
+
+
+def check_rest(machine: Machine) -> None:
+    """Refuse a cam that still moves the table where the windows begin."""
+    pieces = machine.motion_law.pieces(machine.stations, machine.motion_share)
+    moving = (pieces.coefficients[:, 1:] != 0.0).any(axis=1) & (pieces.edges[1:] > START_PHASE)
+    if moving.any():
+        until = float(pieces.edges[1:][moving].max())
+        remedy = "a record of such a cam cannot be cut into windows that start at rest"
+        raise refuse("Machine", "motion_law", f"at rest from cam phase {START_PHASE} to 1", until, remedy)
 
 
 def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:

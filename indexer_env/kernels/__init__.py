@@ -9,12 +9,12 @@ joints        torque of a joint with play and bilinear stiffness; its contact re
 effects       scalar equations of the model's extensions (friction, ripple, bumps, slip)
 dynamics      equations of motion of Models A, B and B on its base as plain scalar functions
 rates         accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
+nystrom       one step of the Runge-Kutta-Nyström scheme, for every model and effect
 plain         the common case, Model B without effects, a whole step in registers
 edges         landing on the edge of a play or of a motion-law segment inside one step
 dwell         the dwell in closed form, in strides of several steps
-rk4           one step of classical RK4, for every model and effect
 recording     samples: judged and written
-alone         one lane on its own, over edges, through its dwell, to its end
+clock         a lane's own clock: how it goes on by steps and by strides, to its end
 integrate     blocks of lanes, and `entry`, which makes the one entry point
 
 Conventions: SI units and radians. A *lane* is one machine; LANES machines advance together in a block and every

@@ -5,33 +5,36 @@ With every joint on its present line, x the deflection beyond the line's offset 
     δ̈1 = τ γ̈ - (k1 x1 + r1 δ̇1)/J_C          δ̈2 = -(T_L + k2 x2 + (r2 + c_viscous) δ̇2)/J_t
 
 are linear with constant coefficients, so (x, ẋ) goes over any time t by one matrix, which is exact: `propagator`. A
-lane in its dwell takes strides of several steps by matrices worked out once per contact region; a stride in which it
-would cross an edge of a play or leave the dwell is repeated in parts that end there, by roots of the closed form.
+lane in its dwell takes strides of several steps by matrices worked out once per contact region. A joint that crosses an
+edge of its play is taken again from there, by the matrix of its next region; a stride that would leave the dwell is
+taken by steps.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.dynamics import table_acceleration
 from indexer_env.kernels.edges import (
     MOST_EDGES,
-    cross,
-    crossed,
-    find_edge,
+    any_above,
     find_joint_edge,
+    hermite,
     joint_guard,
     joint_rows,
     set_lines,
+    slope,
 )
-from indexer_env.kernels.joints import line_torque, region_after
+from indexer_env.kernels.joints import region_after, region_line, straight_torque
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.plain import ramp
+from indexer_env.kernels.nystrom import ramp
 
 LARGEST_STRIDE = 0.25
-"""rad; most that the faster oscillator's phase goes on in a stride. The cubic on which an edge is found is then off by
-at most 1e-5 of the oscillation, and a touch that begins and ends within a stride is as light."""
+"""rad; most that the faster oscillator's phase goes on in a stride. A touch that begins and ends within one is then not
+deeper than 1e-2 of the oscillation; the quintic on which an edge is found is off by 1e-8 of it."""
 
 _SERIES = 1e-3
 """Argument below which differences that cancel are taken from their series; three terms leave less than 1e-16."""
@@ -71,32 +74,52 @@ def propagator(t, k, r, inertia, c):
 
 
 @scalar
-def cam_propagator(w, i, t):
-    """Of the deflection of joint 1 beyond its line's offset."""
-    return propagator(t, w[LINE_K_1 + i], w[LINE_R_1 + i], w[J_CAM + i], w[REDUCTION + i] * w[MOTOR_ACCELERATION + i])
+def oscillator(w, i, joint):
+    """Inertia, damping beside the joint's own and constant acceleration of the oscillator on joint 0 or 1."""
+    if joint == 0:
+        return w[J_CAM + i], 0.0, w[REDUCTION + i] * w[MOTOR_ACCELERATION + i]
+    return w[J_TABLE + i], w[VISCOUS + i], -w[LOAD_TORQUE + i] / w[J_TABLE + i]
 
 
 @scalar
-def table_propagator(w, i, t):
-    """Of the deflection of joint 2 beyond its line's offset."""
-    r = w[LINE_R_2 + i] + w[VISCOUS + i]
-    return propagator(t, w[LINE_K_2 + i], r, w[J_TABLE + i], -w[LOAD_TORQUE + i] / w[J_TABLE + i])
+def line_of(w, i, joint, region):
+    """Stiffness, offset and damping of joint 0 or 1 in a region."""
+    row, ratio = K_1 + np.uint64(joint) * (K_2 - K_1) + i, w[RATIO_1 + i] if joint == 0 else w[STATION_RATIO_2 + i]
+    return region_line(
+        region, w[row], w[row + R_1 - K_1], w[row + EDGE_1 - K_1], ratio, w[row + FREE_R_1 - K_1]
+    )  # fmt: skip
 
 
 @outlined
-def set_stride(w, i, t):
-    """Have the moves of lane i go over the time t, on its present lines."""
-    w[STRIDE_TIME + i] = t
-    (w[CAM_A + i], w[CAM_B + i], w[CAM_D + i], w[CAM_E + i], w[CAM_F + i], w[CAM_G + i]) = cam_propagator(w, i, t)
-    (w[TABLE_A + i], w[TABLE_B + i], w[TABLE_D + i], w[TABLE_E + i], w[TABLE_F + i], w[TABLE_G + i]) = table_propagator(
-        w, i, t
-    )
+def begin_strides(w, i, features):
+    """Have lane i go through its dwell by strides: their matrices in each region of its joints, and the present."""
+    t = w[STRIDE + i] * w[OWN_STEP + i]
+    w[STEP + i], w[STRIDE_TIME + i] = 0.0, t
+    for joint in range(2):
+        inertia, more_damping, c = oscillator(w, i, joint)
+        for region in range(-1, 2):
+            if region == 1 or features & (HAS_EDGES_1 << joint):
+                k, _, r = line_of(w, i, joint, float(region))
+                row = STRIDES + np.uint64(18 * joint + 6 * (region + 1)) * LANES + i
+                a, b, d, e, f, g = propagator(t, k, r + more_damping, inertia, c)
+                w[row], w[row + LANES], w[row + TWO * LANES] = a, b, d
+                w[row + THREE * LANES], w[row + FOUR * LANES], w[row + FIVE * LANES] = e, f, g
+        use_region(w, i, joint)
+
+
+@scalar
+def use_region(w, i, joint):
+    """Take for the strides of a joint the matrices of its present region."""
+    region = int(w[REGION_1 + np.uint64(joint) * LANES + i])
+    row = STRIDES + np.uint64(18 * joint + 6 * (region + 1)) * LANES + i
+    for place in range(6):
+        w[CAM_A + np.uint64(6 * joint + place) * LANES + i] = w[row + np.uint64(place) * LANES]
 
 
 @lanes
-def move(w, low, high):
+def move(w, high):
     """Take the lanes in their dwell over their stride, and evaluate the state reached; the start is kept."""
-    for i in range(low, high):
+    for i in range(high):
         t = w[STRIDE_TIME + i]
         if t > 0.0:
             x1, v1 = w[DEFLECTION_1 + i] - w[LINE_OFFSET_1 + i], w[DEFLECTION_RATE_1 + i]
@@ -106,158 +129,108 @@ def move(w, low, high):
             w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACC_0 + i] = w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i]
             w[DEFLECTION_1_0 + i], w[DEFLECTION_RATE_1_0 + i] = w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i]
             w[DEFLECTION_2_0 + i], w[DEFLECTION_RATE_2_0 + i] = w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i]
+            w[DEFLECTION_ACC_1_0 + i], w[DEFLECTION_ACC_2_0 + i] = w[DEFLECTION_ACC_1 + i], w[DEFLECTION_ACC_2 + i]
 
             motor, motor_rate = ramp(t, w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i])
             d1 = w[CAM_A + i] * x1 + w[CAM_B + i] * v1 + w[CAM_F + i] + w[LINE_OFFSET_1 + i]
             u1 = w[CAM_D + i] * x1 + w[CAM_E + i] * v1 + w[CAM_G + i]
             d2 = w[TABLE_A + i] * x2 + w[TABLE_B + i] * v2 + w[TABLE_F + i] + w[LINE_OFFSET_2 + i]
-            table_rate = w[TABLE_D + i] * x2 + w[TABLE_E + i] * v2 + w[TABLE_G + i]
-            cam, cam_rate = w[REDUCTION + i] * motor - d1, w[REDUCTION + i] * motor_rate - u1
-            table = d2 + w[C_0 + i]
+            w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i] = motor, motor_rate, w[MOTOR_ACCELERATION + i]
+            w[CAM + i], w[CAM_RATE + i] = w[REDUCTION + i] * motor - d1, w[REDUCTION + i] * motor_rate - u1
+            w[TABLE + i] = d2 + w[C_0 + i]
+            w[TABLE_RATE + i] = w[TABLE_D + i] * x2 + w[TABLE_E + i] * v2 + w[TABLE_G + i]
+            dwell_rates(w, i)
 
-            # from the state itself, as where a run goes on from it
-            d1, v1 = w[REDUCTION + i] * motor - cam, w[REDUCTION + i] * motor_rate - cam_rate
-            d2 = table - w[C_0 + i]
-            M1 = line_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1, 0.0)
-            M2 = line_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, table_rate, 0.0)
-            w[MOTOR + i], w[MOTOR_RATE + i] = motor, motor_rate
-            w[CAM + i], w[CAM_RATE + i], w[CAM_ACC + i] = cam, cam_rate, M1 / w[J_CAM + i]
-            w[TABLE + i], w[TABLE_RATE + i] = table, table_rate
-            w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[VISCOUS + i] * table_rate, M2)
-            w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1
-            w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i], w[TORQUE_2 + i] = d2, table_rate, M2
+
+@scalar
+def dwell_rates(w, i):
+    """Deflections, torques and accelerations of lane i in its dwell from its state, as where a run goes on from it."""
+    d1 = w[REDUCTION + i] * w[MOTOR + i] - w[CAM + i]
+    v1 = w[REDUCTION + i] * w[MOTOR_RATE + i] - w[CAM_RATE + i]
+    d2, v2 = w[TABLE + i] - w[C_0 + i], w[TABLE_RATE + i]
+    M1 = straight_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1)
+    M2 = straight_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, v2)
+    cam_acc = M1 * (1.0 / w[J_CAM + i])
+    table_acc = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[VISCOUS + i] * v2, M2)
+    w[CAM_ACC + i], w[TABLE_ACC + i] = cam_acc, table_acc
+    w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1
+    w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i], w[TORQUE_2 + i] = d2, v2, M2
+    w[DEFLECTION_ACC_1 + i] = w[REDUCTION + i] * w[MOTOR_ACC + i] - cam_acc
+    w[DEFLECTION_ACC_2 + i] = table_acc
 
 
 @lanes
-def mark_strides(w, low, high, features):
-    """Mark (2) the lanes that left the dwell or crossed an edge in their stride; return whether there is any."""
-    for i in range(low, high):
+def mark_strides(w, high, features):
+    """Mark the lanes that left the dwell or crossed an edge in their stride (2); return whether there is any."""
+    for i in range(high):
         left = (w[CAM + i] >= w[BREAK_HIGH + i]) or (w[CAM + i] < w[BREAK_LOW + i])
         w[MARK + i] = 2.0 if left else 0.0
     if features & HAS_EDGES_1:
-        mark_edges(w, low, high, REGION_1, EDGE_1, DEFLECTION_1)
+        mark_edges(w, high, REGION_1, EDGE_1, DEFLECTION_1)
     if features & HAS_EDGES_2:
-        mark_edges(w, low, high, REGION_2, EDGE_2, DEFLECTION_2)
-    count = 0
-    for i in range(low, high):
+        mark_edges(w, high, REGION_2, EDGE_2, DEFLECTION_2)
+    for i in range(high):
         w[MARK + i] = w[MARK + i] if w[STRIDE_TIME + i] > 0.0 else 0.0
-        count += 1 if w[MARK + i] > 0.0 else 0
-    return count > 0
+    return any_above(w, high, MARK, 0.0)
 
 
 @lanes
-def mark_edges(w, low, high, region, edge, row):
-    for i in range(low, high):
+def mark_edges(w, high, region, edge, row):
+    for i in range(high):
+        marked = w[MARK + i]
         guard = joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i])
-        w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
-
-
-@scalar
-def put_cam(w, i):
-    """The cam where its joint's deflection has it, and all that follows from that."""
-    w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] - w[DEFLECTION_1 + i]
-    w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] - w[DEFLECTION_RATE_1 + i]
-    d1 = w[REDUCTION + i] * w[MOTOR + i] - w[CAM + i]
-    v1 = w[REDUCTION + i] * w[MOTOR_RATE + i] - w[CAM_RATE + i]
-    M1 = line_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1, 0.0)
-    w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i], w[CAM_ACC + i] = d1, v1, M1, M1 / w[J_CAM + i]
-
-
-@scalar
-def put_table(w, i):
-    """The table where its joint's deflection has it, and all that follows from that."""
-    w[TABLE + i], w[TABLE_RATE + i] = w[DEFLECTION_2 + i] + w[C_0 + i], w[DEFLECTION_RATE_2 + i]
-    d2, v2 = w[TABLE + i] - w[C_0 + i], w[TABLE_RATE + i]
-    M2 = line_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, v2, 0.0)
-    w[DEFLECTION_2 + i], w[TORQUE_2 + i] = d2, M2
-    w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[VISCOUS + i] * v2, M2)
+        w[MARK + i] = 2.0 if guard < 0.0 else marked
 
 
 @outlined
-def joint_propagator(w, i, joint, t):
-    """The propagator of joint 0 or 1 on its present line, and the offset of that line."""
-    if joint == 0:
-        a, b, d, e, f, g = cam_propagator(w, i, t)
-        return a, b, d, e, f, g, w[LINE_OFFSET_1 + i]
-    a, b, d, e, f, g = table_propagator(w, i, t)
-    return a, b, d, e, f, g, w[LINE_OFFSET_2 + i]
+def mend_joint(w, i, joint):
+    """Repeat the stride of joint 0 or 1 of lane i from edge to edge of its play; its deflection and rate at the end,
+    whether its contact chatters."""
+    region, edge, row = joint_rows(joint)
+    start, end, rest, edges = row + DEFLECTION_1_0 - DEFLECTION_1 + i, row + i, w[STRIDE_TIME + i], 0
+    inertia, more_damping, c = oscillator(w, i, joint)
+    kept = w[start], w[start + LANES], w[start + TWO * LANES]
+    while joint_guard(w, i, region, edge, w[end], w[end + LANES]) < 0.0 and edges < MOST_EDGES:
+        share, x = find_joint_edge(w, i, rest, region, edge, row)
+        c1, c2, c3, c4, c5 = hermite(
+            rest, w[start], w[start + LANES], w[start + TWO * LANES], w[end], w[end + LANES], w[end + TWO * LANES]
+        )
+        v = slope(share, c1, c2, c3, c4, c5) / rest
+        w[region + i] = region_after(w[region + i], x, w[edge + i])
+        rest, edges = rest - share * rest, edges + 1
+        k, offset, r = line_of(w, i, joint, w[region + i])
+        r += more_damping
+        a, b, d, e, f, g = propagator(rest, k, r, inertia, c)
+        w[start], w[start + LANES], w[start + TWO * LANES] = x, v, c - (k * (x - offset) + r * v) / inertia
+        x, v = a * (x - offset) + b * v + f, d * (x - offset) + e * v + g
+        w[end], w[end + LANES], w[end + TWO * LANES] = x + offset, v, c - (k * x + r * v) / inertia
+    w[start], w[start + LANES], w[start + TWO * LANES] = kept
+    return edges < MOST_EDGES
 
 
 @outlined
 def mend_stride(w, i, features):
     """Repeat the stride of the joints of lane i that crossed an edge of their play, landing on each; the other joint,
     which knows nothing of it, stays where the stride took it. False where the cam has left the dwell, or a joint's
-    contact chatters: then the lane stands where the stride began."""
+    contact chatters: then the lane stands where the stride began, to go on by steps."""
     begin_1, begin_2 = w[REGION_1 + i], w[REGION_2 + i]
     sound = True
-    for joint in range(2):
-        region, edge, row = joint_rows(joint)
-        start = row + DEFLECTION_1_0 - DEFLECTION_1 + i
-        d0, v0 = w[start], w[start + LANES]
-        rest, edges = w[STRIDE_TIME + i], 0
-        while (
-            features & (HAS_EDGES_1 << joint)
-            and joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i]) < 0.0
-            and edges < MOST_EDGES
-        ):
-            share, deflection = find_joint_edge(w, i, rest, region, edge, row)
-            a, b, d, e, f, g, offset = joint_propagator(w, i, joint, share * rest)
-            x, v = w[start] - offset, w[start + LANES]
-            x, v = a * x + b * v + f + offset, d * x + e * v + g
-            w[region + i] = region_after(w[region + i], deflection, w[edge + i])
-            set_lines(w, i)
-            rest, edges = rest - share * rest, edges + 1
-            a, b, d, e, f, g, offset = joint_propagator(w, i, joint, rest)
-            w[start], w[start + LANES] = x, v
-            x = x - offset
-            w[row + i], w[row + LANES + i] = a * x + b * v + f + offset, d * x + e * v + g
-        w[start], w[start + LANES] = d0, v0
-        sound = sound and edges < MOST_EDGES
-    put_cam(w, i)
-    put_table(w, i)
-    if sound and w[CAM + i] < w[BREAK_HIGH + i] and w[CAM + i] >= w[BREAK_LOW + i]:
-        time = w[STRIDE_TIME + i]
-        if w[REGION_1 + i] != begin_1:
-            (w[CAM_A + i], w[CAM_B + i], w[CAM_D + i], w[CAM_E + i], w[CAM_F + i], w[CAM_G + i]) = cam_propagator(
-                w, i, time
-            )
-        if w[REGION_2 + i] != begin_2:
-            (w[TABLE_A + i], w[TABLE_B + i], w[TABLE_D + i], w[TABLE_E + i], w[TABLE_F + i], w[TABLE_G + i]) = (
-                table_propagator(w, i, time)
-            )
-        return True
-    w[REGION_1 + i], w[REGION_2 + i] = begin_1, begin_2
+    if features & HAS_EDGES_1:
+        sound = mend_joint(w, i, 0)
+    if features & HAS_EDGES_2:
+        sound = mend_joint(w, i, 1) and sound
+    w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] - w[DEFLECTION_1 + i]
+    w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] - w[DEFLECTION_RATE_1 + i]
+    w[TABLE + i], w[TABLE_RATE + i] = w[DEFLECTION_2 + i] + w[C_0 + i], w[DEFLECTION_RATE_2 + i]
+    stays = sound and w[CAM + i] < w[BREAK_HIGH + i] and w[CAM + i] >= w[BREAK_LOW + i]
+    if stays:
+        use_region(w, i, 0)
+        use_region(w, i, 1)
+    else:
+        w[REGION_1 + i], w[REGION_2 + i] = begin_1, begin_2
+        for row in range(8):
+            place = np.uint64(row) * LANES
+            w[CAM + place + i] = w[CAM_0 + place + i]
     set_lines(w, i)
-    restore(w, i)
-    return False
-
-
-@outlined
-def restore(w, i):
-    """Put lane i back to the start of its stride."""
-    for row in range(8):
-        w[CAM + row * LANES + i] = w[CAM_0 + row * LANES + i]
-    for row in range(4):
-        w[CAM_ACC + row * LANES + i] = w[CAM_ACC_0 + row * LANES + i]
-    for row in range(4):
-        w[DEFLECTION_1 + row * LANES + i] = w[DEFLECTION_1_0 + row * LANES + i]
-
-
-@outlined
-def move_part(w, i, rest, features, pieces):
-    """Take lane i over the time `rest` in its dwell, or to the first edge before, which it crosses; the time that is
-    then left, 0 where there was no edge. Its accelerations are to be evaluated anew behind an edge."""
-    stride = w[STRIDE_TIME + i]
-    set_stride(w, i, rest)
-    move(w, i, i + 1)
-    left = 0.0
-    if crossed(w, i, features):
-        share, which, deflection = find_edge(w, i, rest, features)
-        restore(w, i)
-        if share > 0.0:
-            set_stride(w, i, share * rest)
-            move(w, i, i + 1)
-        left = rest - share * rest
-        cross(w, i, which, deflection, pieces)
-    w[STRIDE_TIME + i] = stride
-    return left
+    dwell_rates(w, i)
+    return stays

@@ -11,22 +11,23 @@ from indexer_env.kernels.compiling import scalar
 @scalar
 def follower_law(x, c0, c1, c2, c3, c4, c5):
     """β, β' and β'' of one piece of the motion law at x = α - origin [rad]."""
-    b0 = ((((c5 * x + c4) * x + c3) * x + c2) * x + c1) * x + c0
-    b1 = (((5.0 * c5 * x + 4.0 * c4) * x + 3.0 * c3) * x + 2.0 * c2) * x + c1
-    b2 = ((20.0 * c5 * x + 12.0 * c4) * x + 6.0 * c3) * x + 2.0 * c2
+    q = x * x  # in two levels rather than Horner's five: lanes wait for each product
+    b0 = (c0 + c1 * x) + q * ((c2 + c3 * x) + q * (c4 + c5 * x))
+    b1 = (c1 + 2.0 * c2 * x) + q * ((3.0 * c3 + 4.0 * c4 * x) + q * (5.0 * c5))
+    b2 = (2.0 * c2 + 6.0 * c3 * x) + q * (12.0 * c4 + 20.0 * c5 * x)
     return b0, b1, b2
 
 
 @scalar
 def table_acceleration(J_t, T_L, M2):
     """J_t φ̈ = -(T_L + M2), the same in all three models."""
-    return -(T_L + M2) / J_t
+    return -(T_L + M2) * (1.0 / J_t)  # the quotient is the same in all stages
 
 
 @scalar
 def cam_acceleration(J_C, J_F, b1, b2, w, M1, M2):
     """Model B: (J_C + J_F β'²) α̈ = M1 + β' (M2 - J_F β'' α̇²)."""
-    return (M1 + b1 * (M2 - J_F * b2 * w * w)) / (J_C + J_F * b1 * b1)
+    return (M1 + b1 * (M2 - J_F * b2 * w * w)) * (1.0 / (J_C + J_F * b1 * b1))  # divided while M2 is worked out
 
 
 @scalar

@@ -1,13 +1,16 @@
 """Edges inside a step: where a joint enters or leaves contact, or the cam a segment of its law, the vector field has a
-kink or a jump, and a Runge-Kutta step across it is no longer of fourth order. A lane that crossed one repeats the step
-in parts that end on the edges (`mend`); between them every joint stays on one line and the law on one polynomial.
+kink or a jump, and a step across it loses its order. A lane that crossed one is put back on it (`land`), and takes the
+rest of its step from there on its new line; between edges every joint stays on one line and the law on one polynomial.
 
-The edge is found on the cubic Hermite interpolant of the deflections over the step, whose error is of order h⁴.
+Edge and state there are taken from the quintic Hermite interpolants of the step, through angles, rates and
+accelerations at both ends: the step itself ran smoothly beyond the edge on the old line, so their error is of order h⁶.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.joints import (
@@ -19,13 +22,15 @@ from indexer_env.kernels.joints import (
     region_of,
 )
 from indexer_env.kernels.layout import *
+from indexer_env.kernels.nystrom import ramp
+from indexer_env.kernels.rates import lane_rates
 
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""
 
 MOST_EDGES = 16
-"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the rest of the step is
-taken on the present lines and the regions are set from the state reached."""
+"""Edges landed on within one step; beyond that (contact that chatters faster than the step) the regions are set from
+the state that the rest of the step reached on the present lines."""
 
 _SEARCHES = 60
 """Bound on the bracketing search for an edge on the interpolant; bisection alone would need 50 for float64."""
@@ -54,25 +59,11 @@ def set_lines(w, i):
 
 
 @outlined
-def load_piece(w, i, piece, turn, pieces):
-    """Load piece `piece` of the law in cam turn `turn` into lane i; indices beyond the turn wrap into its neighbours.
+def set_turn(w, i, turn, pieces):
+    """Put lane i into a cam turn: where its law stands there, and the stiffness ratio of its station.
 
     A station whose spacing is off by ε lengthens the index that leads to it by the factor 1 + ε/h, shortens the next.
     """
-    count = int(w[LAW_COUNT + i])
-    if piece < 0:
-        piece, turn = count - 1, turn - 1.0
-    elif piece >= count:
-        piece, turn = 0, turn + 1.0
-    row = int(w[LAW_FIRST + i]) + piece
-    start = TWO_PI * turn
-    w[PIECE + i], w[CAM_TURN + i] = float(piece), turn
-    w[ORIGIN + i] = start + pieces[row, PIECE_LOW]
-    w[REACH_LOW + i] = w[ORIGIN + i]
-    w[REACH_HIGH + i] = start + pieces[row, PIECE_HIGH]
-    w[BREAK_LOW + i] = w[REACH_LOW + i] if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
-    w[BREAK_HIGH + i] = w[REACH_HIGH + i] if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
-
     stations, advance, spacing = w[STATIONS + i], w[ADVANCE + i], w[SPACING_ERROR + i]
     station = turn - stations * math.floor(turn / stations)
     following = station + 1.0 - stations * math.floor((station + 1.0) / stations)
@@ -81,20 +72,38 @@ def load_piece(w, i, piece, turn, pieces):
         factor = 1.0 + spacing / advance
     elif spacing != 0.0 and station == w[SPACING_STATION + i]:
         factor, offset = 1.0 - spacing / advance, offset + spacing
-    rest = pieces[int(w[LAW_FIRST + i]), PIECE_C_0]
-    still = 1.0
-    for j in range(1, 6):
-        still = still if pieces[row, PIECE_C_0 + j] == 0.0 else 0.0
-    w[DWELLS + i] = w[LINEAR_DWELL + i] * still
-    w[C_0 + i] = offset + rest + factor * (pieces[row, PIECE_C_0] - rest)
-    for j in range(1, 6):
-        w[C_0 + j * LANES + i] = factor * pieces[row, PIECE_C_0 + j]
+    rest = pieces[np.uint64(int(w[LAW_FIRST + i])), PIECE_C_0]
+    w[CAM_TURN + i], w[TURN_START + i], w[TURN_FACTOR + i] = turn, TWO_PI * turn, factor
+    w[TURN_TABLE + i] = offset + rest - factor * rest
     ratio = w[RATIO_2 + i] * (w[SINGLE_RATIO_2 + i] if station == w[SINGLE_STATION + i] else 1.0)
     if ratio != w[STATION_RATIO_2 + i]:
         w[STATION_RATIO_2 + i] = ratio
         w[RELEASE_MINUS_2 + i] = w[RELEASE_2 + i] / ratio
         w[HARDENING_MINUS_2 + i] = w[HARDENING_2 + i] / ratio
         set_lines(w, i)
+
+
+@outlined
+def load_piece(w, i, piece, pieces):
+    """Load piece `piece` of the law in its present cam turn into lane i; indices beyond it wrap into its neighbours."""
+    count = int(w[LAW_COUNT + i])
+    if piece < 0:
+        piece = count - 1
+        set_turn(w, i, w[CAM_TURN + i] - 1.0, pieces)
+    elif piece >= count:
+        piece = 0
+        set_turn(w, i, w[CAM_TURN + i] + 1.0, pieces)
+    row = np.uint64(int(w[LAW_FIRST + i]) + piece)
+    start, factor = w[TURN_START + i], w[TURN_FACTOR + i]
+    low, high = start + pieces[row, PIECE_LOW], start + pieces[row, PIECE_HIGH]
+    w[PIECE + i] = float(piece)
+    w[ORIGIN + i], w[REACH_LOW + i], w[REACH_HIGH + i] = low, low, high
+    w[BREAK_LOW + i] = low if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
+    w[BREAK_HIGH + i] = high if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
+    w[DWELLS + i] = w[LINEAR_DWELL + i] * pieces[row, PIECE_STILL]
+    w[C_0 + i] = w[TURN_TABLE + i] + factor * pieces[row, PIECE_C_0]
+    for j in range(1, 6):
+        w[C_0 + np.uint64(j) * LANES + i] = factor * pieces[row, np.uint64(PIECE_C_0 + j)]
 
 
 @outlined
@@ -105,11 +114,12 @@ def find_piece(w, i, pieces):
     first, low, high = int(w[LAW_FIRST + i]), 0, int(w[LAW_COUNT + i]) - 1
     while low < high:
         middle = (low + high + 1) // 2
-        if pieces[first + middle, PIECE_LOW] <= angle:
+        if pieces[np.uint64(first + middle), PIECE_LOW] <= angle:
             low = middle
         else:
             high = middle - 1
-    load_piece(w, i, low, turn, pieces)
+    set_turn(w, i, turn, pieces)
+    load_piece(w, i, low, pieces)
 
 
 @scalar
@@ -122,58 +132,73 @@ def joint_guard(w, i, region, edge, deflection, rate):
 
 
 @lanes
-def mark(w, features):
+def mark(w, high, features):
     """Mark the lanes that left their piece of the law (1) or crossed an edge (2); return whether there is any."""
-    for i in range(LANES):
+    for i in range(high):
         cam = w[CAM + i]
         left = 1.0 if (cam >= w[REACH_HIGH + i]) or (cam < w[REACH_LOW + i]) else 0.0
         broke = (cam >= w[BREAK_HIGH + i]) or (cam < w[BREAK_LOW + i])
         w[MARK + i] = 2.0 if broke else left
     if features & HAS_EDGES_1:
-        mark_joint(w, REGION_1, EDGE_1, DEFLECTION_1)
+        mark_joint(w, high, REGION_1, EDGE_1, DEFLECTION_1)
     if features & HAS_EDGES_2:
-        mark_joint(w, REGION_2, EDGE_2, DEFLECTION_2)
+        mark_joint(w, high, REGION_2, EDGE_2, DEFLECTION_2)
     if features & HAS_EDGES_3:
-        mark_joint(w, REGION_3, EDGE_3, DEFLECTION_3)
-    count = 0  # counted, since a largest value would be looked for lane by lane
-    for i in range(LANES):
-        count += 1 if w[MARK + i] > 0.0 else 0
-    return count > 0
+        mark_joint(w, high, REGION_3, EDGE_3, DEFLECTION_3)
+    return any_above(w, high, MARK, 0.0)
 
 
 @lanes
-def mark_joint(w, region, edge, deflection):
-    for i in range(LANES):
+def mark_joint(w, high, region, edge, deflection):
+    for i in range(high):
+        marked = w[MARK + i]
         guard = joint_guard(w, i, region, edge, w[deflection + i], w[deflection + LANES + i])
-        w[MARK + i] = 2.0 if guard < 0.0 else w[MARK + i]
+        w[MARK + i] = 2.0 if guard < 0.0 else marked
+
+
+@lanes
+def any_above(w, high, row, bound):
+    """Whether a value of a row is above a bound; counted, since a largest value would be looked for lane by lane."""
+    count = 0
+    for i in range(high):
+        count += 1 if w[row + i] > bound else 0
+    return count > 0
 
 
 @scalar
-def hermite(h, y0, v0, y1, v1):
-    """Coefficients (c1, c2, c3) of y0 + c1 s + c2 s² + c3 s³, the cubic over a step of length h with these end values
-    and rates, s its share."""
-    c1, change = h * v0, y1 - y0
-    c3 = c1 + h * v1 - 2.0 * change
-    return c1, change - c1 - c3, c3
+def hermite(h, x0, v0, a0, x1, v1, a1):
+    """Coefficients (c1 … c5) of x0 + c1 s + … + c5 s⁵, the quintic over a step of length h with these end values, rates
+    and accelerations, s its share."""
+    c1, c2 = h * v0, 0.5 * h * h * a0
+    x, v, a = x1 - x0 - c1 - c2, h * v1 - c1 - 2.0 * c2, 0.5 * h * h * a1 - c2
+    return c1, c2, 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
+
+
+@scalar
+def value(s, x0, c1, c2, c3, c4, c5):
+    """The quintic at share s."""
+    q = s * s
+    return (x0 + c1 * s) + q * ((c2 + c3 * s) + q * (c4 + c5 * s))
+
+
+@scalar
+def slope(s, c1, c2, c3, c4, c5):
+    """Its derivative by the share."""
+    q = s * s
+    return (c1 + 2.0 * c2 * s) + q * ((3.0 * c3 + 4.0 * c4 * s) + q * (5.0 * c5))
+
+
+@scalar
+def bend(s, c2, c3, c4, c5):
+    """Its second derivative by the share."""
+    return (2.0 * c2 + 6.0 * c3 * s) + s * s * (12.0 * c4 + 20.0 * c5 * s)
 
 
 @scalar
 def joint_rows(joint):
     """Rows of the region, the edge and the deflection of joint 0, 1 or 2."""
-    return REGION_1 + joint * LANES, EDGE_1 + joint * (EDGE_2 - EDGE_1), DEFLECTION_1 + 2 * joint * LANES
-
-
-@outlined
-def crossed(w, i, features):
-    """Whether lane i is beyond an edge of its regions or a break of its law."""
-    if w[CAM + i] >= w[BREAK_HIGH + i] or w[CAM + i] < w[BREAK_LOW + i]:
-        return True
-    for joint in range(3):
-        if features & (HAS_EDGES_1 << joint):
-            region, edge, row = joint_rows(joint)
-            if joint_guard(w, i, region, edge, w[row + i], w[row + LANES + i]) < 0.0:
-                return True
-    return False
+    n = np.uint64(joint)
+    return REGION_1 + n * LANES, EDGE_1 + n * (EDGE_2 - EDGE_1), DEFLECTION_1 + np.uint64(3) * n * LANES
 
 
 @outlined
@@ -198,13 +223,13 @@ def find_edge(w, i, h, features):
 def find_angle(w, i, h, angle):
     """Share of the step at which the cam passes `angle`."""
     s0, s1, y0, y1 = 0.0, 1.0, w[CAM_0 + i], w[CAM + i]
-    c1, c2, c3 = hermite(h, y0, w[CAM_RATE_0 + i], y1, w[CAM_RATE + i])
+    c1, c2, c3, c4, c5 = hermite(h, y0, w[CAM_RATE_0 + i], w[CAM_ACC_0 + i], y1, w[CAM_RATE + i], w[CAM_ACC + i])
     g0, g1 = y0 - angle, y1 - angle
     near = _NEAR * abs(g1 - g0)
     side = 0.0
     for _ in range(_SEARCHES):
         s = false_position(s0, g0, s1, g1)
-        g = (y0 - angle) + s * (c1 + s * (c2 + s * c3))
+        g = value(s, y0 - angle, c1, c2, c3, c4, c5)
         if abs(g) <= near:
             return s
         s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
@@ -224,10 +249,21 @@ def flank_guard(w, i, region, edge, flank, deflection, rate):
 
 
 @scalar
+def flank_slope(w, i, region, edge, flank, deflection, rate, deflection_change, rate_change):
+    """Its derivative, where deflection and rate change by so much."""
+    row = (edge + RELEASE_1 - EDGE_1 if flank > 0.0 else edge + RELEASE_MINUS_1 - EDGE_1) + i
+    x = flank * deflection - w[edge + i]
+    change = (1.0 + 3.0 * w[row + LANES] * x * x) * flank * deflection_change
+    change += w[row] * flank * rate_change if flank * rate < 0.0 else 0.0
+    return -change if w[region + i] == 0.0 else change
+
+
+@scalar
 def find_joint_edge(w, i, h, region, edge, row):
-    """Share of the step at which the guard of a joint runs out, and its deflection there."""
-    start = row + DEFLECTION_1_0 - DEFLECTION_1 + i
-    y0, v0, y1, v1 = w[start], w[start + LANES], w[row + i], w[row + LANES + i]
+    """Share of the step at which the guard of a joint runs out, and its deflection there, by Newton's method; where
+    that leaves the bracket, the bracket is halved."""
+    start, end = row + DEFLECTION_1_0 - DEFLECTION_1 + i, row + i
+    y0, v0, y1, v1 = w[start], w[start + LANES], w[end], w[end + LANES]
     flank = w[region + i]
     if flank == 0.0:
         flank = 1.0 if y1 > 0.0 else -1.0
@@ -235,16 +271,19 @@ def find_joint_edge(w, i, h, region, edge, row):
     g0, g1 = flank_guard(w, i, region, edge, flank, y0, v0), flank_guard(w, i, region, edge, flank, y1, v1)
     if g0 <= 0.0:
         return s0, deflection
-    c1, c2, c3 = hermite(h, y0, v0, y1, v1)
+    c1, c2, c3, c4, c5 = hermite(h, y0, v0, w[start + TWO * LANES], y1, v1, w[end + TWO * LANES])
     frequency, near = 1.0 / h, _NEAR * (g0 - g1)
-    side = 0.0
+    s = false_position(s0, g0, s1, g1)
     for _ in range(_SEARCHES):
-        s = false_position(s0, g0, s1, g1)
-        deflection = y0 + s * (c1 + s * (c2 + s * c3))
-        g = flank_guard(w, i, region, edge, flank, deflection, frequency * (c1 + s * (2.0 * c2 + 3.0 * s * c3)))
+        change = slope(s, c1, c2, c3, c4, c5)
+        deflection, rate = value(s, y0, c1, c2, c3, c4, c5), frequency * change
+        g = flank_guard(w, i, region, edge, flank, deflection, rate)
         if abs(g) <= near:
             return s, deflection
-        s0, g0, s1, g1, side = narrow(s0, g0, s1, g1, s, g, side)
+        s0, s1 = (s0, s) if g < 0.0 else (s, s1)
+        s -= g / flank_slope(w, i, region, edge, flank, deflection, rate, change, frequency * bend(s, c2, c3, c4, c5))
+        if not s0 < s < s1:
+            s = 0.5 * (s0 + s1)
     return s1, deflection
 
 
@@ -267,9 +306,9 @@ def narrow(s0, g0, s1, g1, s, g, side):
 def cross(w, i, which, deflection, pieces):
     """Go over the edge that was landed on: the next piece of the law, or the joint's next region."""
     if which == LAW_HIGH:
-        load_piece(w, i, int(w[PIECE + i]) + 1, w[CAM_TURN + i], pieces)
+        load_piece(w, i, int(w[PIECE + i]) + 1, pieces)
     elif which == LAW_LOW:
-        load_piece(w, i, int(w[PIECE + i]) - 1, w[CAM_TURN + i], pieces)
+        load_piece(w, i, int(w[PIECE + i]) - 1, pieces)
     else:
         region, edge, _ = joint_rows(which - JOINT_1)
         w[region + i] = region_after(w[region + i], deflection, w[edge + i])
@@ -288,3 +327,44 @@ def settle_regions(w, i, features):
                 w[row + i], w[row + LANES + i], w[edge + i], w[plus], w[plus + LANES], w[minus], w[minus + LANES]
             )
     set_lines(w, i)
+
+
+@scalar
+def put_back(w, i, h, share, angle, start, acc):
+    """Angle and rate at a share of the step, of one of the state's pairs."""
+    x0, v0, a0 = w[start + i], w[start + LANES + i], w[acc + CAM_ACC_0 - CAM_ACC + i]
+    c1, c2, c3, c4, c5 = hermite(h, x0, v0, a0, w[angle + i], w[angle + LANES + i], w[acc + i])
+    w[angle + i] = value(share, x0, c1, c2, c3, c4, c5)
+    w[angle + LANES + i] = slope(share, c1, c2, c3, c4, c5) / h
+
+
+@outlined
+def land(w, i, model, features, pieces):
+    """Put lane i, which crossed an edge in its step, on the first one it crossed and over it, with the rest of the step
+    to be taken. Its mark goes where nothing is left of the step."""
+    h = w[STEP + i]
+    if w[EDGES + i] < MOST_EDGES:
+        share, which, deflection = find_edge(w, i, h, features)
+        put_back(w, i, h, share, CAM, CAM_0, CAM_ACC)
+        put_back(w, i, h, share, TABLE, TABLE_0, TABLE_ACC)
+        if features & USES_SLIP:
+            put_back(w, i, h, share, MOTOR, MOTOR_0, MOTOR_ACC)
+        else:
+            w[MOTOR + i], w[MOTOR_RATE + i] = ramp(
+                share * h, w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACCELERATION + i]
+            )
+        if model == MODEL_B_ON_BASE:
+            put_back(w, i, h, share, HOUSING, HOUSING_0, HOUSING_ACC)
+        cross(w, i, which, deflection, pieces)
+        w[TAKEN + i] += share * h
+        w[STEP + i] = h - share * h
+        w[EDGES + i] += 1.0
+    else:
+        settle_regions(w, i, features)
+        find_piece(w, i, pieces)
+        w[TAKEN + i] += h
+        w[STEP + i] = 0.0
+    w[STAGE_TIME + i] = w[TAKEN + i]
+    lane_rates(w, i, model, features)
+    if w[STEP + i] == 0.0:
+        w[STEP + i], w[MARK + i] = w[OWN_STEP + i], 0.0

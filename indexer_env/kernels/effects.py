@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from indexer_env.kernels.compiling import scalar
-from indexer_env.kernels.trigonometry import sine_and_cosine
+from indexer_env.kernels.trigonometry import sine_alone, sine_and_cosine
 
 
 @scalar
@@ -47,15 +47,13 @@ def harmonic(angle, rate, acceleration, amplitude, order, phase):
 @scalar
 def mesh_factor(angle, depth, order, phase):
     """Factor on the reducer's torque as teeth come in and out of mesh: 1 + depth·cos(order·angle + phase)."""
-    _, cosine = sine_and_cosine(order * angle + phase)
-    return 1.0 + depth * cosine
+    return 1.0 + depth * sine_alone(order * angle + (phase + 0.5 * math.pi))
 
 
 @scalar
 def imbalance_torque(angle, torque, phase):
     """Moment of an eccentric weight on a tilted table [N m]: torque·sin(angle + phase)."""
-    sine, _ = sine_and_cosine(angle + phase)
-    return torque * sine
+    return torque * sine_alone(angle + phase)
 
 
 @scalar

@@ -74,4 +74,10 @@ def region_line(region, stiffness, damping, edge, ratio, free_damping):
 def line_torque(stiffness, offset, damping, deflection, rate, cubic):
     """Torque on a joint's line [N m], with a cubic hardening [N m/rad³] where there is one."""
     x = deflection - offset
-    return (stiffness + cubic * x * x) * x + damping * rate
+    return (stiffness * x + damping * rate) + cubic * x * (x * x)
+
+
+@scalar
+def straight_torque(stiffness, offset, damping, deflection, rate):
+    """The same without hardening."""
+    return stiffness * (deflection - offset) + damping * rate

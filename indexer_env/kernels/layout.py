@@ -3,8 +3,8 @@
 The first STATE_ROWS rows are what survives from call to call, in the order of the columns of the `states` array;
 the next COEFFICIENT_ROWS are a machine's coefficients, in the order of the columns of the `coefficients` array.
 
-Rows are numpy integers rather than Python's: numba compiles a version of its own for every Python constant that is an
-argument, which would double the compile time.
+Rows and lanes are unsigned numpy integers: a signed index would be looked at, each time, whether it counts from the
+end, and of Python's own numba compiles a version for every constant that is an argument.
 """
 
 from __future__ import annotations
@@ -13,10 +13,13 @@ import math
 
 import numpy as np
 
-LANES = np.int64(32)
+LANES = np.uint64(32)
 """Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
 
-FIRST_LANE = np.int64(0)
+FIRST_LANE = np.uint64(0)
+
+ONE, TWO, THREE, FOUR, FIVE = (np.uint64(number) for number in range(1, 6))
+"""A plain number in its place would make an index signed."""
 
 TWO_PI = 2.0 * math.pi
 """One turn [rad]."""
@@ -87,9 +90,9 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
 (
     # accelerations of cam, table, housing, motor [rad/s²] at the present state, in the order of the state's pairs
     CAM_ACC, TABLE_ACC, HOUSING_ACC, MOTOR_ACC,
-    # deflection and rate of the three joints, and their torques
-    DEFLECTION_1, DEFLECTION_RATE_1, DEFLECTION_2, DEFLECTION_RATE_2, DEFLECTION_3, DEFLECTION_RATE_3,
-    TORQUE_1, TORQUE_2, TORQUE_3,
+    # deflection, rate and acceleration of the three joints, and their torques
+    DEFLECTION_1, DEFLECTION_RATE_1, DEFLECTION_ACC_1, DEFLECTION_2, DEFLECTION_RATE_2, DEFLECTION_ACC_2,
+    DEFLECTION_3, DEFLECTION_RATE_3, DEFLECTION_ACC_3, TORQUE_1, TORQUE_2, TORQUE_3,
     # the joints' present straight lines: stiffness, offset, damping of the region they are in; cubic term of joint 2
     LINE_K_1, LINE_OFFSET_1, LINE_R_1, LINE_K_2, LINE_OFFSET_2, LINE_R_2, LINE_K_3, LINE_OFFSET_3, LINE_R_3,
     LINE_CUBIC_2,
@@ -97,28 +100,36 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     STATION_RATIO_2,
     # the law's present piece: origin and reach [rad], where a break must be landed on, coefficients in (α - origin)
     ORIGIN, REACH_LOW, REACH_HIGH, BREAK_LOW, BREAK_HIGH, C_0, C_1, C_2, C_3, C_4, C_5,
+    # where the present cam turn begins [rad], its rise of the table there [rad], factor on the law's own
+    TURN_START, TURN_TABLE, TURN_FACTOR,
     # what effects add: to the drive side of joint 1, to the follower law, to the table's load; factor on joint 1
     DRIVE_EXTRA, DRIVE_RATE_EXTRA, DRIVE_ACC_EXTRA, BETA_EXTRA, BETA_1_EXTRA, BETA_2_EXTRA, LOAD_EXTRA, MESH_FACTOR,
-    # the step: its length, the time into it of a stage, the marks of lanes to mend
+    # the step: its length (0: the lane takes none), the time into it of a stage, the marks of lanes to mend
     STEP, STAGE_TIME, MARK,
-    # values at the step's start: state pairs (8 rows), accelerations (4), deflections and rates (6)
+    # values at the step's start: state pairs (8 rows), accelerations (4), deflections with rates and accelerations (9)
     CAM_0, CAM_RATE_0, TABLE_0, TABLE_RATE_0, HOUSING_0, HOUSING_RATE_0, MOTOR_0, MOTOR_RATE_0,
     CAM_ACC_0, TABLE_ACC_0, HOUSING_ACC_0, MOTOR_ACC_0,
-    DEFLECTION_1_0, DEFLECTION_RATE_1_0, DEFLECTION_2_0, DEFLECTION_RATE_2_0, DEFLECTION_3_0, DEFLECTION_RATE_3_0,
+    DEFLECTION_1_0, DEFLECTION_RATE_1_0, DEFLECTION_ACC_1_0, DEFLECTION_2_0, DEFLECTION_RATE_2_0, DEFLECTION_ACC_2_0,
+    DEFLECTION_3_0, DEFLECTION_RATE_3_0, DEFLECTION_ACC_3_0,
     # accelerations at the second and third stage
     CAM_ACC_1, TABLE_ACC_1, HOUSING_ACC_1, MOTOR_ACC_1, CAM_ACC_2, TABLE_ACC_2, HOUSING_ACC_2, MOTOR_ACC_2,
-    # whether the lane is in a dwell that is linear; its stride there: steps, time, matrices of both joints (dwell.py)
+    # whether the lane is in a dwell that is linear; its stride there: steps, time, the present matrices of both joints
     DWELLS, STRIDE, STRIDE_TIME, CAM_A, CAM_B, CAM_D, CAM_E, CAM_F, CAM_G, TABLE_A, TABLE_B, TABLE_D, TABLE_E, TABLE_F,
     TABLE_G,
-    # a lane's own clock: length of its step, steps left to its end and to its next sample, number of that sample; steps
-    # that it must take alone now (-1: it has nothing of its own to do)
-    OWN_STEP, LEFT, TO_SAMPLE, SAMPLE, ALONE,
-) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 92))  # fmt: skip
-WORKSPACE = ALONE + LANES
+    # a lane's own clock: length of its step, the part of it that edges took already and their number, steps left to its
+    # end and to its next sample, number of that sample; whether it is to be looked how the lane goes on
+    OWN_STEP, TAKEN, EDGES, LEFT, TO_SAMPLE, SAMPLE, SEE,
+    # matrices of a stride in each region of joint 1, then of joint 2 (6 rows for each of the regions -1, 0, 1)
+    STRIDES,
+) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 104))  # fmt: skip
+WORKSPACE = int(STRIDES + 36 * LANES)
+
+DEFLECTIONS = 9
+"""Rows of deflections, their rates and accelerations."""
 
 # --- columns of the table of motion-law pieces
-PIECE_COLUMNS = 10
-PIECE_LOW, PIECE_HIGH, PIECE_BREAK_LOW, PIECE_BREAK_HIGH, PIECE_C_0 = 0, 1, 2, 3, 4
+PIECE_COLUMNS = 11
+PIECE_LOW, PIECE_HIGH, PIECE_BREAK_LOW, PIECE_BREAK_HIGH, PIECE_STILL, PIECE_C_0 = 0, 1, 2, 3, 4, 5
 
 # --- models, and the features (bits) that are switched on for a whole call: joints with edges, families of effects
 MODEL_A, MODEL_B, MODEL_B_ON_BASE = 0, 1, 2

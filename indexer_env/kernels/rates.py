@@ -22,20 +22,25 @@ from indexer_env.kernels.effects import (
     slip_acceleration,
     stribeck_torque,
 )
-from indexer_env.kernels.joints import line_torque
+from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
+
+_DRIVE = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
+_LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
+"""Effects that act on the drive side of joint 1, and on the table."""
 
 
 @lanes
-def rates(w, low, high, model, features, turned, keep):
-    """Accelerations of the lanes from their stage state; with `keep` deflections and torques too.
+def rates(w, low, high, model, features, turned):
+    """Accelerations, deflections and torques of the lanes at their present state.
 
-    Without `turned` the motor stands where it stood at the stage before. Model A's cam follows the drive side.
+    Without `turned` the motor stands where it stood at the evaluation before. Model A's cam follows the drive side.
     """
     if features & USES_ANY_EFFECT:
-        if turned or features & USES_SLIP:
+        if features & _DRIVE and (turned or features & USES_SLIP):
             drive_extras(w, low, high, features)
-        load_extras(w, low, high, features)
+        if features & _LOAD:
+            load_extras(w, low, high, features)
     if model == MODEL_A:
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
@@ -45,53 +50,47 @@ def rates(w, low, high, model, features, turned, keep):
         cam_phase_extras(w, low, high, features)
     if model == MODEL_B_ON_BASE:
         for i in range(low, high):
-            b1, b2, M1, M2 = joints(w, i, w[HOUSING + i], w[HOUSING_RATE + i], keep)
-            M3 = line_torque(
-                w[LINE_K_3 + i],
-                w[LINE_OFFSET_3 + i],
-                w[LINE_R_3 + i],
-                w[HOUSING + i],
-                w[HOUSING_RATE + i],
-                0.0,
-            )
-            if keep:
-                keep_deflection(w, i, DEFLECTION_3, w[HOUSING + i], w[HOUSING_RATE + i])
-                w[TORQUE_3 + i] = M3
-            w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
-            w[CAM_ACC + i], w[HOUSING_ACC + i] = cam_and_housing_acceleration(
+            housing, housing_rate = w[HOUSING + i], w[HOUSING_RATE + i]
+            b1, b2, M1, M2 = joints(w, i, housing, housing_rate)
+            M3 = straight_torque(w[LINE_K_3 + i], w[LINE_OFFSET_3 + i], w[LINE_R_3 + i], housing, housing_rate)
+            table_acc = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            cam_acc, housing_acc = cam_and_housing_acceleration(
                 w[J_CAM + i], w[J_FOLLOWER + i], w[J_HOUSING + i], b1, b2, w[CAM_RATE + i], M1, M2, M3
             )
+            w[CAM_ACC + i], w[TABLE_ACC + i], w[HOUSING_ACC + i] = cam_acc, table_acc, housing_acc
+            w[DEFLECTION_ACC_2 + i] = table_acc - b1 * cam_acc - b2 * w[CAM_RATE + i] * w[CAM_RATE + i] - housing_acc
+            w[DEFLECTION_3 + i], w[DEFLECTION_RATE_3 + i], w[DEFLECTION_ACC_3 + i] = housing, housing_rate, housing_acc
+            w[TORQUE_3 + i] = M3
     else:
         for i in range(low, high):
-            b1, b2, M1, M2 = joints(w, i, 0.0, 0.0, keep)
-            w[TABLE_ACC + i] = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            b1, b2, M1, M2 = joints(w, i, 0.0, 0.0)
+            table_acc = table_acceleration(w[J_TABLE + i], w[LOAD_TORQUE + i] + w[LOAD_EXTRA + i], M2)
+            cam_acc = w[CAM_ACC + i]
             if model == MODEL_B:
-                w[CAM_ACC + i] = cam_acceleration(w[J_CAM + i], w[J_FOLLOWER + i], b1, b2, w[CAM_RATE + i], M1, M2)
+                cam_acc = cam_acceleration(w[J_CAM + i], w[J_FOLLOWER + i], b1, b2, w[CAM_RATE + i], M1, M2)
+            w[CAM_ACC + i], w[TABLE_ACC + i] = cam_acc, table_acc
+            w[DEFLECTION_ACC_2 + i] = table_acc - b1 * cam_acc - b2 * w[CAM_RATE + i] * w[CAM_RATE + i]
     motor(w, low, high, features)
+    for i in range(low, high):
+        acc = w[REDUCTION + i] * w[MOTOR_ACC + i] + w[DRIVE_ACC_EXTRA + i] - w[CAM_ACC + i]
+        w[DEFLECTION_ACC_1 + i] = acc
 
 
 @outlined
-def stage_rates(w, i, whole, model, features, turned):
-    """Accelerations at a stage within a step: of the whole block, or of lane i alone."""
-    if whole:
-        rates(w, FIRST_LANE, LANES, model, features, turned, False)
-    else:
-        rates(w, i, i + 1, model, features, turned, False)
+def block_rates(w, high, model, features, turned):
+    """The same of lanes 0 … high-1."""
+    rates(w, FIRST_LANE, high, model, features, turned)
 
 
 @outlined
-def state_rates(w, i, whole, model, features, turned):
-    """Accelerations, deflections and torques at a step's end, of the whole block or of lane i alone; what they were at
-    its start moves to the rows that hold the start's."""
-    if whole:
-        rates(w, FIRST_LANE, LANES, model, features, turned, True)
-    else:
-        rates(w, i, i + 1, model, features, turned, True)
+def lane_rates(w, i, model, features):
+    """The same of lane i alone."""
+    rates(w, i, i + ONE, model, features, True)
 
 
 @lanes
-def joints(w, i, housing, housing_rate, keep):
-    """β', β'', M1, M2 of one lane; `keep` stores δ1 = τγ - α, δ2 = φ - β - θ, their rates and torques."""
+def joints(w, i, housing, housing_rate):
+    """β', β'', M1, M2 of one lane; δ1 = τγ - α, δ2 = φ - β - θ, their rates and torques are kept."""
     b0, b1, b2 = follower_law(
         w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
     )
@@ -100,24 +99,11 @@ def joints(w, i, housing, housing_rate, keep):
     v1 = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i] - w[CAM_RATE + i]
     d2 = w[TABLE + i] - b0 - housing
     v2 = w[TABLE_RATE + i] - b1 * w[CAM_RATE + i] - housing_rate
-    M1 = w[MESH_FACTOR + i] * line_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1, 0.0)
+    M1 = w[MESH_FACTOR + i] * straight_torque(w[LINE_K_1 + i], w[LINE_OFFSET_1 + i], w[LINE_R_1 + i], d1, v1)
     M2 = line_torque(w[LINE_K_2 + i], w[LINE_OFFSET_2 + i], w[LINE_R_2 + i], d2, v2, w[LINE_CUBIC_2 + i])
-    w[TORQUE_1 + i] = M1
-    if keep:
-        keep_deflection(w, i, DEFLECTION_1, d1, v1)
-        keep_deflection(w, i, DEFLECTION_2, d2, v2)
-        w[TORQUE_2 + i] = M2
+    w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1
+    w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i], w[TORQUE_2 + i] = d2, v2, M2
     return b1, b2, M1, M2
-
-
-@lanes
-def keep_deflection(w, i, row, deflection, rate):
-    """A joint's deflection and rate at the present state; those of the step's start move to the rows that hold them."""
-    w[row + DEFLECTION_1_0 - DEFLECTION_1 + i], w[row + DEFLECTION_RATE_1_0 - DEFLECTION_1 + i] = (
-        w[row + i],
-        w[row + LANES + i],
-    )
-    w[row + i], w[row + LANES + i] = deflection, rate
 
 
 @lanes

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined, scalar
 from indexer_env.kernels.layout import *
 
@@ -14,12 +16,12 @@ def largest_deflection(w, i):
 
 
 @lanes
-def any_fault(w, limit):
+def any_fault(w, high, limit):
     """Whether a lane has left the physical range or is no longer finite (NaN fails every comparison)."""
     good = 0
-    for i in range(LANES):
+    for i in range(high):
         good += 1 if sound(w, i, limit) else 0
-    return good < LANES
+    return good < high
 
 
 @scalar
@@ -34,39 +36,30 @@ def sound(w, i, limit):
 
 
 @outlined
-def fault(w, i):
-    """What is wrong with lane i, whose state is not sound."""
-    total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
-    return OUT_OF_RANGE if math.isfinite(total + largest_deflection(w, i)) else NOT_FINITE
-
-
-@outlined
-def sample_lane(w, i, item, every, limit, rows, out, status, status_time):
-    """Judge and record lane i, whose next sample is due."""
+def judge(w, i, item, limit, status, status_time):
+    """Note what is wrong with lane i, if anything; it is then to be stopped."""
     if status[item] == RUNNING and not sound(w, i, limit):
-        status[item], status_time[item] = fault(w, i), w[TIME + i]
-    number = int(w[SAMPLE + i])
-    if number < out.shape[2]:
-        for c in range(rows.shape[0]):
-            out[item, c, number] = w[rows[c] + i]
-    w[SAMPLE + i] += 1.0
-    w[TO_SAMPLE + i] = float(every)
+        total = abs(w[TABLE_ACC + i]) + abs(w[CAM_ACC + i]) + abs(w[HOUSING_ACC + i]) + abs(w[MOTOR_RATE + i])
+        status[item] = OUT_OF_RANGE if math.isfinite(total + largest_deflection(w, i)) else NOT_FINITE
+        status_time[item] = w[TIME + i]
+        w[SEE + i] = 1.0
 
 
 @lanes
-def sample_block(w, block, width, every, limit, rows, out, status, status_time):
-    """Judge and record the lanes whose next sample is due."""
-    samples = out.shape[2]
-    if any_fault(w, limit):
+def sample(w, block, width, high, every, limit, rows, out, status, status_time):
+    """Judge and record the lanes whose next sample is due. Whether one of them is faulty."""
+    faulty = any_fault(w, high, limit)
+    if faulty:
         for i in range(width):
             if w[TO_SAMPLE + i] == 0.0:
-                sample_lane(w, i, block + i, every, limit, rows, out, status, status_time)
-                w[ALONE + i] = w[ALONE + i] if status[block + i] == RUNNING else 0.0
+                judge(w, i, block + i, limit, status, status_time)
     for c in range(rows.shape[0]):
         for i in range(width):
-            if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] < samples:
-                out[block + i, c, int(w[SAMPLE + i])] = w[rows[c] + i]
-    for i in range(LANES):
+            if w[TO_SAMPLE + i] == 0.0 and w[SAMPLE + i] < out.shape[2]:
+                # unsigned, or each index would be looked at whether it counts from the end
+                out[np.uint64(block + i), np.uint64(c), np.uint64(int(w[SAMPLE + i]))] = w[np.uint64(rows[c]) + i]
+    for i in range(high):
         due = w[TO_SAMPLE + i] == 0.0
         w[SAMPLE + i] += 1.0 if due else 0.0
         w[TO_SAMPLE + i] = float(every) if due else w[TO_SAMPLE + i]
+    return faulty

@@ -1,12 +1,14 @@
 """Records, their noise and their windows."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from discrepancy.indexer.windows import START_PHASE, Experiment, cut, white_noise
-from indexer_env import OperatingPoint, Signal
+from discrepancy.indexer.model import IndexerModel
+from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut, white_noise
+from indexer_env import OperatingPoint, Signal, load_machine
 from indexer_env.errors import ParameterError
 
 
@@ -34,3 +36,13 @@ def test_a_noise_of_zero_is_refused() -> None:
     signal = Signal(np.sin(np.arange(100.0)), 1000.0, unit="rad/s^2")
     with pytest.raises(ParameterError, match=r"Experiment\.noise must be .* > 0 rad/s\^2, got 0\.0"):
         Experiment(signal, OperatingPoint(), noise=0.0)
+
+
+def test_a_cam_that_moves_where_windows_begin_is_refused() -> None:
+    late = dataclasses.replace(load_machine("smooth"), motion_share=0.98)
+    rule = r"Machine\.motion_law must be at rest from cam phase 0\.97 to 1, got 0\.98; a record of such a cam"
+    with pytest.raises(ParameterError, match=rule):
+        check_rest(late)
+    with pytest.raises(ParameterError, match=rule):
+        IndexerModel(late, [])
+    check_rest(dataclasses.replace(late, motion_share=0.97))

@@ -14,8 +14,12 @@ from indexer_env.motion_law import motion_law
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, simulate
 
-STEPS = tuple(1e-3 / parts for parts in (1, 2, 4, 8))
-FINE = 1e-3 / 64
+STEPS = tuple(1e-3 / parts for parts in (1, 2, 4))
+"""s; with finer ones rounding begins to count, which leaves some 2e-11 of the record."""
+
+FINE = 1e-3 / 32
+FOUR = pytest.approx(4.2, abs=0.3)
+"""The order of the scheme is 4, and 5 but for what dampers do."""
 
 
 def errors(machine: Machine, seconds: float, steps=STEPS, fine: float = FINE, start: float = 0.0) -> np.ndarray:
@@ -41,15 +45,15 @@ def order(steps, found: np.ndarray) -> float:
 def test_fourth_order_on_the_smooth_machine(smooth, law):
     """Over the index and into the dwell, so across the law's junctions, where its fourth or third derivative jumps."""
     found = errors(dataclasses.replace(smooth, motion_law=motion_law(law)), seconds=0.6)
-    assert order(STEPS, found) == pytest.approx(4.0, abs=0.1)
-    assert found[2] < 3e-8
+    assert order(STEPS, found) == FOUR
+    assert found[2] < 1e-9
 
 
 @pytest.mark.parametrize("name", ["drive.slip", "drive.speed_ripple", "drive.mesh_stiffness", "load.imbalance",
                                   "friction.viscous", "output.cubic_stiffness"])  # fmt: skip
 def test_fourth_order_with_smooth_effects(smooth, visible, name):
     found = errors(smooth.with_effects(visible(name)), seconds=0.3)
-    assert order(STEPS, found) == pytest.approx(4.0, abs=0.1)
+    assert order(STEPS, found) == FOUR
 
 
 @pytest.mark.parametrize(
@@ -58,7 +62,7 @@ def test_fourth_order_with_smooth_effects(smooth, visible, name):
 )
 def test_fourth_order_across_bumps_and_cracks(smooth, visible, name, other):
     found = errors(smooth.with_effects(visible(name, **other)), seconds=0.4)
-    assert order(STEPS[1:], found[1:]) == pytest.approx(4.0, abs=0.2)
+    assert order(STEPS, found) == pytest.approx(4.0, abs=0.4)  # the bump's fourth derivative jumps
 
 
 @pytest.mark.parametrize("law", CONTACT_LAWS)
@@ -70,19 +74,18 @@ def test_order_survives_contact(smooth, law, play_1, play_2):
         input_joint=dataclasses.replace(smooth.input_joint, backlash=play_1),
         output_joint=dataclasses.replace(smooth.output_joint, backlash=play_2),
     )  # fmt: skip
-    steps = STEPS[2:]
-    found = errors(machine, seconds=0.3, steps=(*steps, 1e-3 / 16), fine=1e-3 / 256)
-    assert order((*steps, 1e-3 / 16), found) == pytest.approx(4.0, abs=0.2)
-    assert found[0] < 1e-6
+    found = errors(machine, seconds=0.3)
+    assert order(STEPS, found) == FOUR
+    assert found[0] < 2e-6 and found[2] < 1e-8
 
 
 def test_order_survives_contact_on_a_bilinear_base_with_play(smooth):
     base = Joint(stiffness=1e6, damping=900.0, backlash=2e-4, stiffness_ratio=0.7)
     crack = dataclasses.replace(smooth.output_joint, stiffness_ratio=0.6)
     machine = dataclasses.replace(smooth, model="B_on_base", base_joint=base, output_joint=crack)
-    found = errors(machine, seconds=0.3, steps=STEPS[2:], fine=1e-3 / 128)
-    assert order(STEPS[2:], found) == pytest.approx(4.0, abs=0.2)
-    assert found[0] < 1e-6
+    found = errors(machine, seconds=0.3, steps=STEPS[1:])
+    assert order(STEPS[1:], found) == FOUR
+    assert found[1] < 1e-7
 
 
 # -------------------------------------------------------------------------------- energy

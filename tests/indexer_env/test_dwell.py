@@ -60,7 +60,7 @@ def test_an_effect_that_acts_in_the_dwell_takes_steps_in_it(smooth):
         make_effect("friction.coulomb", torque=1e-3),
         make_effect("output.cubic_stiffness", stiffness=1.0),
     ):
-        assert 1e-6 < difference(smooth.with_effects(effect), (1e-3, 1e-3 / 64)) < 1e-2
+        assert 1e-8 < difference(smooth.with_effects(effect), (1e-3, 1e-3 / 64)) < 1e-2
 
 
 @pytest.mark.parametrize(("play_1", "play_2"), [(0.0, 1e-3), (0.0136, 1e-3)])
@@ -111,10 +111,12 @@ def test_the_automatic_step_keeps_its_promise(smooth, play, samples, most):
 
 def test_the_automatic_step_is_the_item_s_own(smooth, reference):
     """Items of different steps in one batch keep the bits that they have alone."""
-    soft = dataclasses.replace(smooth, table_inertia=20.0, cam_inertia=4.0, follower_inertia=2.0)
-    stiff = dataclasses.replace(smooth, output_joint=dataclasses.replace(smooth.output_joint, stiffness=2e5))
+    stiff, stiffer = (
+        dataclasses.replace(smooth, output_joint=dataclasses.replace(smooth.output_joint, stiffness=stiffness))
+        for stiffness in (2e5, 6e5)
+    )
     point, run = OperatingPoint(motor_speed=80.0), Run(samples=300, warmup_turns=0)
-    machines = [soft, stiff, reference, smooth]
+    machines = [stiff, stiffer, reference, smooth]
     parts = [run.steps_per_sample(float(accurate_steps([coefficients(m, point)], [point])[0])) for m in machines]
     assert len(set(parts)) == 3, parts
     together = simulate_batch(machines, point, run).table_acceleration
@@ -127,9 +129,16 @@ def test_what_asks_for_a_finer_automatic_step(smooth, visible):
         point = OperatingPoint(motor_speed=speed)
         return float(accurate_steps([coefficients(machine, point)], [point])[0])
 
-    assert step(smooth) == pytest.approx(0.4 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
+    assert step(smooth) == pytest.approx(0.8 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
     assert step(smooth, 300.0) < step(smooth)
-    for name in ("drive.speed_ripple", "load.process", "output.cubic_stiffness"):
-        assert step(smooth.with_effects(visible(name))) == pytest.approx(0.5 * step(smooth))
+    for effect, share in (
+        (visible("output.cubic_stiffness"), 0.5),
+        (make_effect("drive.speed_ripple", depth=0.02), 0.5),
+        (make_effect("drive.speed_ripple", depth=0.005), 1.0),
+    ):
+        assert step(smooth.with_effects(effect)) == pytest.approx(share * step(smooth))
     fine = smooth.with_effects(make_effect("drive.transmission_error", amplitude=1e-5, order=5.0))
-    assert step(fine) == pytest.approx(0.25 / (5.0 * 157.0), rel=1e-12)
+    assert step(fine) == pytest.approx(0.4 / (5.0 * 157.0), rel=1e-12)
+    rattling = with_play(smooth, 0.0136, 1e-3)
+    assert step(rattling) == pytest.approx(step(smooth)) and step(smooth, 20.0) == pytest.approx(step(smooth))
+    assert step(rattling, 20.0) == pytest.approx(0.5 * step(smooth))

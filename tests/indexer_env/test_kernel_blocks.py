@@ -168,6 +168,26 @@ def test_the_last_step_may_be_shorter(blocks):
     np.testing.assert_allclose(turned, expected * points[0].motor_speed, rtol=1e-9)
 
 
+@pytest.mark.unjitted
+@pytest.mark.parametrize("last", [0.0, 0.5e-3])
+def test_the_state_at_an_item_s_end_is_judged_whatever_its_neighbours_do(last):
+    """It leaves the range in its last step, where no sample is due; its neighbour runs on."""
+    item, point = coefficients(load_machine("smooth"), OperatingPoint()), OperatingPoint()
+    place = layout.STATE_NAMES.index
+    for count in (1, 2):
+        packed = pack([item] * count, [point] * count)
+        packed.states[:, place("region_1")] = 1.0
+        packed.states[:, place("region_2")] = 1.0
+        packed.states[:, place("region_3")] = 1.0
+        packed.states[0, place("table_angle")], packed.states[0, place("table_rate")] = 0.49, 25.0
+        _, status, when = advance(
+            packed, np.array([0 if last else 1, 9][:count]), np.full(count, 0.5e-3), np.full(count, last),
+            every=4, rows=np.array([layout.TABLE]), samples=3,
+        )  # fmt: skip
+        assert status[0] == layout.OUT_OF_RANGE and when[0] == pytest.approx(0.5e-3)
+        assert (status[1:] == layout.RUNNING).all()
+
+
 if __name__ == "__main__":
     digests = {block: digest(run_block(block)) for block in BLOCKS}
     print(json.dumps({"plain": bool(numba.config.DISABLE_JIT), "digests": digests}))

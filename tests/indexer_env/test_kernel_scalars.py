@@ -174,15 +174,15 @@ def test_a_heavy_base_stands_still():
 # -------------------------------------------------------------------------------- edges
 
 
-def test_the_interpolant_meets_values_and_rates_and_cubics_exactly():
-    cubic = np.polynomial.Polynomial((0.2, -1.0, 3.0, 0.7))
+def test_the_interpolant_meets_values_rates_and_accelerations_and_quintics_exactly():
+    quintic = np.polynomial.Polynomial((0.2, -1.0, 3.0, 0.7, -5.0, 2.0))
+    rate, acceleration = quintic.deriv(), quintic.deriv(2)
     h = 0.3
-    c1, c2, c3 = edges.hermite(h, cubic(0.0), cubic.deriv()(0.0), cubic(h), cubic.deriv()(h))
+    ends = [float(each(time)) for time in (0.0, h) for each in (quintic, rate, acceleration)]
+    c = edges.hermite(h, *ends)
     for share in (0.0, 0.21, 0.5, 1.0):
-        value = cubic(0.0) + c1 * share + c2 * share**2 + c3 * share**3
-        assert value == pytest.approx(cubic(share * h), rel=1e-12)
-        rate = (c1 + 2.0 * c2 * share + 3.0 * c3 * share**2) / h
-        assert rate == pytest.approx(cubic.deriv()(share * h), rel=1e-12)
+        assert edges.value(share, ends[0], *c) == pytest.approx(quintic(share * h), rel=1e-12)
+        assert edges.slope(share, *c) / h == pytest.approx(rate(share * h), rel=1e-12)
 
 
 def test_the_bracket_always_holds_the_root_and_closes():
