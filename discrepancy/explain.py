@@ -25,7 +25,8 @@ _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
 
 _LEAST_PAIRS = 4
-"""Repeats of the same station from which on only they count."""
+"""Pairs of windows that see the same below which nothing is said of what repeats: neighbours would take for noise what
+differs from station to station."""
 
 _TEMPER = 3.0
 """Factor by which a score is taken for less than it says, as what a model gets wrong repeats."""
@@ -183,7 +184,7 @@ def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation
         for k, found, evidence, grade, why in sorted(judged, key=lambda row: _order(row[3]))
         if grade != DISMISSED
     )
-    remains = Remains(held[best.name].level(held_out), math.sqrt(floor), _looks_like(selection, findings))
+    remains = Remains(held[best.name].level(held_out), math.sqrt(floor), _looks_like(selection, findings, criteria))
     return Explanation(
         _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
         held[base.name].level(held_out), held[accepted.name].level(held_out),
@@ -203,27 +204,28 @@ def _verdict(findings: Sequence[Finding], remains: Remains, criteria: Criteria) 
     return "nothing missing" if nothing else "only a remainder"
 
 
-def _looks_like(selection: Selection, findings: Sequence[Finding]) -> str:
+def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Criteria) -> str:
     """The leading effect that was not enough: what stands in, else what the last round would have added."""
     hints = [finding.name for finding in findings if finding.grade not in NAMED]
     if hints:
         return hints[0]
-    return selection.tried[0].effects[-1].name if selection.tried else ""
+    if not selection.tried:
+        return ""
+    leading, level = selection.tried[0], selection.best.place.level(selection.model)
+    open_, left = level**2 - 1.0, leading.place.level(selection.model) ** 2 - 1.0
+    return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
 def _unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
     """Mean square, at least 1, of what differs between windows that see the same, in units of the noise's: half the
-    lower quartile of the differences' mean squares."""
-    same: list[float] = []
-    next_to: list[float] = []
+    lower quartile of the differences' mean squares; 1 where there are too few such windows."""
+    found: list[float] = []
     for model, place in places:
         residual = Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
-        for pairs, found in zip(model.repeats(), (same, next_to), strict=True):
-            for a, b in pairs:
-                n = int(min(model.counts[a], model.counts[b]))
-                found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
-    differences = same if len(same) >= _LEAST_PAIRS else same + next_to
-    return max(1.0, float(np.quantile(differences, _QUARTILE))) if differences else 1.0
+        for a, b in model.repeats():
+            n = int(min(model.counts[a], model.counts[b]))
+            found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
+    return max(1.0, float(np.quantile(found, _QUARTILE))) if len(found) >= _LEAST_PAIRS else 1.0
 
 
 def _evidence(

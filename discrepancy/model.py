@@ -202,10 +202,10 @@ class Model(ABC):
         """The model with about so many windows of all its records, or itself where it has no more."""
         return self
 
-    def repeats(self) -> tuple[Sequence[tuple[int, int]], Sequence[tuple[int, int]]]:
-        """Pairs of windows that see the same, and pairs of neighbours that nearly do: what their residuals differ in
-        does not repeat. None where nothing repeats."""
-        return (), ()
+    def repeats(self) -> Sequence[tuple[int, int]]:
+        """Pairs of windows that see the same: what their residuals differ in does not repeat. None where nothing is
+        known of that."""
+        return ()
 
     @abstractmethod
     def recording(self, readings: np.ndarray) -> Model:

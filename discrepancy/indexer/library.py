@@ -43,12 +43,15 @@ class Seen:
         SI values of `indexer_env.effects.measures.MEASURES`.
     rate : float
         Sampling rate [Hz].
+    unit : str
+        Of the sensor's reading.
     orders, hums : tuple of float
         Orders of the motor shaft and frequencies [Hz] at which lines stand in what is left, beside ORDERS and MAINS.
     """
 
     measures: Mapping[str, float]
     rate: float
+    unit: str = "unit of the signal"
     orders: tuple[float, ...] = ()
     hums: tuple[float, ...] = ()
 
@@ -115,4 +118,5 @@ def _parameter(
     starts = tuple(min(start * unit, high) for start in sought.starts if start * unit >= low)
     null = rules["null"] if rules["null"] is not None else sought.starts[0] * unit
     nominal = min(max(null, low), high)
-    return Parameter(f"{effect}.{name}", rules["unit"], nominal, sought.step * unit, low, high), starts or (low,)
+    told = rules["unit"].replace("unit of the signal", seen.unit)
+    return Parameter(f"{effect}.{name}", told, nominal, sought.step * unit, low, high), starts or (low,)

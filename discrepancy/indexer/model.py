@@ -136,7 +136,9 @@ class IndexerModel(Model):
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         orders, hums = ((), ()) if residual is None else self._lines(residual)
         fastest = float(self._rates.max()) / self.machine.reduction
-        seen = Seen(measures(self.machine, fastest, self.sensor.radius), self._sample_rate, orders, hums)
+        seen = Seen(
+            measures(self.machine, fastest, self.sensor.radius), self._sample_rate, self.sensor.unit, orders, hums
+        )
         return library(self.machine, {effect.name for effect in self.machine.effects} | set(self.without), seen)
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -155,15 +157,11 @@ class IndexerModel(Model):
             for factor in _FACTORS
         ])  # fmt: skip
 
-    def repeats(self) -> tuple[Sequence[tuple[int, int]], Sequence[tuple[int, int]]]:
-        """Cam turns of one record that leave the same station, and those that follow each other."""
+    def repeats(self) -> Sequence[tuple[int, int]]:
+        """Cam turns of one record that leave the same station, one turn of the table apart."""
         turns = [(int(r), int(t)) for r, t in zip(self.windows.record, self.windows.turn, strict=True)]
-        at = {key: k for k, key in enumerate(turns)}
-
-        def apart(distance: int) -> list[tuple[int, int]]:
-            return [(at[r, t - distance], k) for k, (r, t) in enumerate(turns) if (r, t - distance) in at]
-
-        return apart(self.machine.stations), apart(1)
+        at, turn = {key: k for k, key in enumerate(turns)}, self.machine.stations
+        return [(at[r, t - turn], k) for k, (r, t) in enumerate(turns) if (r, t - turn) in at]
 
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
