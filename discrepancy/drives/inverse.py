@@ -158,8 +158,19 @@ class InverseModel(Model):
 
     # ------------------------------------------------------------------ as a Model
 
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return self._library
+    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
+        """The library; what a fit has left, residuals (w, n), proposes the wavelengths of what wavers."""
+        if residual is None:
+            return self._library
+        left = [np.zeros(len(row)) for row in self.measured]
+        for w, (group, first, count) in enumerate(zip(self.groups, self.windows.first, self.counts, strict=True)):
+            left[group][first : first + count] = -residual[w, :count] * self.noise[group]
+        tracks = [self.tracks[k] for k in self.windows.tracks]
+        found = dict(self._library)
+        for name in found:
+            if proposed := proposals(self.effects[name], tracks, left):
+                found[name] = hypotheses_of(self.effects[name], self.scales, proposed)
+        return found
 
     @property
     def left_out(self) -> tuple[str, ...]:
