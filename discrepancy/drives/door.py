@@ -54,7 +54,7 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
     """The subject of a drive and its records; `machine` is what a first look has left (machine.yaml), if any."""
     drive = looked_at(drive, machine) if machine else drive
     if drive.forward:
-        from discrepancy.drives.forward import forward_subject
+        from discrepancy.drives.forward_subject import forward_subject
 
         return forward_subject(drive, records, machine or {})
     tracks, scales = tracks_of(drive, records)

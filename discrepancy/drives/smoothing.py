@@ -23,6 +23,9 @@ WIDEST = 0.15
 is right to 0.1 % up to f_c."""
 
 _REACH = 5.0
+_NOISY = 0.1
+"""Noise of a derivative over its rms above which the cut-off is lowered."""
+
 _TOP = 0.5
 """Share of the band, its upper end, in which a position that is sampled faster than it moves shows its noise alone."""
 
@@ -90,6 +93,17 @@ def holding(row: np.ndarray, rate: float, share: float) -> float:
     held = np.cumsum(power - floor)
     total = float(held.max())
     return float(frequency[int(np.argmax(held >= share * total))]) if total > 0.0 else 0.0
+
+
+def quiet(row: np.ndarray, rate: float, cutoff: float, order: int) -> float:
+    """A cut-off [Hz] lowered until the noise of a row's n-th derivative is a tenth of it, or a hundredth of the rate."""
+    found = density(row, rate, cutoff)
+    while cutoff > 0.01 * rate:
+        strength = float(np.std(smoothed(row, cutoff, rate, order)[margin(cutoff, rate) : -margin(cutoff, rate)]))
+        if passed_noise(found, cutoff, order) < _NOISY * strength:
+            break
+        cutoff *= 0.8
+    return cutoff
 
 
 def _whitened(row: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:

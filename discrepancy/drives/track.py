@@ -25,9 +25,6 @@ _WIDER = 2.0
 """Cut-off of the motion's kernel over that of the comparison: what a kink of the equations loses to the motion's
 kernel lies within the comparison's."""
 
-_NOISY = 0.1
-"""Noise of the acceleration over its rms above which the cut-off is lowered."""
-
 _PER_CUTOFF = 5.0
 """Samples kept per period of the comparison's cut-off, where it is down by 3 dB; at half that rate by 19 dB."""
 
@@ -209,12 +206,7 @@ def _cutoff(records: Sequence[Record]) -> float:
         top = min(top, smoothing.WIDEST * r.rate)
         role, order = ("q", 2) if "q" in r.rows else ("v", 1)
         if "a" not in r.rows:
-            density = smoothing.density(r.rows[role], r.rate, top)
-            while top > 1e-3 * r.rate:
-                strength = float(np.std(smoothing.smoothed(r.rows[role], top, r.rate, order)))
-                if smoothing.passed_noise(density, top, order) < _NOISY * strength:
-                    break
-                top *= 0.8
+            top = smoothing.quiet(r.rows[role], r.rate, top, order)
         found.append(top / _WIDER)
     return min(found)
 

@@ -42,30 +42,33 @@ class Windows:
         return np.array([self.tracks.index(k) for k in self.track.tolist()], dtype=np.int64)
 
 
-def split(lengths: Sequence[int], kept: Sequence[bool], share: float, least: int = 1) -> tuple[Windows, Windows, bool]:
+def split(
+    lengths: Sequence[int], kept: Sequence[bool], share: float, length: int, *, most: bool = False
+) -> tuple[Windows, Windows, bool]:
     """Windows to fit and to hold out of records of these lengths (compared samples).
 
     Records marked as kept are held out whole. Where none is, the last `share` of each record is; then the third answer
-    is True. `least` is the shortest window [samples].
+    is True. A window has at least this length [samples], where the record has; with `most` it has about this length.
     """
     whole = any(kept)
     fitted, held = [], []
-    for k, (length, keep) in enumerate(zip(lengths, kept, strict=True)):
-        edge = length if whole else round((1.0 - share) * length)
+    for k, (samples, keep) in enumerate(zip(lengths, kept, strict=True)):
+        edge = samples if whole else round((1.0 - share) * samples)
         if whole and keep:
-            held.append((k, 0, length))
+            held.append((k, 0, samples))
         else:
             fitted.append((k, 0, edge))
         if not whole:
-            held.append((k, edge, length))
-    return _cut(fitted, least), _cut(held, least), not whole
+            held.append((k, edge, samples))
+    return _cut(fitted, length, most), _cut(held, length, most), not whole
 
 
-def _cut(spans: Sequence[tuple[int, int, int]], least: int) -> Windows:
+def _cut(spans: Sequence[tuple[int, int, int]], length: int, most: bool) -> Windows:
     each = max(PER_RECORD, math.ceil(WINDOWS / len(spans)))
     rows = []
     for track, start, stop in spans:
-        edges = np.linspace(start, stop, max(1, min(each, (stop - start) // least)) + 1).astype(int)
+        fitting = max(1, (stop - start) // length)
+        edges = np.linspace(start, stop, (fitting if most else min(each, fitting)) + 1).astype(int)
         rows += [(track, a, b - a) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     track, first, count = np.array(rows, dtype=np.int64).T
     return Windows(track, first, count)

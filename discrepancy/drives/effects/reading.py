@@ -79,6 +79,7 @@ standard(
         "quantiser, e.g. Widrow and Kollár, Quantization Noise (2008)",
         (Size("step", "step s", "F", (0.2, 0.5, 1.0), 0.0, 10.0, 0.0),),
         lambda m, p, base, f: p.step * np.round(f / p.step) if p.step > 0.0 else f, acts="reading",
+        forward="quantisation",
     )
 )  # fmt: skip
 
