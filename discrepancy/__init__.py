@@ -30,22 +30,23 @@ Units are SI and rad. Residuals are (simulated - measured)/noise, so a level (th
 Arrays are (window, sample); global parameters g, local ones l, windows w.
 """
 
-from discrepancy.explain import Explanation, explain
-from discrepancy.findings import Calibration, Estimate, FoundEffect, Ranked
-from discrepancy.model import NONE, Hypothesis, Model, Parameter
-from discrepancy.naming import Naming, name_effect
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Calibration, Estimate, FoundEffect
+from discrepancy.explain import Explanation, Finding, Remains, explain
+from discrepancy.model import NONE, Hypothesis, Model, Parameter, together
 
 __all__ = [
     "NONE",
     "Calibration",
+    "Criteria",
     "Estimate",
     "Explanation",
+    "Finding",
     "FoundEffect",
     "Hypothesis",
     "Model",
-    "Naming",
     "Parameter",
-    "Ranked",
+    "Remains",
     "explain",
-    "name_effect",
+    "together",
 ]

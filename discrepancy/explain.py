@@ -1,26 +1,92 @@
-"""Name, add, and look again: effects are found one after the other until no gap is left or none earns its place; what
-later ones have made superfluous is taken back, and what could not be told apart before is tried again."""
+"""What records say of the effects that a model lacks: a search, the grades of what it found, and what remains."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from discrepancy.candidates import Candidate
-from discrepancy.findings import Calibration, FoundEffect, Ranked, findings
-from discrepancy.hindsight import corrected, effects_of, told_apart
-from discrepancy.model import NONE, Hypothesis, Model, in_turn
-from discrepancy.naming import AT_NOISE, NAMING, SLIGHT, Naming, name_effect
+import numpy as np
+from threadpoolctl import threadpool_limits
 
-_OPEN = 0.15
-"""Largest share of the gap on records held out (mean square above the noise) that the effects named may leave open."""
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Calibration, Estimate, FoundEffect, estimates_of
+from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, Evidence, graded
+from discrepancy.held_out import held_places
+from discrepancy.model import NONE, Model
+from discrepancy.problem import Point, Problem
+from discrepancy.search import Fitted, Search, Selection
 
-_SYSTEMATIC = 0.01
-"""Largest misfit of a typical window (mean square above the noise) as share of the gap, where it is not down at the
-noise anyway: an effect that only resembles what is missing fails in every window."""
+VERDICTS = ("found", "nothing missing", "only a remainder")
+"""found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a
+remainder: something is left to which no effect of the library gives a name."""
 
-_ROUNDS = 3
-"""Most effects looked for."""
+_QUARTILE = 0.25
+"""Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
+
+_LEAST_PAIRS = 4
+"""Repeats of the same station from which on only they count."""
+
+_TEMPER = 3.0
+"""Factor by which a score is taken for less than it says, as what a model gets wrong repeats."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect, or a family of them.
+
+    Attributes
+    ----------
+    grade : str
+        One of `grades.GRADES` but the last.
+    effects : tuple of FoundEffect
+        The effect with its size; of a family all members, the best first.
+    probability : float
+        That it, or one of the family, is missing.
+    closes : float
+        Share of the gap on records held out that it closes beside the others.
+    why : str
+        The sentence of its grade.
+    rivals : tuple of (str, float)
+        Effects that were fitted in its place, and by how much they score worse.
+    """
+
+    grade: str
+    effects: tuple[FoundEffect, ...]
+    probability: float
+    closes: float
+    why: str
+    rivals: tuple[tuple[str, float], ...]
+
+    @property
+    def name(self) -> str:
+        """Its effect's name; of a family the members'."""
+        return " or ".join(effect.name for effect in self.effects)
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What is left beside all that was found.
+
+    Attributes
+    ----------
+    level : float
+        rms over the noise as stated or estimated, on records held out.
+    noise : float
+        rms of what does not repeat, over the same noise: where the two differ, the noise was taken for too small, or
+        something acts that is not locked to the machine.
+    looks_like : str
+        The effect of the library that would lessen it most, though not enough; "" where none does.
+    """
+
+    level: float
+    noise: float
+    looks_like: str
+
+    @property
+    def times_noise(self) -> float:
+        """rms over what does not repeat."""
+        return self.level / self.noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,136 +96,199 @@ class Explanation:
     Attributes
     ----------
     verdict : str
-        One of `naming.VERDICTS`.
-    effects : tuple of Hypothesis
-        The effects found, in the order in which they were; they count as missing only where the verdict names them.
-    first : Naming
-        What the model as it came was judged to lack most, before anything was known of further effects.
-    rounds : tuple of Naming
-        What each round found; where the effect of a round was taken back, it stands there behind what took its place,
-        and an ambiguous round that was judged again stands last.
+        One of VERDICTS.
+    findings : tuple of Finding
+        Established effects, families and what stands in, in that order.
+    remains : Remains
+    base, best : Fitted
+        The model as it came, and the set with everything that was selected.
+    accepted : Fitted
+        The set of what is established, of a family its best member.
+    held : mapping of str to Point
+        Places on the records held out by the sets' names.
     before, after : float
-        Level (rms over noise) on the records held out, of the model as it came and with the effects.
-    model : Model
-        The model extended by the effects, with the records fitted.
-    reason : str
-    ranking : tuple of Ranked
-        The hypotheses of the last round that was accepted (the only one where nothing was found), best first.
-    found : tuple of FoundEffect
-        The effects with their sizes, in the order of `effects`.
+        Level (rms over noise) on the records held out, of the model as it came and with what is accepted.
     calibration : Calibration
-        The machine's own parameters with the effects in place, or without them where the verdict does not accept them.
+        The machine's parameters with what is accepted.
+    held_back : str
+        Why the calibrated machine is not written; "" where it is.
+    selection : Selection
+    criteria : Criteria
+    model, held_out : Model
     """
 
     verdict: str
-    effects: tuple[Hypothesis, ...]
-    first: Naming
-    rounds: tuple[Naming, ...]
+    findings: tuple[Finding, ...]
+    remains: Remains
+    base: Fitted
+    best: Fitted
+    accepted: Fitted
+    held: dict[str, Point]
     before: float
     after: float
-    model: Model
-    reason: str
-    ranking: tuple[Ranked, ...]
-    found: tuple[FoundEffect, ...]
     calibration: Calibration
+    held_back: str
+    selection: Selection
+    criteria: Criteria
+    model: Model
+    held_out: Model
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects; those the last one cannot be told from stand in `rounds[-1].names`."""
-        return tuple(h.name for h in self.effects)
+        """Names of the effects that are accepted."""
+        return self.accepted.place.hypothesis.names
 
     @property
     def closed_share(self) -> float:
-        """Share of the closable gap that was closed on the records held out; NaN where there was none."""
-        gap = self.before**2 - 1.0
+        """Share of the gap on the records held out that what is accepted closes; NaN where there was none."""
+        floor = self.remains.noise**2
+        gap = self.before**2 - floor
         return (self.before**2 - self.after**2) / gap if gap > 0.0 else math.nan
 
-    @property
-    def base(self) -> Candidate:
-        """The model as it came, fitted."""
-        return _none(self.first)
 
-    @property
-    def best(self) -> Candidate:
-        """The last candidate with the effects found, or the base model."""
-        return self.rounds[-1].candidates[0] if self.effects else self.base
-
-    @property
-    def believed(self) -> Candidate:
-        """The candidate whose machine is believed: the best one where the verdict names its effects, or the base
-        model."""
-        return self.best if self.verdict in NAMING else self.base
-
-
-def explain(model: Model, held_out: Model) -> Explanation:
+def explain(model: Model, held_out: Model, criteria: Criteria | None = None) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
-    first = name_effect(model, held_out)
-    base, rounds = _none(first), (first,)
-    before, after, effects, place = base.held_out, base.held_out, [], base.place
-    if first.verdict in NAMING:
-        rounds = _followed(model, held_out, rounds)
-        again = corrected(model, held_out, rounds)
-        rounds = told_apart(model, held_out, rounds if again is None else _followed(model, held_out, again))
-        effects = effects_of(rounds)
-        after, place = rounds[-1].candidates[0].held_out, rounds[-1].candidates[0].place
-    fitted = in_turn(model, effects[:-1])
-    numbers = findings(fitted, place)
-    found = tuple(numbers.effect(h.name, tuple(h.fixed.items())) for h in effects)
-    verdict, reason = _judged(rounds, found, before, after, first.black_box)
-    if effects and verdict not in NAMING:
-        numbers = findings(model, base.place)
+    # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
+    # long as one takes.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _explained(model, held_out, criteria or Criteria())
+
+
+def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation:
+    search = Search(model, criteria)
+    selection = search.run()
+    best = selection.best
+    sets = [selection.base, best, *selection.without]
+    held = {f.name: place for f, place in zip(sets, held_places([f.place for f in sets], held_out), strict=True)}
+    floor = _unrepeated([(model, best.place), (held_out, held[best.name])])
+    numbers = estimates_of(model, best.place)
+    judged = []
+    for k, effect in enumerate(best.effects):
+        found = numbers.effect(effect.name, tuple(effect.fixed.items()))
+        evidence = _evidence(selection, k, found, held, floor, held_out, criteria)
+        judged.append((k, found, evidence, *graded(evidence, criteria)))
+    kept = [k for k, _, _, grade, _ in judged if grade in NAMED]
+    accepted = search.only(best, kept)
+    if accepted.name not in held:
+        held[accepted.name] = held_places([accepted.place], held_out, [held[best.name]])[0]
+    findings = tuple(
+        _finding(selection, model, k, found, evidence, grade, why)
+        for k, found, evidence, grade, why in sorted(judged, key=lambda row: _order(row[3]))
+        if grade != DISMISSED
+    )
+    remains = Remains(held[best.name].level(held_out), math.sqrt(floor), _looks_like(selection, findings))
     return Explanation(
-        verdict, tuple(effects), first, rounds, before, after, in_turn(fitted, effects[-1:]), reason,
-        rounds[-1].ranking, found, numbers.calibration(len(model.parameters)),
+        _verdict(findings, remains, criteria), findings, remains, selection.base, best, accepted, held,
+        held[selection.base.name].level(held_out), held[accepted.name].level(held_out),
+        estimates_of(model, accepted.place).calibration(len(model.parameters)),
+        _held_back(accepted, held[accepted.name], held_out), selection, criteria, model, held_out,
     )  # fmt: skip
 
 
-def _followed(model: Model, held_out: Model, rounds: tuple[Naming, ...]) -> tuple[Naming, ...]:
-    """The rounds with those that follow them, as long as they name an effect."""
-    while True:
-        best, effects = rounds[-1].candidates[0], effects_of(rounds)
-        known, known_held = in_turn(model, effects), in_turn(held_out, effects)
-        if best.level**2 - 1.0 < SLIGHT or len(rounds) == _ROUNDS or not known.hypotheses():
-            return rounds
-        following = name_effect(known, known_held, best.place)
-        if following.verdict not in NAMING:
-            return rounds
-        rounds = (*rounds, following)
+def _order(grade: str) -> int:
+    return (ESTABLISHED, FAMILY).index(grade) if grade in NAMED else len(NAMED)
 
 
-def _none(naming: Naming) -> Candidate:
-    return next(c for c in naming.candidates if c.name == NONE.name)
+def _verdict(findings: Sequence[Finding], remains: Remains, criteria: Criteria) -> str:
+    if any(finding.grade in NAMED for finding in findings):
+        return "found"
+    nothing = not findings and remains.level**2 - 1.0 < criteria.at_noise
+    return "nothing missing" if nothing else "only a remainder"
 
 
-def _judged(
-    rounds: tuple[Naming, ...], found: tuple[FoundEffect, ...], before: float, after: float, box: float
-) -> tuple[str, str]:
-    last = rounds[-1]
-    if not found:
-        return last.verdict, last.reason
-    for naming in rounds[:-1]:
-        if naming.verdict == "ambiguous":
-            names, others = " and ".join(naming.names), " and ".join(last.names)
-            remark = f"{names} cannot be told apart"
-            if last.verdict == "ambiguous":
-                return "unexplained", f"{remark}, nor can {others} beside them"
-            return "unexplained", f"{remark}, and none earns its place beside what was found after them"
-    for effect in found:
-        if not effect.possible:
-            return "unexplained", f"the effects found would close the gap, but {effect.why}, so one imitates another"
-    if after > box:
-        return (
-            "unexplained",
-            f"a black box predicts the records held out better ({box:.2f}) than the effects ({after:.2f})",
-        )
-    gap, typical = before**2 - 1.0, last.candidates[0].typical
-    if typical**2 - 1.0 > max(_SYSTEMATIC * gap, AT_NOISE):
-        return "unexplained", f"even with the effects found a typical cam turn is left at {typical:.2f} times the noise"
-    if after**2 - 1.0 > max(_OPEN * gap, SLIGHT):
-        return "unexplained", f"the effects found leave the records held out at {after:.2f} times the noise"
-    if not last.candidates[0].converged and typical**2 - 1.0 >= AT_NOISE:
-        return (
-            "not_converged",
-            f"the fit is not at rest, and leaves a typical cam turn at {typical:.2f} times the noise",
-        )
-    return last.verdict, last.reason
+def _looks_like(selection: Selection, findings: Sequence[Finding]) -> str:
+    """The leading effect that was not enough: what stands in, else what the last round would have added."""
+    hints = [finding.name for finding in findings if finding.grade not in NAMED]
+    if hints:
+        return hints[0]
+    return selection.tried[0].effects[-1].name if selection.tried else ""
+
+
+def _unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
+    """Mean square, at least 1, of what differs between windows that see the same, in units of the noise's: half the
+    lower quartile of the differences' mean squares."""
+    same: list[float] = []
+    next_to: list[float] = []
+    for model, place in places:
+        residual = Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
+        for pairs, found in zip(model.repeats(), (same, next_to), strict=True):
+            for a, b in pairs:
+                n = int(min(model.counts[a], model.counts[b]))
+                found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
+    differences = same if len(same) >= _LEAST_PAIRS else same + next_to
+    return max(1.0, float(np.quantile(differences, _QUARTILE))) if differences else 1.0
+
+
+def _evidence(
+    selection: Selection, k: int, found: FoundEffect, held: dict[str, Point], floor: float, held_out: Model,
+    criteria: Criteria,
+) -> Evidence:  # fmt: skip
+    place, other = held[selection.best.name], held[selection.without[k].name]
+    left, open_ = _excess(place, other, held_out, floor)
+    better = place.squares < other.squares
+    groups = held_out.groups
+    size = found.parameters[0]
+    return Evidence(
+        name=found.name,
+        closes=(open_ - left) / max(open_, 1e-9) if open_ > left else 0.0,
+        remains=math.sqrt(1.0 + left / floor),
+        better=min(float(better[groups == g].mean()) for g in np.unique(groups)),
+        size=_words(size),
+        zero=size.low <= size.nominal <= size.high,
+        bound=found.bound,
+        alike=tuple(
+            one.place.hypothesis.names[-1]
+            for one in selection.instead[k]
+            if selection.gap(one) < criteria.margin
+        ),
+    )  # fmt: skip
+
+
+def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
+    """Mean squares above the floor that two places leave, without the window that the first one leaves worst: a start
+    state that was missed spoils one window."""
+    level = place.squares / model.counts
+    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_PAIRS else np.full(len(level), True)
+    samples = float(model.counts[kept].sum())
+    left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
+    return max(left, 0.0), max(open_, 0.0)
+
+
+def _words(e: Estimate) -> str:
+    unit = "" if e.unit == "-" else f" {e.unit}"
+    return f"{e.name} {e.value:.3g}{unit}, {e.low:.3g} to {e.high:.3g}"
+
+
+def _finding(
+    selection: Selection, model: Model, k: int, found: FoundEffect, evidence: Evidence, grade: str, why: str
+) -> Finding:
+    """The finding; its probability is the share of the sets compared that hold it, by their scores."""
+    gaps = {one: selection.gap(one) for one in (*selection.instead[k], selection.without[k])}
+    weights = {one: math.exp(-0.5 * max(gap, 0.0) / _TEMPER) for one, gap in gaps.items()}
+    members = [one for one in selection.instead[k] if grade == FAMILY and _last(one) in evidence.alike]
+    total = 1.0 + sum(weights.values())
+    among = (1.0 + sum(weights[one] for one in members)) / total
+    others = []
+    for one in members:
+        numbers = estimates_of(model, one.place)
+        effect = next(h for h in one.effects if h.name == _last(one))
+        others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
+    rivals = tuple((_last(one), gaps[one]) for one in selection.instead[k])
+    return Finding(grade, (found, *others), among * evidence.closes, evidence.closes, why, rivals)
+
+
+def _last(fitted: Fitted) -> str:
+    return fitted.place.hypothesis.names[-1]
+
+
+def _held_back(accepted: Fitted, held: Point, held_out: Model) -> str:
+    """Why the nominal machine is better for a record held out than the accepted one; "" where it is not."""
+    problem = Problem(held_out, NONE, frozen=True)
+    zeros = np.zeros(len(problem.parameters))
+    states = held_out.states_for(NONE, held.states)
+    nominal = problem.searched(problem.point(zeros, states))
+    for g in np.unique(held_out.groups):
+        mine = held_out.groups == g
+        if held.squares[mine].sum() > nominal.squares[mine].sum():
+            return f"it predicts record {int(g) + 1} of those held out worse than the nominal machine does"
+    return ""

@@ -18,7 +18,7 @@ _LARGEST_STEP = 1.0
 _REACH = 0.5
 
 _GAIN = 1.0
-"""A smaller fall of the cost, in units of twice a log-likelihood, is none."""
+"""A smaller fall of twice the negative log-likelihood is none."""
 
 _LAST = 10
 """Steps that may follow the search of all windows."""
@@ -87,18 +87,19 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
         problem = exact.eased(place)
         place = problem.adopted(place)
         best, damping = _step(problem, place, problem.equations(place), damping)
-        idle = idle + 1 if best is None or place.cost - best.cost < _GAIN else 0
+        gain = _GAIN * place.dispersion(exact.model)
+        idle = idle + 1 if best is None or place.cost - best.cost < gain else 0
         place = best or place
         if number >= due or idle:
             found = problem.searched(place, _worst(problem, place))
-            if place.cost - found.cost > _GAIN:
+            if place.cost - found.cost > gain:
                 idle, damping = 0, min(damping, 1e-1)
             else:
                 wait *= 2
             place, due = found, number + wait
         if unsearched and (idle >= _IDLE or number == limit):
             found, unsearched, limit = problem.searched(place), False, number + _LAST
-            idle = 0 if place.cost - found.cost > _GAIN else idle
+            idle = 0 if place.cost - found.cost > gain else idle
             place, damping = found, min(damping, 1e-2)
     place, settled = exact.adopted(place), idle >= _IDLE
     if thorough and place.level(exact.model) < _NEAR:
@@ -116,7 +117,7 @@ def rested(exact: Problem, place: Point, *, patient: bool = False) -> Point:
     for _ in range(_PATIENT if patient else _ROUNDS):
         before, place = place.cost, _crossed(problem, place)
         place = _among_kin(problem, problem.searched(place, problem.all if patient else None, patient=patient))
-        if before - place.cost < _GAIN:
+        if before - place.cost < _GAIN * place.dispersion(exact.model):
             break
     return exact.adopted(place)
 
@@ -148,7 +149,8 @@ def _crossed(problem: Problem, place: Point) -> Point:
     damping, idle = _UNDAMPED, 0
     for _ in range(_CROSSINGS):
         best, damping = _step(problem, place, problem.equations(place), damping)
-        idle = idle + 1 if best is None or place.cost - best.cost < _SLIGHT else 0
+        slight = _SLIGHT * place.dispersion(problem.model)
+        idle = idle + 1 if best is None or place.cost - best.cost < slight else 0
         place = best or place
         if idle >= _IDLE:
             break

@@ -179,8 +179,10 @@ class Model(ABC):
     groups: np.ndarray
 
     @abstractmethod
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        """The library: for each effect's name its hypotheses of one effect, one per discrete choice."""
+    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
+        """The library: for each effect's name its hypotheses of one effect, one per discrete choice.
+
+        What a fit has left, residuals (w, n), may add choices (a line's frequency, say)."""
 
     @abstractmethod
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
@@ -195,6 +197,11 @@ class Model(ABC):
         """Other global points (k, g) that explain the records almost as well, by a symmetry of the equations that is
         nearly exact: single steps do not lead there. None where nothing is known of such a symmetry."""
         return np.zeros((0, len(point)))
+
+    def repeats(self) -> tuple[Sequence[tuple[int, int]], Sequence[tuple[int, int]]]:
+        """Pairs of windows that see the same, and pairs of neighbours that nearly do: what their residuals differ in
+        does not repeat. None where nothing repeats."""
+        return (), ()
 
     @abstractmethod
     def recording(self, readings: np.ndarray) -> Model:
@@ -216,4 +223,3 @@ class Model(ABC):
         """Scaled local parameters (c, k) among which a window's start may have to be looked for; the first k local
         parameters take part. No rows where nothing has to be looked for. Where it is `shaken`, also those that the
         machine gets to by being excited steadily, if the hypothesis does that."""
-

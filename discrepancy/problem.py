@@ -1,14 +1,16 @@
 """One hypothesis about a model's records: its cost, its normal equations, and the search of every window's start state.
 
-Cost, in units of twice a log-likelihood:
+Cost, in units of twice a log-likelihood times the dispersion φ:
 
-    F(z, y) = Σ_w ρ_w(‖r_w(z, y_w)‖²) + Σ_known z²,     ρ_w(q) = n_w c ln(1 + q/(n_w c))
+    F(z, y) = Σ_w ρ_w(‖r_w(z, y_w)‖²) + φ Σ_known z²,     ρ_w(q) = n_w c ln(1 + q/(n_w c))
 
-The logarithm bounds what one window can hold against the others: where play lets a window's start state be missed, the
-window loses its weight 1/(1 + q/(n c)) instead of bending the machine. c is 1 where places are compared. On the way
-there it follows the median misfit, so that only windows that are worse than most lose weight: an effect that spares a
-few windows would otherwise be fitted to those alone. Windows are independent given z, so each one keeps the best start
-state of all that were tried.
+The Cauchy loss bounds what one window can hold against the others: where play lets a window's start state be missed,
+the window loses its weight 1/(1 + q/(n c)) instead of bending the machine. While a fit goes on, c follows the median
+misfit, so that only windows that are worse than most lose weight: an effect that spares a few windows would otherwise
+be fitted to those alone. Windows without unknown start states have plain squares, ρ(q) = q: there is nothing to miss.
+φ, at least 1, is the median mean square of the windows: what a model gets wrong everywhere is no evidence against what
+is known of its parameters (quasi-likelihood; McCullagh and Nelder, Generalized Linear Models, 1989, section 9.2).
+Windows are independent given z, so each one keeps the best start state of all that were tried.
 """
 
 from __future__ import annotations
@@ -77,12 +79,16 @@ class Point:
         """rms of the normalised residuals; 1 is the noise."""
         return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
 
+    def dispersion(self, model: Model) -> float:
+        """φ: the median of the windows' mean squares, at least 1."""
+        return max(1.0, float(np.median(self.squares / model.counts)))
+
 
 class Problem:
     """One hypothesis about a model's records, with the operations a fit is made of.
 
-    `caution` multiplies the machine's priors: a model that lacks an effect is wrong in many samples alike, which are
-    then no independent evidence against what is known of its parameters; rough parameters are held while it is above 1.
+    `caution` multiplies the machine's priors while an effect may be missing, as its misfit repeats in every window;
+    rough parameters are held while it is above 1.
     With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
     """
 
@@ -97,6 +103,7 @@ class Problem:
         bounds = np.array([p.bounds for p in self.parameters])
         self.low, self.high = bounds[:, 0], bounds[:, 1]
         self.all = np.arange(len(model.counts))
+        self.stateful = model.local_count(hypothesis) > 0
         self.columns = self._columns()
 
     def _columns(self) -> list[list[int]]:
@@ -134,25 +141,31 @@ class Problem:
 
     def losses(self, squares: np.ndarray) -> np.ndarray:
         """ρ_w (w,) of squares (w,)."""
+        if not self.stateful:
+            return squares
         n = self.model.counts * self.ease
         return n * np.log1p(squares / n)
 
     def weights(self, squares: np.ndarray) -> np.ndarray:
         """dρ_w/dq of squares (w,)."""
+        if not self.stateful:
+            return np.ones(len(squares))
         return 1.0 / (1.0 + squares / (self.model.counts * self.ease))
 
     def eased(self, place: Point) -> Problem:
-        """The same problem with c = a few times the median misfit of a place, at least 1.
-
-        While it is cautious, the priors weigh so much more as the median misfit is above 1: the larger what is wrong
-        everywhere is, the less it says about what is known.
-        """
-        level = float(np.median(place.squares / self.model.counts))
+        """The same problem with c = a few times the median misfit of a place, at least 1, and with its dispersion."""
+        dispersion = place.dispersion(self.model)
         problem = copy.copy(self)
-        problem.ease = max(1.0, _EASE * level)
-        if self.caution > 1.0:
-            problem.precision = self.precision * max(1.0, level)
+        problem.ease = max(1.0, _EASE * dispersion)
+        problem.precision = self.precision * dispersion
         return problem
+
+    def deviance(self, place: Point, dispersion: float) -> float:
+        """Twice a negative log-likelihood of a place under a dispersion φ that all places compared have in common:
+        Σ_w ρ_w/φ with c = φ, plus Σ_known z²."""
+        problem = copy.copy(self)
+        problem.ease = dispersion
+        return float(problem.losses(place.squares).sum()) / dispersion + float((self.known * place.z**2).sum())
 
     def prior(self, z: np.ndarray) -> float:
         """Σ z² over the parameters that are known to their scale, times the caution where they are the machine's."""
@@ -211,6 +224,23 @@ class Problem:
         """States (p, w, l) of places (p, g), (p, w, l) as `settled` leaves them, faster than one by one."""
         return self._refined(self._everywhere(z, states), _ROUNDS)[0].reshape(states.shape)
 
+    def started(self, z: np.ndarray, states: np.ndarray, windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Start states (p, k, l) of some windows (k,) at places (p, g), (p, w, l), looked for over their grids and
+        refined, and their squares (p, k)."""
+        grids = [self.model.state_grid(self.hypothesis, row, shaken=True) for row in z]
+        p, k = len(z), len(windows)
+        mine = states[:, windows]
+        if not any(len(grid) for grid in grids):
+            jobs = Jobs(z, np.repeat(np.arange(p), k), np.tile(windows, p), mine.reshape(p * k, -1))
+            found, squares = self._refined(jobs, _ROUNDS)
+            return found.reshape(mine.shape), squares.reshape(p, k)
+        rows = [
+            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF))
+            if len(grid) else self._refined(_at(row, windows, own), _ROUNDS)
+            for row, own, grid in zip(z, mine, grids, strict=True)
+        ]  # fmt: skip
+        return np.array([found for found, _ in rows]), np.array([squares for _, squares in rows])
+
     def _replaced(self, place: Point, windows: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
         better = squares < place.squares[windows]
         all_states, all_squares = place.states.copy(), place.squares.copy()
@@ -263,22 +293,22 @@ class Problem:
         others = place.states if which is not None else place.states[:0]
         at_once = max(1, _AT_ONCE // (len(grid) + len(others)))
         for part in np.array_split(windows, math.ceil(len(windows) / at_once)):
-            place = self._replaced(place, part, *self._best_starts(place, part, grid, others, kept))
+            jobs = _at(place.z, part, place.states[part])
+            place = self._replaced(place, part, *self._best_starts(jobs, grid, others, kept))
         return place
 
     def _best_starts(
-        self, place: Point, windows: np.ndarray, grid: np.ndarray, others: np.ndarray, kept: int
+        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Start states (k, l) of windows (k,) and their squares: the best of the grid (c, 2) and of other states (o, l)
-        after the best `kept` are refined."""
-        k = len(windows)
-        states = np.repeat(place.states[windows][None], len(grid), axis=0)
+        """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
+        states (o, l) after the best `kept` are refined."""
+        k = len(jobs.window)
+        states = np.repeat(jobs.states[None], len(grid), axis=0)
         states[:, :, : grid.shape[1]] = grid[:, None, :]
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
-        residuals = self._again(_at(place.z, windows, place.states[windows]), states)
-        order = np.argsort((residuals**2).sum(axis=2), axis=0)[:kept]
+        order = np.argsort((self._again(jobs, states) ** 2).sum(axis=2), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(_at(place.z, np.tile(windows, len(order)), best), 3)
+        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), 3)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]

@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-from discrepancy.candidates import Candidate
 from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, draw
 from discrepancy.challenge.records import read_case, write_records
 from discrepancy.explain import Explanation, explain

@@ -1,126 +1,118 @@
-"""The effect library as hypotheses: which parameters of an effect a fit may move, and where it may begin.
-
-A phase would make a fit begin at several places. Sizes are therefore laid out as the scan of `naming` needs them: a
-ladder for the parameter that has a null value, a few places for those that give its shape.
-"""
+"""The effect library as hypotheses: what each effect says of its own search (`indexer_env.effects.base.Sought`), in the
+numbers of one machine and its records."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects import EFFECTS, Effect, make_effect
+from indexer_env.effects.base import Sought
 from indexer_env.filters import BRACKET_LIMIT
 from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
-_PHASES = tuple(_TURN * k / 6 for k in range(6))
-_DENSE_PHASES = tuple(_TURN * k / 12 for k in range(12))
-_PLACES = tuple(0.05 + 0.035 * k for k in range(13))
 
+ORDERS = (1.0, 2.0)
+"""Orders of the motor shaft that are looked at whatever the records show: an eccentric gear, a worm of two threads."""
 
-@dataclass(frozen=True)
-class Move:
-    """How a fit may move one parameter: `scale` of a step, bounds, values to begin with."""
+MAINS = (50.0, 60.0)
+"""Frequencies of hum that are looked for whatever the records show [Hz]."""
 
-    scale: float
-    starts: tuple[float, ...]
-    low: float | None = None
-    high: float | None = None
+HOUSING = "housing_inertia"
+"""A parameter of the machine that takes part only where the base is loose."""
 
-
-def _ladder(unit: float, steps: int, *, factor: float = 3.0, both: bool = False) -> tuple[float, ...]:
-    up = tuple(unit * factor**k for k in range(steps))
-    return up + tuple(-size for size in up) if both else up
-
-
-_HALF_WIDTHS = Move(0.03, (0.06, 0.12), 0.01, 0.3)
-_BRACKETS = tuple(1.0 / (_TURN * f) ** 2 for f in (16, 19, 22, 25, 29, 34, 40, 48, 60, 75, 95, 130, 180))
-_PHASE = Move(0.5, _PHASES)
-
-MOVES: Mapping[str, Mapping[str, Move]] = {
-    "friction.coulomb": {"torque": Move(10.0, _ladder(3.0, 5))},
-    "friction.viscous": {"coefficient": Move(10.0, _ladder(3.0, 5))},
-    "friction.stribeck": {"torque": Move(10.0, _ladder(5.0, 4)), "speed": Move(0.05, (0.05, 0.2), 0.01, 0.4)},
-    "load.imbalance": {"torque": Move(10.0, _ladder(12.0, 9, factor=1.55)), "phase": Move(0.5, _DENSE_PHASES)},
-    "load.process": {
-        "torque": Move(10.0, (30.0, 120.0, -30.0, -120.0)),
-        # 25 ms apart at the reference speed: at half a period of the ringing the other sign fits as well
-        "centre": Move(0.05, tuple(0.5125 + 0.025 * k for k in range(20)), 0.5, 1.0),
-        "half_width": _HALF_WIDTHS,
-    },
-    "drive.slip": {"compliance": Move(0.05, _ladder(0.05, 5), 1e-3)},
-    "drive.speed_ripple": {"depth": Move(0.002, _ladder(0.001, 4), 0.0, 0.1), "phase": _PHASE},
-    "drive.transmission_error": {"amplitude": Move(1e-4, _ladder(1e-4, 4), 0.0, 0.01), "phase": _PHASE},
-    "drive.mesh_stiffness": {"depth": Move(0.05, (0.05, 0.15, 0.4), 0.0, 0.9), "phase": _PHASE},
-    "cam.profile_error": {
-        "height": Move(1e-4, _ladder(1.5e-4, 5, factor=2.0, both=True), -0.01, 0.01),
-        "centre": Move(0.02, _PLACES, 0.0, 0.5),
-        "half_width": _HALF_WIDTHS,
-    },
-    "cam.station_spacing": {"error": Move(3e-4, _ladder(3e-4, 5, both=True), -0.06, 0.06)},
-    "roller.crack": {"severity": Move(0.05, (0.05, 0.15, 0.4, 0.7), 0.0, 0.95)},
-    "roller.crack_single": {"severity": Move(0.05, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8), 0.0, 0.95)},
-    "input.backlash": {"play": Move(2e-4, _ladder(2e-4, 5), 0.0, 0.05)},
-    "output.backlash": {"play": Move(1e-4, _ladder(3e-5, 5), 0.0, 0.01)},
-    "output.cubic_stiffness": {"stiffness": Move(1e8, _ladder(1e8, 8, factor=2.0), 0.0, 1e12)},
-    "base.looseness": {
-        "compliance": Move(5e-8, _ladder(5e-8, 10, factor=2.0), 1e-8, 5e-5),
-        "damping_ratio": Move(0.05, (0.05,), 0.0, 1.0),
-    },
-    "sensor.gain": {"error": Move(0.02, (0.03, -0.03, 0.1, -0.1))},
-    "sensor.lowpass": {"time_constant": Move(5e-4, _ladder(1e-3, 3), 4e-4, 0.05)},
-    "sensor.bracket_resonance": {
-        "inverse_square": Move(2e-7, _BRACKETS, 2.6e-7, 1e-3),
-        "damping": Move(0.02, (0.015, 0.05), 0.002, 0.3),
-    },
-    "sensor.mains_hum": {"amplitude": Move(0.1, _ladder(0.05, 4))},
-    "sensor.offset_drift": {"rate": Move(0.01, (0.02, -0.02))},
-}
+_HOUSING_SPREAD = 0.2
+"""Relative standard deviation with which the housing's inertia is known: nothing that a tight machine does tells it."""
 
 _SEEN = 0.99 * BRACKET_LIMIT
 """Highest frequency of a sensor's filter that is looked for, over the sampling rate."""
 
-_CHOICES = {"cam.station_spacing": "station", "roller.crack_single": "station"}
+
+@dataclass(frozen=True)
+class Seen:
+    """What makes the library's numbers those of one machine and its records.
+
+    Attributes
+    ----------
+    measures : mapping
+        SI values of `indexer_env.effects.measures.MEASURES`.
+    rate : float
+        Sampling rate [Hz].
+    orders, hums : tuple of float
+        Orders of the motor shaft and frequencies [Hz] at which lines stand in what is left, beside ORDERS and MAINS.
+    """
+
+    measures: Mapping[str, float]
+    rate: float
+    orders: tuple[float, ...] = ()
+    hums: tuple[float, ...] = ()
 
 
-def library(machine: Machine, known: tuple[str, ...], rate: float) -> dict[str, tuple[Hypothesis, ...]]:
-    """Hypotheses of each effect but those the machine already has (`known`), for records sampled at `rate` [Hz]."""
-    found: dict[str, tuple[Hypothesis, ...]] = {}
-    for name, moves in MOVES.items():
-        if name in known:
-            continue
-        moves = {field: _seen(field, move, rate) for field, move in moves.items()}
-        parameters = tuple(_parameter(name, field, move) for field, move in moves.items())
-        starts = tuple(itertools.product(*(move.starts for move in moves.values())))
-        choice = _CHOICES.get(name)
-        fixed = [{choice: k} for k in range(machine.stations)] if choice else [{}]
-        found[name] = tuple(Hypothesis(name, parameters, values, starts) for values in fixed)
-    return found
+def library(machine: Machine, known: Container[str], seen: Seen) -> dict[str, tuple[Hypothesis, ...]]:
+    """Hypotheses of each effect but those the machine already has (`known`)."""
+    return {name: _hypotheses(machine, effect, seen) for name, effect in EFFECTS.items() if name not in known}
 
 
 def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:
-    """The effect a hypothesis stands for at these parameter values."""
+    """The effect that a single hypothesis stands for at these parameter values."""
     start = f"{hypothesis.name}."
     own = {name.removeprefix(start): value for name, value in values.items() if name.startswith(start)}
     return make_effect(hypothesis.name, {**own, **hypothesis.fixed})
 
 
-def _seen(name: str, move: Move, rate: float) -> Move:
-    """A move of a sensor's filter, kept where its frequency is seen at this sampling rate; any other one as it is."""
-    fastest = 1.0 / (_TURN * _SEEN * rate)
-    low = {"time_constant": fastest, "inverse_square": fastest**2}.get(name)
-    if low is None or move.low is None or low <= move.low:
-        return move
-    return replace(move, low=low, starts=tuple(start for start in move.starts if start >= low))
+def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hypothesis, ...]:
+    parameters: list[Parameter] = []
+    starts: list[Sequence[float]] = []
+    choices: dict[str, Sequence[float]] = {}
+    for field in fields(effect):
+        sought: Sought | None = field.metadata["sought"]
+        if sought is None:
+            continue
+        if sought.starts:
+            parameter, values = _parameter(effect.name, field.name, field.metadata, sought, seen)
+            parameters.append(parameter)
+            starts.append(values)
+        else:
+            choices[field.name] = _choices(field.name, machine, seen)
+    if effect.name == "base.looseness":
+        value, reach = machine.housing_inertia, math.exp(3.0 * _HOUSING_SPREAD)
+        spread = _HOUSING_SPREAD
+        parameters.append(
+            Parameter(HOUSING, "kg m²", value, spread, value / reach, value * reach, known=True, logarithmic=True)
+        )
+        starts.append((value,))
+    laid_out = tuple(itertools.product(*starts))
+    return tuple(
+        Hypothesis(effect.name, tuple(parameters), dict(zip(choices, chosen, strict=True)), laid_out, effect.alike)
+        for chosen in itertools.product(*choices.values())
+    )
 
 
-def _parameter(effect: str, name: str, move: Move) -> Parameter:
-    rules = next(field.metadata for field in fields(EFFECTS[effect]) if field.name == name)
-    low = max(move.low if move.low is not None else -math.inf, -math.inf if rules["low"] is None else rules["low"])
-    high = min(move.high if move.high is not None else math.inf, math.inf if rules["high"] is None else rules["high"])
-    start = rules["null"] if rules["null"] is not None else move.starts[0]
-    return Parameter(f"{effect}.{name}", rules["unit"], min(max(start, low), high), move.scale, low, high)
+def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
+    """What a discrete choice may be."""
+    if name == "station":
+        return range(machine.stations)
+    return sorted({*ORDERS, *seen.orders}) if name == "order" else sorted({*MAINS, *seen.hums})
+
+
+def _parameter(
+    effect: str, name: str, rules: Mapping[str, Any], sought: Sought, seen: Seen
+) -> tuple[Parameter, tuple[float, ...]]:
+    """A parameter and its starts [its unit]."""
+    unit = seen.measures[sought.measure]
+    bounds = [(sought.low, rules["low"], max, -math.inf), (sought.high, rules["high"], min, math.inf)]
+    low, high = (
+        pick(end if own is None else own * unit, end if rule is None else rule) for own, rule, pick, end in bounds
+    )
+    # a filter of the sensor shows where its frequency lies below what the sampling rate lets through
+    fastest = 1.0 / (_TURN * _SEEN * seen.rate)
+    low = max(low, {"time_constant": fastest, "inverse_square": fastest**2}.get(name, -math.inf))
+    starts = tuple(min(start * unit, high) for start in sought.starts if start * unit >= low)
+    null = rules["null"] if rules["null"] is not None else sought.starts[0] * unit
+    nominal = min(max(null, low), high)
+    return Parameter(f"{effect}.{name}", rules["unit"], nominal, sought.step * unit, low, high), starts or (low,)

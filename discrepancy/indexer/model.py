@@ -10,26 +10,27 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from discrepancy.indexer.advance import advanced, let_slip
-from discrepancy.indexer.library import effect_of, library
+from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
+from discrepancy.indexer.lines import lines
 from discrepancy.indexer.nuisance import without_nuisance
-from discrepancy.indexer.parameters import base_parameters, changed, record_parameters, torque_power
+from discrepancy.indexer.parameters import OF_RECORDS, base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, windows_of
-from discrepancy.model import NONE, Hypothesis, Jobs, Model
+from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
+from indexer_env.effects.measures import measures
 from indexer_env.errors import refuse
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
-from indexer_env.operating_point import REFERENCE_MOTOR_SPEED, OperatingPoint
+from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_records.measured import RATE_TOLERANCE
 
-_HARMONICS = 40
-"""Orders of the cam turn that the black box may use: up to 40 Hz at the reference speed, beyond the machine's modes."""
-
 _FACTORS = (0.95, 0.98, 1.02, 1.05)
 """By which all torques are multiplied at once, steps within how well they are known."""
+
+_LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
 
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
@@ -47,8 +48,6 @@ class IndexerModel(Model):
         The measuring chain as it is believed to be; ideal where not given.
     uncertainty : mapping, optional
         Relative standard deviations that replace those of `parameters.UNCERTAINTY`.
-    known : tuple of Hypothesis
-        Effects the machine is known to have, their parameters to be fitted.
     without : tuple of str
         Effects that are not looked for.
     """
@@ -62,10 +61,9 @@ class IndexerModel(Model):
         experiments: Sequence[Experiment],
         sensor: Sensor | None = None,
         uncertainty: Mapping[str, float] | None = None,
-        known: tuple[Hypothesis, ...] = (),
         without: tuple[str, ...] = (),
     ) -> None:
-        self.machine, self.experiments, self.known, self.without = machine, tuple(experiments), known, without
+        self.machine, self.experiments, self.without = machine, tuple(experiments), without
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         for experiment in self.experiments:
             if experiment.signal.unit != self.sensor.unit:
@@ -78,8 +76,14 @@ class IndexerModel(Model):
         base = base_parameters(machine, self.uncertainty)
         self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
-        self.parameters = base + of_records + tuple(p for h in known for p in h.parameters)
+        self.parameters = base + of_records
+        self._columns = {name: self._columns_of(name) for name in OF_RECORDS}
         self._cut()
+
+    def _columns_of(self, name: str) -> np.ndarray:
+        """Index (records,) of a nuisance parameter of each record; -1 where it is known exactly."""
+        at = {p.name: k for k, p in enumerate(self.parameters)}
+        return np.array([at.get(f"record {number}.{name}", -1) for number in range(len(self.experiments))])
 
     def _cut(self) -> None:
         rates = [self.machine.reduction * e.operating_point.motor_speed for e in self.experiments]
@@ -94,8 +98,7 @@ class IndexerModel(Model):
         self.counts, self.groups = w.count, w.record
         self._rates = np.array(rates)
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
-        self._start_scales = np.array([e.start_uncertainty for e in self.experiments])
-        self._speed_scales = np.array([e.speed_uncertainty for e in self.experiments])
+        self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
         self._sample_rate = float(self._sample_rates[0])
         self._noise = np.array([e.noise_level for e in self.experiments])
@@ -107,23 +110,17 @@ class IndexerModel(Model):
         self._lengths = np.unique(w.count).tolist()
         self._periods = 2.0 * math.pi * self._sample_rates / self._rates
 
-    def hypotheses(self) -> Mapping[str, tuple[Hypothesis, ...]]:
-        names = [effect.name for effect in self.machine.effects] + [h.name for h in self.known]
-        return library(self.machine, (*names, *self.without), self._sample_rate)
+    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
+        orders, hums = ((), ()) if residual is None else self._lines(residual)
+        fastest = float(self._rates.max()) / self.machine.reduction
+        seen = Seen(measures(self.machine, fastest, self.sensor.radius), self._sample_rate, orders, hums)
+        return library(self.machine, {effect.name for effect in self.machine.effects} | set(self.without), seen)
 
-    def extended(self, hypothesis: Hypothesis) -> IndexerModel:
-        known = (*self.known, hypothesis)
-        return IndexerModel(self.machine, self.experiments, self.sensor, self.uncertainty, known, self.without)
-
-    def features(self) -> np.ndarray:
-        """Fourier series over the cam phase, constant and growing with the square of the speed."""
-        w = self.windows
-        time = (w.first[:, None] + np.arange(self._measured.shape[1])) / self._sample_rates[w.record][:, None]
-        phase = self._starts[w.record][:, None] + self._rates[w.record][:, None] * time
-        harmonics = np.arange(1, _HARMONICS + 1) * phase[:, :, None]
-        series = np.concatenate([np.ones((*phase.shape, 1)), np.cos(harmonics), np.sin(harmonics)], axis=2)
-        square = (self._rates[w.record] / (self.machine.reduction * REFERENCE_MOTOR_SPEED)) ** 2
-        return np.concatenate([series, series * square[:, None, None]], axis=2)
+    def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Orders and frequencies at which lines stand in residuals (w, n) of every record, its windows end to end."""
+        groups = range(len(self.experiments))
+        rows = [residual[self.groups == k][self._inside[self.groups == k]] for k in groups]
+        return lines(rows, self._sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """Points whose inertias, stiffnesses and torques are all larger or smaller by one factor: the motion stays, but
@@ -135,14 +132,24 @@ class IndexerModel(Model):
             for factor in _FACTORS
         ])  # fmt: skip
 
+    def repeats(self) -> tuple[Sequence[tuple[int, int]], Sequence[tuple[int, int]]]:
+        """Cam turns of one record that leave the same station, and those that follow each other."""
+        turns = [(int(r), int(t)) for r, t in zip(self.windows.record, self.windows.turn, strict=True)]
+        at = {key: k for k, key in enumerate(turns)}
+
+        def apart(distance: int) -> list[tuple[int, int]]:
+            return [(at[r, t - distance], k) for k, (r, t) in enumerate(turns) if (r, t - distance) in at]
+
+        return apart(self.machine.stations), apart(1)
+
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
         other._measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        loose = any(one.name == "base.looseness" for one in (*self.machine.effects, *self.known, hypothesis))
-        return len(LOCAL) if loose else len(LOCAL) - 2
+        names = [*(effect.name for effect in self.machine.effects), *hypothesis.names]
+        return len(LOCAL) if "base.looseness" in names else len(LOCAL) - 2
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
@@ -231,9 +238,10 @@ class IndexerModel(Model):
     def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
         """Machine and sensor that a global point stands for."""
         values = self.values(hypothesis, point)
-        machine = changed(self.machine, {p.name: values[p.name] for p in self.parameters[: self._n_machine]})
+        own = {p.name: values[p.name] for p in self.parameters[: self._n_machine]}
+        machine = changed(self.machine, own | {name: values[name] for name in (HOUSING,) if name in values})
         sensor = self.sensor
-        for effect in (effect_of(h, values) for h in (*self.known, hypothesis) if h.name != NONE.name):
+        for effect in (effect_of(one, values) for one in hypothesis.effects):
             if isinstance(effect, MachineEffect):
                 machine = machine.with_effects(effect)
             elif isinstance(effect, SensorEffect):
@@ -249,8 +257,9 @@ class IndexerModel(Model):
         pieces = items[0].law.pieces
         table = np.stack([item.row for item in items])
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
-        start, speed = self._motion(jobs, record)
-        drive = start + speed * w.first[jobs.window] / self._sample_rates[record]
+        item_point, item_record = np.divmod(used, n_records)
+        table[:, _LOAD] *= 1.0 + self._nuisance("load", jobs.points[item_point], item_record)
+        drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
@@ -264,7 +273,7 @@ class IndexerModel(Model):
             rows, turn = table[kind[mine]], w.turn[jobs.window[mine]].astype(float)
             states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
             pack = Pack(model, features, states, rows, pieces)
-            sample_rates = self._sample_rates[record[mine]]
+            sample_rates = rates[mine]
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
                 turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])
@@ -284,13 +293,30 @@ class IndexerModel(Model):
             items.append(made[key])
         return items
 
-    def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Drive angle at the record's first sample [rad] and its rate [rad/s] of each job (n,)."""
-        z = jobs.points[jobs.point]
-        of_start, of_speed = self._n_machine + 2 * record, self._n_machine + 2 * record + 1
-        at = np.arange(len(record))
-        start = self._starts[record] + z[at, of_start] * self._start_scales[record]
-        return start, self._rates[record] * (1.0 + z[at, of_speed] * self._speed_scales[record])
+    def _nuisance(self, name: str, points: np.ndarray, record: np.ndarray) -> np.ndarray:
+        """Value (n,) of a nuisance parameter of records (n,) at global points (n, g)."""
+        column = self._columns[name][record]
+        scale = np.array([0.0 if k < 0 else self.parameters[k].scale for k in self._columns[name]])[record]
+        return scale * points[np.arange(len(record)), column]
+
+    def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Drive angle [rad] and rate [rad/s] at the start of each job's window (n,), and its true sampling rate [Hz].
+
+        With ω the mean rate over a record of length T and d what the speed drifts over it, the drive's angle is
+        α0 + ω t (1 + d (t/T - 1)/2).
+        """
+        points = jobs.points[jobs.point]
+        start, speed, drift, clock = (
+            self._nuisance(name, points, record) for name in ("start_angle", "speed", "drift", "clock")
+        )
+        sample_rate = self._sample_rates[record] * (1.0 + clock)
+        time = self.windows.first[jobs.window] / sample_rate
+        share = time * sample_rate / self._lengths_of[record]
+        # the clock tells the speed as well: so many radians per sample stay
+        rate = self._rates[record] * (1.0 + speed) * (1.0 + clock)
+        angle = self._starts[record] + start + rate * time * (1.0 + 0.5 * drift * (share - 1.0))
+        middle = share + 0.5 * self.counts[jobs.window] / self._lengths_of[record]
+        return angle, rate * (1.0 + drift * (middle - 0.5)), sample_rate
 
     def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
         """The sensor's reading (n, samples) of windows without hum, as filtered. Overwrites `acceleration`."""

@@ -20,6 +20,9 @@ damping from experience, inertias from drawings with unknown fixtures on the tab
 
 _UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "inertia": "kg m²"}
 
+OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-"}
+"""Nuisance parameters of each record with their units; but for the angle relative to what was stated."""
+
 _REACH = 3.0
 """Standard deviations to which a parameter is bounded: what lies beyond is not this machine, but an effect."""
 
@@ -41,11 +44,17 @@ def base_parameters(machine: Machine, uncertainty: dict[str, float]) -> tuple[Pa
 
 
 def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
-    """What is free in each record: the drive's angle at its first sample and the mean motor speed, less those told."""
-    start, speed = experiment.start_uncertainty, experiment.speed_uncertainty
-    return (
-        Parameter(f"record {number}.start_angle", "rad", 0.0, start, known=True, record=number),
-        Parameter(f"record {number}.speed", "-", 0.0, speed, known=True, record=number),
+    """What is free in each record beside its stated value: the drive's angle at its first sample, its mean speed, how
+    the speed drifts, the load torque and the sampling rate; what is known exactly is no parameter."""
+    spreads = (
+        experiment.start_uncertainty, experiment.speed_uncertainty, experiment.drift_uncertainty,
+        experiment.load_uncertainty if experiment.operating_point.load_torque != 0.0 else 0.0,
+        experiment.clock_uncertainty,
+    )  # fmt: skip
+    return tuple(
+        Parameter(f"record {number}.{name}", unit, 0.0, spread, known=True, record=number)
+        for (name, unit), spread in zip(OF_RECORDS.items(), spreads, strict=True)
+        if spread > 0.0
     )
 
 

@@ -50,6 +50,12 @@ class Experiment:
     speed_uncertainty : float
         Relative standard deviation with which the mean speed is known [-], > 0; a once-per-turn pulse gives it to about
         the start angle's uncertainty over the record's cam angle.
+    drift_uncertainty : float
+        Standard deviation of the change of the speed from the record's start to its end, over its mean [-], >= 0.
+    load_uncertainty : float
+        Relative standard deviation of the load torque [-], >= 0.
+    clock_uncertainty : float
+        Relative standard deviation of the logger's sampling rate [-], >= 0.
     begun : float
         Time of the first sample since the sensor's record began [s], >= 0, where this is a part of it: the sensor's
         offset drifts from there.
@@ -60,6 +66,9 @@ class Experiment:
     noise: float | None = None
     start_uncertainty: float = 2e-3
     speed_uncertainty: float = 1e-4
+    drift_uncertainty: float = 2e-3
+    load_uncertainty: float = 0.05
+    clock_uncertainty: float = 2e-3
     begun: float = 0.0
 
     def __post_init__(self) -> None:
@@ -72,6 +81,8 @@ class Experiment:
         start, speed = self.start_uncertainty, self.speed_uncertainty
         check_number("Experiment", "start_uncertainty", start, low=0.0, low_open=True, unit="rad")
         check_number("Experiment", "speed_uncertainty", speed, low=0.0, low_open=True)
+        for name in ("drift_uncertainty", "load_uncertainty", "clock_uncertainty"):
+            check_number("Experiment", name, getattr(self, name), low=0.0)
         check_number("Experiment", "begun", self.begun, low=0.0, unit="s")
 
     @property

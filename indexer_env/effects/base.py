@@ -7,6 +7,7 @@ its null value. An effect at its null value leaves the machine's coefficients bi
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -16,6 +17,39 @@ from indexer_env.checks import check_integer, check_number
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
     from indexer_env.sensors import Sensor
+
+
+@dataclass(frozen=True)
+class Sought:
+    """How a search on records moves a parameter, in the machine's own measure, so that no number is about one machine.
+
+    Attributes
+    ----------
+    measure : str
+        One of `indexer_env.effects.measures.MEASURES`, in which the other numbers count.
+    starts : tuple of float
+        Values at which fits may begin; nothing for a discrete choice.
+    step : float
+        A small change of it; 0 for a discrete choice.
+    low, high : float or None
+        Bounds of a fit, beside the parameter's own range.
+    """
+
+    measure: str
+    starts: tuple[float, ...] = ()
+    step: float = 0.0
+    low: float | None = None
+    high: float | None = None
+
+
+def ladder(first: float, rungs: int, factor: float = 3.0, *, both: bool = False) -> tuple[float, ...]:
+    """Starts that grow from rung to rung by a factor; `both` adds those of the other sign."""
+    up = tuple(first * factor**k for k in range(rungs))
+    return up + tuple(-size for size in up) if both else up
+
+
+PHASES = tuple(2.0 * math.pi * k / 6 for k in range(6))
+"""Starts of a phase [rad]: a fit reaches either neighbour's half of the way."""
 
 
 def parameter(
@@ -29,11 +63,13 @@ def parameter(
     low_open: bool = False,
     high_open: bool = False,
     whole: bool = False,
+    sought: Sought | None = None,
 ) -> Any:
-    """A dataclass field of an effect: meaning, unit, range; `null` for the parameter that measures its size."""
+    """A dataclass field of an effect: meaning, unit, range; `null` for the parameter that measures its size; `sought`
+    where a search for the effect on records may move it."""
     metadata = {
         "meaning": meaning, "unit": unit, "null": null, "low": low, "high": high,
-        "low_open": low_open, "high_open": high_open, "whole": whole,
+        "low_open": low_open, "high_open": high_open, "whole": whole, "sought": sought,
     }  # fmt: skip
     if default is None:
         return dataclasses.field(metadata=metadata)
@@ -51,6 +87,8 @@ class Effect:
     sentence, equation, source, enters : str
         What it is, its equation in the symbols of the equation sheet, where that comes from, and which quantity of the
         model it enters.
+    alike : tuple of str
+        Effects that some records cannot tell from it.
     """
 
     name: ClassVar[str]
@@ -58,6 +96,7 @@ class Effect:
     equation: ClassVar[str]
     source: ClassVar[str]
     enters: ClassVar[str]
+    alike: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):

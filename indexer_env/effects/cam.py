@@ -6,12 +6,16 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
 from indexer_env.errors import refuse
 from indexer_env.kernels.layout import USES_BUMP
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
+
+
+_PLACES = tuple(0.05 + 0.035 * k for k in range(13))
+"""Cam phases at which a bump is looked for."""
 
 
 @register
@@ -26,9 +30,26 @@ class ProfileError(MachineEffect):
     enters = "motion law"
     feature = USES_BUMP
 
-    height: float = parameter("height A, at the follower", "rad", null=0.0, low=-0.05, high=0.05)
-    centre: float = parameter("cam phase of the bump", "turns", default=0.25, low=0.0, high=1.0)
-    half_width: float = parameter("half width of the bump", "turns", default=0.05, low=0.0, high=0.5, low_open=True)
+    height: float = parameter(
+        "height A, at the follower",
+        "rad",
+        null=0.0,
+        low=-0.05,
+        high=0.05,
+        sought=Sought("deflection", ladder(0.08, 5, 2.0, both=True), 0.05, -5.0, 5.0),
+    )
+    centre: float = parameter(
+        "cam phase of the bump", "turns", default=0.25, low=0.0, high=1.0, sought=Sought("-", _PLACES, 0.02, 0.0, 0.5)
+    )
+    half_width: float = parameter(
+        "half width of the bump",
+        "turns",
+        default=0.05,
+        low=0.0,
+        high=0.5,
+        low_open=True,
+        sought=Sought("-", (0.06, 0.12), 0.03, 0.01, 0.3),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["bump_height"] = self.height
@@ -47,8 +68,17 @@ class StationSpacing(MachineEffect):
     source = "geometry of the turret"
     enters = "motion law"
 
-    error: float = parameter("angular error e of the station", "rad", null=0.0, low=-0.05, high=0.05)
-    station: int = parameter("station, 0 the one the table starts from", "-", default=1, low=0, whole=True)
+    error: float = parameter(
+        "angular error e of the station",
+        "rad",
+        null=0.0,
+        low=-0.05,
+        high=0.05,
+        sought=Sought("deflection", ladder(0.16, 5, both=True), 0.16, -32.0, 32.0),
+    )
+    station: int = parameter(
+        "station, 0 the one the table starts from", "-", default=1, low=0, whole=True, sought=Sought("-")
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:

@@ -6,7 +6,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import PHASES, MachineEffect, Sought, ladder, parameter, register
 from indexer_env.kernels.layout import USES_MESH, USES_RIPPLE, USES_SLIP, USES_TRANSMISSION
 
 if TYPE_CHECKING:
@@ -26,7 +26,9 @@ class Slip(MachineEffect):
     models = ("B", "B_on_base")
     feature = USES_SLIP
 
-    compliance: float = parameter("speed lost per torque c", "rad/(s N m)", null=0.0, low=0.0)
+    compliance: float = parameter(
+        "speed lost per torque c", "rad/(s N m)", null=0.0, low=0.0, sought=Sought("slip", ladder(5e-4, 5), 5e-4, 1e-5)
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["slip_compliance"] = self.compliance
@@ -42,11 +44,19 @@ class SpeedRipple(MachineEffect):
     equation = "angle of the shaft = γ + (depth/order) sin(order γ + phase); its speed = γ̇ (1 + depth cos(…))"
     source = "kinematics; depth is the relative amplitude of the speed"
     enters = "drive side of joint 1"
+    alike = ("drive.transmission_error",)
     feature = USES_RIPPLE
 
-    depth: float = parameter("relative amplitude of the speed", "-", null=0.0, low=0.0, high=0.5)
-    order: float = parameter("order", "1/motor turn", default=1.0, low=0.0, low_open=True)
-    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+    depth: float = parameter(
+        "relative amplitude of the speed",
+        "-",
+        null=0.0,
+        low=0.0,
+        high=0.5,
+        sought=Sought("ripple", ladder(0.0087, 4), 0.017, 0.0, 0.9),
+    )
+    order: float = parameter("order", "1/motor turn", default=1.0, low=0.0, low_open=True, sought=Sought("-"))
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0, sought=Sought("-", PHASES, 0.5))
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["ripple_amplitude"] = self.depth / self.order / machine.reduction_ratio
@@ -64,11 +74,21 @@ class TransmissionError(MachineEffect):
     equation = "drive side of joint 1 = τ γ + e sin(order γ + phase)"
     source = "Smith, Gear Noise and Vibration (2003): transmission error as a displacement input"
     enters = "drive side of joint 1"
+    alike = ("drive.speed_ripple",)
     feature = USES_TRANSMISSION
 
-    amplitude: float = parameter("amplitude e at the cam shaft", "rad", null=0.0, low=0.0, high=0.1)
-    order: float = parameter("order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True)
-    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+    amplitude: float = parameter(
+        "amplitude e at the cam shaft",
+        "rad",
+        null=0.0,
+        low=0.0,
+        high=0.1,
+        sought=Sought("input deflection", ladder(0.022, 4), 0.022, 0.0, 2.2),
+    )
+    order: float = parameter(
+        "order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True, sought=Sought("-")
+    )
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0, sought=Sought("-", PHASES, 0.5))
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["transmission_amplitude"] = self.amplitude
@@ -89,11 +109,13 @@ class MeshStiffness(MachineEffect):
     models = ("B", "B_on_base")
     feature = USES_MESH
 
-    depth: float = parameter("relative amplitude", "-", null=0.0, low=0.0, high=0.9)
+    depth: float = parameter(
+        "relative amplitude", "-", null=0.0, low=0.0, high=0.9, sought=Sought("-", (0.05, 0.15, 0.4), 0.05, 0.0, 0.9)
+    )
     order: float = parameter(
         "order (teeth in mesh per motor turn)", "1/motor turn", default=2.0, low=0.0, low_open=True
     )
-    phase: float = parameter("phase at γ = 0", "rad", default=0.0)
+    phase: float = parameter("phase at γ = 0", "rad", default=0.0, sought=Sought("-", PHASES, 0.5))
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["mesh_depth"] = self.depth

@@ -8,7 +8,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
 from indexer_env.kernels.layout import USES_COULOMB, USES_STRIBECK, USES_VISCOUS
 
 if TYPE_CHECKING:
@@ -28,9 +28,12 @@ class CoulombFriction(MachineEffect):
     equation = "T_L += T_c s/√(1+s²), s = φ̇/smoothing"
     source = "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083, section 2"
     enters = "table torque"
+    alike = ("friction.stribeck",)
     feature = USES_COULOMB
 
-    torque: float = parameter("Coulomb torque T_c", "N m", null=0.0, low=0.0)
+    torque: float = parameter(
+        "Coulomb torque T_c", "N m", null=0.0, low=0.0, sought=Sought("torque", ladder(0.036, 5), 0.12)
+    )
     smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
@@ -50,7 +53,9 @@ class ViscousFriction(MachineEffect):
     enters = "table torque"
     feature = USES_VISCOUS
 
-    coefficient: float = parameter("drag c", "N m s/rad", null=0.0, low=0.0)
+    coefficient: float = parameter(
+        "drag c", "N m s/rad", null=0.0, low=0.0, sought=Sought("torque per speed", ladder(0.1, 5), 0.33)
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["viscous"] = self.coefficient
@@ -66,10 +71,24 @@ class StribeckFriction(MachineEffect):
     equation = "T_L += T_s /(1 + (φ̇/v_s)²) · s/√(1+s²), s = φ̇/smoothing"
     source = "Hess and Soom, J. Tribology 112 (1990) 147: the 1/(1+(v/v_s)²) form"
     enters = "table torque"
+    alike = ("friction.coulomb",)
     feature = USES_STRIBECK
 
-    torque: float = parameter("breakaway torque above Coulomb's, T_s", "N m", null=0.0, low=0.0)
-    speed: float = parameter("Stribeck speed v_s, half of it left", "rad/s", default=0.1, low=0.0, low_open=True)
+    torque: float = parameter(
+        "breakaway torque above Coulomb's, T_s",
+        "N m",
+        null=0.0,
+        low=0.0,
+        sought=Sought("torque", ladder(0.06, 4), 0.12),
+    )
+    speed: float = parameter(
+        "Stribeck speed v_s, half of it left",
+        "rad/s",
+        default=0.1,
+        low=0.0,
+        low_open=True,
+        sought=Sought("speed", (0.018, 0.074), 0.018, 0.0037, 0.15),
+    )
     smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:

@@ -7,7 +7,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
@@ -25,7 +25,14 @@ class InputBacklash(MachineEffect):
     enters = "torque of joint 1"
     models = ("B", "B_on_base")
 
-    play: float = parameter("added total play at the cam shaft", "rad", null=0.0, low=0.0, high=0.2)
+    play: float = parameter(
+        "added total play at the cam shaft",
+        "rad",
+        null=0.0,
+        low=0.0,
+        high=0.2,
+        sought=Sought("input deflection", ladder(0.044, 5), 0.044, 0.0, 11.0),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["backlash_1"] += self.play
@@ -42,7 +49,14 @@ class OutputBacklash(MachineEffect):
     source = "docs/physics.md, section Joints; the paper, fig. 3b"
     enters = "torque of joint 2"
 
-    play: float = parameter("added total play at the table", "rad", null=0.0, low=0.0, high=0.2)
+    play: float = parameter(
+        "added total play at the table",
+        "rad",
+        null=0.0,
+        low=0.0,
+        high=0.2,
+        sought=Sought("deflection", ladder(0.016, 5), 0.054, 0.0, 5.4),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["backlash_2"] += self.play
@@ -59,7 +73,13 @@ class OutputCubicStiffness(MachineEffect):
     source = "first odd term of a hardening contact (Duffing), e.g. Nayfeh and Mook, Nonlinear Oscillations (1979)"
     enters = "torque of joint 2"
 
-    stiffness: float = parameter("cubic stiffness k_c", "N m/rad³", null=0.0, low=0.0)
+    stiffness: float = parameter(
+        "cubic stiffness k_c",
+        "N m/rad³",
+        null=0.0,
+        low=0.0,
+        sought=Sought("cubic stiffness", ladder(0.0078, 8, 2.0), 0.0078, 0.0, 78.0),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["cubic_2"] = self.stiffness
@@ -77,8 +97,21 @@ class BaseLooseness(MachineEffect):
     enters = "joint 3"
     models = ("B", "B_on_base")
 
-    compliance: float = parameter("compliance of the base 1/k3", "rad/(N m)", null=0.0, low=0.0)
-    damping_ratio: float = parameter("damping ratio ζ of the housing on it", "-", default=0.05, low=0.0, high=1.0)
+    compliance: float = parameter(
+        "compliance of the base 1/k3",
+        "rad/(N m)",
+        null=0.0,
+        low=0.0,
+        sought=Sought("base compliance", ladder(2.2e-3, 10, 2.0), 2.2e-3, 4.4e-4, 2.2),
+    )
+    damping_ratio: float = parameter(
+        "damping ratio ζ of the housing on it",
+        "-",
+        default=0.05,
+        low=0.0,
+        high=1.0,
+        sought=Sought("-", (0.05,), 0.05, 0.0, 1.0),
+    )
     play: float = parameter("total play of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:

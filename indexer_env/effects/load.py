@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import MachineEffect, Sought, ladder, parameter, register
 from indexer_env.kernels.layout import USES_IMBALANCE, USES_PROCESS
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
+
+
+_PHASES = tuple(2.0 * math.pi * k / 12 for k in range(12))
+"""Angles at which the mass is looked for: it changes the order of contacts, which narrows the valley of its phase."""
+
+_PLACES = tuple(0.5125 + 0.025 * k for k in range(20))
+"""Cam phases at which a pulse is looked for, finer than half a period of the ringing, where the other sign fits as
+well."""
 
 
 @register
@@ -25,8 +34,14 @@ class Imbalance(MachineEffect):
     enters = "table torque"
     feature = USES_IMBALANCE
 
-    torque: float = parameter("moment of the eccentric weight m g e", "N m", null=0.0, low=0.0)
-    phase: float = parameter("angle of the mass at φ = 0", "rad", default=0.0)
+    torque: float = parameter(
+        "moment of the eccentric weight m g e",
+        "N m",
+        null=0.0,
+        low=0.0,
+        sought=Sought("torque", ladder(0.145, 9, 1.55), 0.12),
+    )
+    phase: float = parameter("angle of the mass at φ = 0", "rad", default=0.0, sought=Sought("-", _PHASES, 0.5))
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["imbalance_torque"] = self.torque
@@ -45,9 +60,21 @@ class ProcessTorque(MachineEffect):
     enters = "table torque"
     feature = USES_PROCESS
 
-    torque: float = parameter("peak torque T_p", "N m", null=0.0)
-    centre: float = parameter("cam phase of the peak", "turns", default=0.75, low=0.0, high=1.0)
-    half_width: float = parameter("half width of the pulse", "turns", default=0.1, low=0.0, high=0.5, low_open=True)
+    torque: float = parameter(
+        "peak torque T_p", "N m", null=0.0, sought=Sought("torque", (0.36, 1.45, -0.36, -1.45), 0.12)
+    )
+    centre: float = parameter(
+        "cam phase of the peak", "turns", default=0.75, low=0.0, high=1.0, sought=Sought("-", _PLACES, 0.05, 0.0, 1.0)
+    )
+    half_width: float = parameter(
+        "half width of the pulse",
+        "turns",
+        default=0.1,
+        low=0.0,
+        high=0.5,
+        low_open=True,
+        sought=Sought("-", (0.06, 0.12), 0.03, 0.01, 0.3),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["process_torque"] = self.torque

@@ -6,7 +6,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import MachineEffect, parameter, register
+from indexer_env.effects.base import MachineEffect, Sought, parameter, register
 from indexer_env.errors import refuse
 
 if TYPE_CHECKING:
@@ -26,7 +26,15 @@ class RollerCrack(MachineEffect):
     source = "the paper, section 4.1 and fig. 3c"
     enters = "torque of joint 2"
 
-    severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)
+    severity: float = parameter(
+        _SEVERITY,
+        "-",
+        null=0.0,
+        low=0.0,
+        high=1.0,
+        high_open=True,
+        sought=Sought("-", (0.05, 0.15, 0.4, 0.7), 0.05, 0.0, 0.95),
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         coefficients["ratio_2"] *= 1.0 - self.severity
@@ -43,8 +51,18 @@ class SingleRollerCrack(MachineEffect):
     source = "own extension of the paper's fig. 3c to one roller of the turret"
     enters = "torque of joint 2"
 
-    severity: float = parameter(_SEVERITY, "-", null=0.0, low=0.0, high=1.0, high_open=True)
-    station: int = parameter("station the roller leaves under load", "-", default=0, low=0, whole=True)
+    severity: float = parameter(
+        _SEVERITY,
+        "-",
+        null=0.0,
+        low=0.0,
+        high=1.0,
+        high_open=True,
+        sought=Sought("-", (0.1, 0.2, 0.35, 0.5, 0.65, 0.8), 0.05, 0.0, 0.95),
+    )
+    station: int = parameter(
+        "station the roller leaves under load", "-", default=0, low=0, whole=True, sought=Sought("-")
+    )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:

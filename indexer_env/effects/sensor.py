@@ -6,12 +6,16 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from indexer_env.effects.base import SensorEffect, parameter, register
+from indexer_env.effects.base import SensorEffect, Sought, ladder, parameter, register
 
 if TYPE_CHECKING:
     from indexer_env.sensors import Sensor
 
 _CHAIN = "indexer_env/sensors.py, the chain's equation"
+
+
+_BRACKETS = tuple(1.0 / share**2 for share in (1.07, 1.27, 1.47, 1.67, 1.93, 2.27, 2.67, 3.2, 4.0, 5.0, 6.3, 8.7, 12.0))
+"""Brackets that are looked for, by their frequency over the output joint's."""
 
 
 @register
@@ -25,7 +29,14 @@ class SensorGain(SensorEffect):
     source = _CHAIN
     enters = "sensor"
 
-    error: float = parameter("relative error of the gain", "-", null=0.0, low=-0.9, high=10.0)
+    error: float = parameter(
+        "relative error of the gain",
+        "-",
+        null=0.0,
+        low=-0.9,
+        high=10.0,
+        sought=Sought("-", (0.03, -0.03, 0.1, -0.1), 0.02),
+    )
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         return dataclasses.replace(sensor, gain=sensor.gain * (1.0 + self.error))
@@ -42,7 +53,9 @@ class SensorLowpass(SensorEffect):
     source = _CHAIN
     enters = "sensor"
 
-    time_constant: float = parameter("1/(2π cut-off frequency)", "s", null=0.0, low=0.0)
+    time_constant: float = parameter(
+        "1/(2π cut-off frequency)", "s", null=0.0, low=0.0, sought=Sought("period", ladder(0.094, 3), 0.047, 0.038, 4.7)
+    )
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         if self.is_null:
@@ -61,8 +74,22 @@ class SensorBracketResonance(SensorEffect):
     source = _CHAIN
     enters = "sensor"
 
-    inverse_square: float = parameter("1/(2π f)² of the bracket", "s²/rad²", null=0.0, low=0.0)
-    damping: float = parameter("damping ratio", "-", default=0.02, low=0.0, low_open=True, high=0.3)
+    inverse_square: float = parameter(
+        "1/(2π f)² of the bracket",
+        "s²/rad²",
+        null=0.0,
+        low=0.0,
+        sought=Sought("period squared", _BRACKETS, 1.8e-3, 2.3e-3, 9.0),
+    )
+    damping: float = parameter(
+        "damping ratio",
+        "-",
+        default=0.02,
+        low=0.0,
+        low_open=True,
+        high=0.3,
+        sought=Sought("-", (0.015, 0.05), 0.02, 0.002, 0.3),
+    )
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         if self.is_null:
@@ -82,8 +109,10 @@ class SensorMainsHum(SensorEffect):
     source = _CHAIN
     enters = "sensor"
 
-    amplitude: float = parameter("amplitude A", "unit of the signal", null=0.0, low=0.0)
-    frequency: float = parameter("mains frequency", "Hz", default=50.0, low=0.0, low_open=True)
+    amplitude: float = parameter(
+        "amplitude A", "unit of the signal", null=0.0, low=0.0, sought=Sought("acceleration", ladder(0.003, 4), 0.006)
+    )
+    frequency: float = parameter("mains frequency", "Hz", default=50.0, low=0.0, low_open=True, sought=Sought("-"))
     phase: float = parameter("phase at t = 0", "rad", default=0.0)
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
@@ -103,7 +132,9 @@ class SensorOffsetDrift(SensorEffect):
     source = _CHAIN
     enters = "sensor"
 
-    rate: float = parameter("drift", "unit of the signal per s", null=0.0)
+    rate: float = parameter(
+        "drift", "unit of the signal per s", null=0.0, sought=Sought("acceleration rate", (1.2e-3, -1.2e-3), 6e-4)
+    )
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         return dataclasses.replace(sensor, offset_drift=sensor.offset_drift + self.rate)

@@ -1,4 +1,4 @@
-"""What an explanation says in numbers: how probable each hypothesis is, how large an effect is, how the machine moved.
+"""What a fit says in numbers: how large an effect is, and how the machine moved.
 
 Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
 
@@ -14,7 +14,6 @@ pulls with a variance of P, as the truth is one draw from it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,29 +35,6 @@ _PART = 0.3
 
 _AT_BOUND = 1e-3
 """Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """One hypothesis among those compared.
-
-    Attributes
-    ----------
-    name : str
-        An effect, or "none".
-    probability : float
-        Posterior probability among the hypotheses compared.
-    heldout_gap : float or None
-        Normalised rms above the noise on the records held out, √max(0, level² - 1); None where it was dropped before.
-    score : float
-        Cost with the price of its parameters and of the search for it (twice a negative log-likelihood): lower is
-        better.
-    """
-
-    name: str
-    probability: float
-    heldout_gap: float | None
-    score: float
 
 
 @dataclass(frozen=True)
@@ -97,17 +73,14 @@ class FoundEffect:
         Under their own names, without the effect's.
     choices : tuple of (str, float)
         Discrete choices that were made (a station, say).
-    possible : bool
-        Whether all its parameters lie inside what is physically possible.
-    why : str
-        What makes it impossible; "" where nothing does.
+    bound : str
+        Parameters that are held at a bound of what is possible, with their values; "" where none is.
     """
 
     name: str
     parameters: tuple[Estimate, ...]
     choices: tuple[tuple[str, float], ...]
-    possible: bool
-    why: str
+    bound: str
 
 
 @dataclass(frozen=True)
@@ -130,7 +103,7 @@ class Calibration:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Estimates:
     """All parameters of a fitted place, the model's and the hypothesis's, with what the records tell about them.
 
     Attributes
@@ -151,9 +124,9 @@ class Findings:
         """One effect of the place, its parameters known by their prefix."""
         mine = [k for k, p in enumerate(self.parameters) if p.name.startswith(f"{name}.")]
         held = [self.estimates[k] for k in mine if self.at_bound[k]]
-        why = "; ".join(f"{e.name} is held at its bound of {e.value:.4g} {e.unit}" for e in held)
+        bound = " and ".join(f"{e.name} {e.value:.4g} {e.unit}" for e in held)
         own = tuple(_renamed(self.estimates[k], name) for k in mine)
-        return FoundEffect(name, own, tuple(choices), not held, why)
+        return FoundEffect(name, own, tuple(choices), bound)
 
     def calibration(self, count: int) -> Calibration:
         """The first `count` parameters, those that belong to single records left out."""
@@ -165,7 +138,7 @@ class Findings:
         return Calibration(tuple(self.estimates[k] for k in mine), hit, directions)
 
 
-def findings(model: Model, place: Point) -> Findings:
+def estimates_of(model: Model, place: Point) -> Estimates:
     """Estimates of all parameters at a place reached by a fit."""
     problem = Problem(model, place.hypothesis)
     level = place.squares / model.counts
@@ -186,7 +159,7 @@ def findings(model: Model, place: Point) -> Findings:
     estimates = tuple(_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)
     at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
-    return Findings(problem.parameters, estimates, at_bound, reduced - prior)
+    return Estimates(problem.parameters, estimates, at_bound, reduced - prior)
 
 
 def _variances(reduced: np.ndarray, prior: np.ndarray, pulls: np.ndarray, scale: float) -> np.ndarray:
@@ -226,16 +199,3 @@ def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, .
             parts = sorted(zip(vector.tolist(), names, strict=True), key=lambda part: -abs(part[0]))
             found.append(", ".join(f"{name} {share:+.2f}" for share, name in parts if abs(share) > _PART))
     return tuple(found)
-
-
-def ranked(candidates: Sequence[tuple[str, float, float | None]], temper: float) -> tuple[Ranked, ...]:
-    """Hypotheses (name, score, level on the records held out) by probability P ∝ exp(-score/(2 temper)), best first."""
-    if not candidates:
-        return ()
-    best = min(score for _, score, _ in candidates)
-    weights = [math.exp(-0.5 * (score - best) / temper) for _, score, _ in candidates]
-    rows = [
-        Ranked(name, weight / sum(weights), None if level is None else math.sqrt(max(0.0, level**2 - 1.0)), score)
-        for (name, score, level), weight in zip(candidates, weights, strict=True)
-    ]
-    return tuple(sorted(rows, key=lambda row: row.score))

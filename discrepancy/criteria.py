@@ -1,0 +1,63 @@
+"""The numbers by which a search decides, in one place, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from indexer_env.checks import check_integer, check_number
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """What an effect must show, and how far it is looked for.
+
+    Attributes
+    ----------
+    margin : float
+        Least fall of the score (twice a negative log-likelihood over the dispersion, parameters paid for) for which an
+        effect enters a set or stays in it; two sets nearer to each other are not told apart. Where nothing is missing,
+        the best of all effects wins 6 in the median and 14.5 in 95 % of cases, as it is chosen among some 800 starts.
+    closes : float
+        Least share of the gap on records held out, mean square above what does not repeat, that an established effect
+        closes beside the others of its set. What a library lacks is imitated by one of its effects to about a half.
+    hint : float
+        The same share below which an effect is not even told as standing in for something.
+    at_noise : float
+        Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
+        play come no nearer.
+    look : float
+        The same below which no further effect is looked for once one was found; for a first one there always is a look.
+    most : int
+        Effects in a set.
+    rivals : int
+        Fits to the end in each round, and effects with which a found one is exchanged.
+    starts : int
+        Starts of each effect that are simulated in the worst windows.
+    windows : int
+        The worst windows in which starts race.
+    fits : int
+        Starts that are fitted by a few joint steps; half of them by more.
+    seconds : float or None
+        Processor time after which no further fit begins and the best set so far is the answer; None: no limit.
+    """
+
+    margin: float = 30.0
+    closes: float = 0.75
+    hint: float = 0.1
+    at_noise: float = 0.2
+    look: float = 0.05
+    most: int = 3
+    rivals: int = 3
+    starts: int = 6
+    windows: int = 3
+    fits: int = 12
+    seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("margin", "closes", "hint", "at_noise", "look"):
+            high = 1.0 if name in ("closes", "hint") else None
+            check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
+        for name in ("most", "rivals", "starts", "windows", "fits"):
+            check_integer("Criteria", name, getattr(self, name), low=1)
+        if self.seconds is not None:
+            check_number("Criteria", "seconds", self.seconds, low=0.0, low_open=True, unit="s")

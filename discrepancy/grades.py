@@ -1,0 +1,133 @@
+"""What is said of each effect of a set: its grade, by one table of rules, the first that applies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from discrepancy.criteria import Criteria
+
+ESTABLISHED, FAMILY, STANDS_IN, DISMISSED = "established", "family", "stands in", "dismissed"
+
+GRADES = (ESTABLISHED, FAMILY, STANDS_IN, DISMISSED)
+"""established: it is missing; family: one of several effects is, which no record here can tell apart; stands in: it
+closes a part of the gap for something that the library does not know; dismissed: it earns nothing on records held out.
+"""
+
+NAMED = (ESTABLISHED, FAMILY)
+"""Grades that give a name."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the records say of one effect of a set, beside the others.
+
+    Attributes
+    ----------
+    name : str
+    closes : float
+        Share of the gap on records held out that it closes beside the others, of what repeats.
+    remains : float
+        What the whole set leaves on records held out, rms over what does not repeat.
+    better : float
+        Least share of windows of one record held out that it makes better, over these records.
+    size : str
+        Its size with the interval, in words.
+    zero : bool
+        Whether the interval of its size holds the value that stands for no effect.
+    bound : str
+        The parameter that is held at a bound of what is possible, with its value; "" where none is.
+    alike : tuple of str
+        Other effects with which the set is as good, within the margin.
+    """
+
+    name: str
+    closes: float
+    remains: float
+    better: float
+    size: str
+    zero: bool
+    bound: str
+    alike: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+    grade : str
+        One of GRADES.
+    applies : callable
+        Whether it does, given evidence and criteria.
+    says : callable
+        The sentence, given evidence and criteria.
+    """
+
+    name: str
+    grade: str
+    applies: Callable[[Evidence, Criteria], bool]
+    says: Callable[[Evidence, Criteria], str]
+
+
+def _at_noise(e: Evidence, c: Criteria) -> bool:
+    return e.remains**2 - 1.0 < c.at_noise
+
+
+RULES = (
+    Rule(
+        "size zero", DISMISSED,
+        lambda e, c: e.zero,
+        lambda e, c: f"The interval of its size ({e.size}) holds zero.",
+    ),
+    Rule(
+        "closes nothing", DISMISSED,
+        lambda e, c: e.closes < c.hint,
+        lambda e, c: f"It closes {_percent(e.closes)} of the gap on records held out; a hint needs {_percent(c.hint)}.",
+    ),
+    Rule(
+        "at a bound", STANDS_IN,
+        lambda e, c: bool(e.bound),
+        lambda e, c: f"{e.bound} is held at the bound of what is possible, so it stands in for another effect.",
+    ),
+    Rule(
+        "closes a part", STANDS_IN,
+        lambda e, c: e.closes < c.closes and not _at_noise(e, c),
+        lambda e, c: (
+            f"It closes {_percent(e.closes)} of the gap on records held out, where a name needs {_percent(c.closes)}, "
+            f"and {e.remains:.1f} times the noise remains."
+        ),
+    ),
+    Rule(
+        "not steady", STANDS_IN,
+        lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
+        lambda e, c: f"It makes {_percent(e.better)} of the cam turns of one record better, and not more than half.",
+    ),
+    Rule(
+        "family", FAMILY,
+        lambda e, c: bool(e.alike),
+        lambda e, c: f"These records cannot tell it from {_or(e.alike)}.",
+    ),
+    Rule(
+        "established", ESTABLISHED,
+        lambda e, c: True,
+        lambda e, c: f"It closes {_percent(e.closes)} of the gap on records that were never fitted.",
+    ),
+)  # fmt: skip
+"""Grades, the first row that applies; the last one always does."""
+
+
+def graded(evidence: Evidence, criteria: Criteria) -> tuple[str, str]:
+    """Grade of an effect and the sentence that says why."""
+    rule = next(rule for rule in RULES if rule.applies(evidence, criteria))
+    return rule.grade, rule.says(evidence, criteria)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def _or(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

@@ -1,0 +1,84 @@
+"""Frequencies that stand out of what a model leaves in every record: fixed ones, and orders of the motor shaft."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+_PROMINENT = 30.0
+"""Power of a line over the median of its surroundings, from which on it is one: white noise gets there once in some
+10⁸ bins (an exponential law's quantile, ln 2 in the median)."""
+
+_SURROUNDINGS = 40
+"""Bins on either side that a line is compared with."""
+
+_MOST = 2
+"""Lines of each kind that are followed up."""
+
+_SLOWEST = 5.0
+"""Widths 1/T below which a line cannot be told from a drift."""
+
+_SAME = 1.5
+"""Widths 1/T within which lines of two records stand at one place."""
+
+
+def lines(
+    residuals: Sequence[np.ndarray], sample_rate: float, motor: Sequence[float]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Orders of the motor shaft [-] and fixed frequencies [Hz] that stand out of every record, the strongest first.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray (n,)
+        One for each record.
+    sample_rate : float
+        [Hz]
+    motor : sequence of float
+        Speed of the motor shaft in each record [Hz].
+    """
+    peaks = [_peaks(row, sample_rate) for row in residuals]
+    width = sample_rate / min(len(row) for row in residuals)
+    hums = _common(peaks, [1.0] * len(peaks), _SAME * width)
+    orders = _common(peaks, motor, _SAME * width / min(motor))
+    halves = (round(2.0 * order) / 2.0 for order in orders if _near_half(order))
+    return tuple(dict.fromkeys(halves)), hums
+
+
+def _near_half(order: float) -> bool:
+    """Whether an order is a multiple of a half, as those of gears with few teeth are."""
+    return order > 0.25 and abs(2.0 * order - round(2.0 * order)) < 0.1
+
+
+def _common(
+    peaks: Sequence[Sequence[tuple[float, float]]], units: Sequence[float], tolerance: float
+) -> tuple[float, ...]:
+    """Peaks of the first record, over its unit, that all other records have at the same place over theirs."""
+    first, *others = [[(f / unit, power) for f, power in record] for record, unit in zip(peaks, units, strict=True)]
+    found = []
+    for place, power in first:
+        nearest = [
+            min((abs(other - place), p) for other, p in record) if record else (math.inf, 0.0) for record in others
+        ]
+        if all(distance < tolerance for distance, _ in nearest):
+            found.append((min([power, *(p for _, p in nearest)]), place))
+    return tuple(place for _, place in sorted(found, reverse=True)[:_MOST])
+
+
+def _peaks(row: np.ndarray, sample_rate: float) -> list[tuple[float, float]]:
+    """Frequency [Hz] and prominence of what stands out of a row (n,)."""
+    n = len(row)
+    hann = np.sin(math.pi * np.arange(n) / n) ** 2
+    power = np.abs(np.fft.rfft(hann * row)) ** 2
+    found = []
+    for k in range(int(_SLOWEST) + 1, len(power) - 2):
+        if power[k] < power[k - 1] or power[k] < power[k + 1]:
+            continue
+        around = power[max(0, k - _SURROUNDINGS) : k + _SURROUNDINGS + 1]
+        prominence = float(power[k] / max(float(np.median(around)), 1e-300))
+        if prominence > _PROMINENT:
+            # centre of the three bins, which a Hann window spreads a line over
+            three = power[k - 1 : k + 2]
+            found.append(((k + float((three * (-1.0, 0.0, 1.0)).sum() / three.sum())) * sample_rate / n, prominence))
+    return found

@@ -1,0 +1,126 @@
+"""The race for starts: where the fit of a set with one more effect should begin.
+
+Successive halving (Jamieson and Talwalkar, AISTATS 2016): every start of the library is judged by what the
+linearisation promises of it, the best ones of each effect by what they leave in the worst windows once these have
+looked for their start states anew, proposals around the leaders likewise, the survivors by a few joint steps, half of
+them by more. Either judge alone is misled: the linearisation where an effect changes the order of contacts, the worst
+windows where an effect spares them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from discrepancy.criteria import Criteria
+from discrepancy.fit import fit
+from discrepancy.linearised import Linearised, Start, neighbours
+from discrepancy.model import Hypothesis, Model
+from discrepancy.problem import Point, Problem
+
+CAUTION = 100.0
+"""Weight of the machine's priors while starts race: an effect that is missing must not be taken up by the machine."""
+
+_FEW, _MORE = 3, 6
+"""Joint steps of the survivors, and those of half of them."""
+
+_OF_ONE = 2
+"""Starts of one effect among the survivors: the linearisation's and the worst windows' favourites may differ."""
+
+_LEADERS = 4
+"""Effects around whose leader further starts are proposed."""
+
+
+def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria) -> list[Point]:
+    """Places of the set at `base` with one of the effects more, the best of each effect, best first."""
+    around = Linearised(model, base, CAUTION)
+    worst = np.argsort(-base.squares / model.counts)[: criteria.windows]
+    promising = [start for effect in effects for start in around.starts(effect, effect.starts)]
+    field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
+    judged = [*zip(_left(around, field, worst), field, strict=True)]
+    leaders = _best_of_each([start for _, start in sorted(judged, key=_first)], 1)[:_LEADERS]
+    proposed = [start for leader in leaders for start in _proposals(around, leader)]
+    judged += zip(_left(around, proposed, worst), proposed, strict=True)
+    by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
+    by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
+    return _fitted(model, _in_turns(by_windows, by_promise)[: criteria.fits])
+
+
+def _first(pair: tuple[float, Start]) -> float:
+    return pair[0]
+
+
+def _promised(start: Start) -> float:
+    return start.promised
+
+
+def _best_of_each(starts: Sequence[Start], count: int) -> list[Start]:
+    """The first `count` starts of each effect of which no two stand side by side in the library's lists, in order."""
+    found: list[Start] = []
+    for start in starts:
+        mine = [other for other in found if other.effect.name == start.effect.name]
+        if len(mine) < count and not any(start.beside(other) for other in mine):
+            found.append(start)
+    return found
+
+
+def _proposals(around: Linearised, leader: Start) -> list[Start]:
+    """Starts halfway from a leader to its neighbours in the library's lists, one parameter at a time, and those of the
+    other sign there: half a period of the ringing off, the other sign looks alike."""
+    ladders = [sorted(set(column)) for column in zip(*leader.effect.starts, strict=True)]
+    values = []
+    for k, ladder in enumerate(ladders):
+        for other in neighbours(leader.values[k], ladder):
+            moved = (*leader.values[:k], other, *leader.values[k + 1 :])
+            values += [moved] if k == 0 or ladders[0][0] >= 0.0 else [moved, (-moved[0], *moved[1:])]
+    low_high = [(p.low, p.high) for p in leader.effect.parameters]
+    inside = [tuple(min(max(v, low), high) for v, (low, high) in zip(one, low_high, strict=True)) for one in values]
+    return around.starts(leader.effect, inside)
+
+
+def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> list[float]:
+    """What starts leave in some windows that look for their start states anew; of the moved and the unmoved machine the
+    better one counts."""
+    count, found = len(around.base.z), [0.0] * len(starts)
+    groups: dict[tuple, list[int]] = {}
+    for k, start in enumerate(starts):
+        groups.setdefault((start.effect.name, tuple(start.effect.fixed.items())), []).append(k)
+    for members in groups.values():
+        problem = around.joint(starts[members[0]].effect)
+        moved = np.array([starts[k].place.z for k in members])
+        unmoved = moved.copy()
+        unmoved[:, :count] = around.base.z
+        states = np.array([starts[k].place.states for k in members])
+        z, twice = np.concatenate([moved, unmoved]), np.concatenate([states, states])
+        _, squares = problem.started(z, twice, windows)
+        counts = around.model.counts[windows] * problem.ease
+        losses = (counts * np.log1p(squares / counts)).sum(axis=1).reshape(2, -1).min(axis=0)
+        for k, loss in zip(members, losses.tolist(), strict=True):
+            found[k] = loss
+    return found
+
+
+def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
+    """Starts of two rankings, in turns, each once."""
+    found: list[Start] = []
+    for pair in itertools.zip_longest(a, b):
+        found += [start for start in pair if start is not None and not any(start is other for other in found)]
+    return found
+
+
+def _fitted(model: Model, starts: Sequence[Start]) -> list[Point]:
+    """The best place of each effect after a few joint steps from every start and more from half of them."""
+    tried = []
+    for start in starts:
+        problem = Problem(model, start.place.hypothesis, caution=CAUTION)
+        place = problem.searched(problem.point(start.place.z, start.place.states))
+        tried.append((start.effect.name, fit(problem, place, steps=_FEW).place))
+    tried.sort(key=lambda pair: pair[1].cost)
+    best: dict[str, Point] = {}
+    for name, place in tried[: (len(tried) + 1) // 2]:
+        place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
+        if name not in best or place.cost < best[name].cost:
+            best[name] = place
+    return sorted(best.values(), key=lambda place: place.cost)
