@@ -104,7 +104,9 @@ def _rows(table: Path, drive: Drive) -> dict[str, dict[str, Any]]:
         cells: dict[str, Any] = {}
         for key, cell in row.items():
             if key not in _KEYS and key not in drive.channels:
-                hint = did_you_mean(key, (*_KEYS, *drive.channels)) or f"known are {', '.join((*_KEYS, *drive.channels))}"
+                hint = (
+                    did_you_mean(key, (*_KEYS, *drive.channels)) or f"known are {', '.join((*_KEYS, *drive.channels))}"
+                )
                 raise SignalError(f"{table} must have columns that say something of a record, got {key!r}; {hint}.")
             if not cell:
                 continue
@@ -122,7 +124,9 @@ def _rows(table: Path, drive: Drive) -> dict[str, dict[str, Any]]:
 
 def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Record:
     table = read_table(path)
-    channels = {role: Channel(told[role], c.factor, c.unit) if role in told else c for role, c in drive.channels.items()}
+    channels = {
+        role: Channel(told[role], c.factor, c.unit) if role in told else c for role, c in drive.channels.items()
+    }
     columns = {role: _column(table, channel.column, role) for role, channel in channels.items()}
     rows, units = {}, {}
     for role, column in columns.items():
@@ -160,7 +164,9 @@ def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -
     factor, unit = _FACTORS.get(stated, (1.0, stated.replace("²", "^2")))
     values = column.numbers() * (factor * (1.0 if channel.factor is None else channel.factor))
     if not np.ptp(values) and role in ("q", "v", "force"):
-        raise SignalError(f"{table.path}: the channel {column.name!r} ({role}) must vary, got {values[0]:g} throughout.")
+        raise SignalError(
+            f"{table.path}: the channel {column.name!r} ({role}) must vary, got {values[0]:g} throughout."
+        )
     return values, unit
 
 

@@ -198,7 +198,9 @@ def known_parameter(name: str, unit: str, value: float, uncertainty: float) -> P
     """A parameter known to ± uncertainty (one standard deviation). Where the value is above 0 and more than twice its
     uncertainty it cannot change its sign: its logarithm is what moves."""
     if value > 2.0 * uncertainty:
-        return Parameter(name, unit, value, uncertainty / value, 1e-3 * value, 1e3 * value, known=True, logarithmic=True)
+        return Parameter(
+            name, unit, value, uncertainty / value, 1e-3 * value, 1e3 * value, known=True, logarithmic=True
+        )
     return Parameter(name, unit, value, uncertainty, known=True)
 
 

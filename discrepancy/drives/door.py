@@ -20,7 +20,19 @@ from indexer_env.errors import refuse
 ENDING = ".py"
 """Of a value of `system` that is a drive's file."""
 
-_KEYS = ("system", "measured", "records", "held_out", "machine", "known", "out", "overwrite", "seed", "seconds", "tolerance")
+_KEYS = (
+    "system",
+    "measured",
+    "records",
+    "held_out",
+    "machine",
+    "known",
+    "out",
+    "overwrite",
+    "seed",
+    "seconds",
+    "tolerance",
+)
 """Keys of conf/explain.yaml that a drive takes; the others belong to the indexing machine."""
 
 _KNOWN = ("noise", "sample_rate")

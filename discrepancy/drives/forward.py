@@ -2,8 +2,8 @@
 
     ẋ = rates(x, u, t; p) + effects at the joints,   residual = (x(t) - measured)/noise in every measured channel
 
-A record is cut into windows; the state in which one starts is unknown but near to what the measured motion says, so that
-its local parameters are deviations from that in units of its own uncertainty.
+A record is cut into windows; the state in which one starts is unknown but near to what the measured motion says, so
+that its local parameters are deviations from that in units of its own uncertainty.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.advance import COLUMNS, run_all
+from discrepancy.drives.advance import COLUMNS, WORK, run_all
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.library import hypotheses_of, values_of
@@ -112,11 +112,11 @@ class ForwardModel(Model):
             rows = np.array([values[p][: self.own] for p in jobs.point[mine]])
             coefficients = np.array([set_up[p][0] for p in jobs.point[mine]])
             found, fine = np.zeros((len(mine), self.channels, most)), np.zeros(len(mine), dtype=np.bool_)
+            work = np.zeros((WORK, max(n, joints, course.u.shape[1])))
             scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
             run_all(
                 self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
-                self.places, coefficients, self.measured, scale, found, fine,
-            )  # fmt: skip
+                self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
             out[mine], good[mine] = found / course.noise[:, None], fine
         return out, good
 
@@ -137,7 +137,9 @@ class ForwardModel(Model):
             j = int(one.fixed.get("joint", 0))
             size, *shape = _columns(effect.forward)
             own = values_of(one, mine)
-            named = [getattr(own, s.name) for s in effect.sizes] + [float(v) for k, v in one.fixed.items() if k != "joint"]
+            named = [getattr(own, s.name) for s in effect.sizes] + [
+                float(v) for k, v in one.fixed.items() if k != "joint"
+            ]
             if effect.forward == "ripple":
                 named = [named[0], named[2], named[1]]
             for column, value in zip((size, *shape), named, strict=True):

@@ -100,6 +100,4 @@ def _axis(name: str, values: np.ndarray, whole: np.ndarray, unit: str, inside: n
 
 def _lines(records: list[Track]) -> tuple[Line, ...]:
     lowest = min(t.cutoff for t in records)
-    return tuple(
-        Line(f"{f:g} Hz", "fixed frequency", np.full(len(records), f)) for f in _MAINS if f < lowest
-    )
+    return tuple(Line(f"{f:g} Hz", "fixed frequency", np.full(len(records), f)) for f in _MAINS if f < lowest)

@@ -57,7 +57,9 @@ standard(
 
 
 @njit
-def carried(q: np.ndarray, v: np.ndarray, step: float, play: float, omega: float, damping: float, law: int) -> np.ndarray:
+def carried(
+    q: np.ndarray, v: np.ndarray, step: float, play: float, omega: float, damping: float, law: int
+) -> np.ndarray:
     """Force over mass of a load behind play, M(q - x, q̇ - ẋ)/m (n,), the load moved by it alone.
 
     The load is advanced by the exact mean of a semi-implicit step, four to a sample; the contact is that of

@@ -51,7 +51,7 @@ standard(
         "F += F_s/(1 + (v/v_s)²) sign(v)", StribeckFriction.source,
         (
             Size("force", "breakaway above the dry friction F_s", "F", (0.1, 0.3, 0.8), 0.0, 20.0, 0.0),
-            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.2, 0.6), 0.01, 2.0, step=0.05),
+            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.15, 0.4), 0.01, 0.5, step=0.05),
         ),
         lambda m, p, base, direction: p.force / (1.0 + (m.v / p.speed) ** 2), acts="dry",
         alike=(CoulombFriction.name, "friction.presliding"), forward="stribeck",
@@ -99,7 +99,7 @@ standard(
         "F += F_c z, dz/dq = (1 - sign(v) z)/d", "Dahl, A solid friction model, Aerospace Corp. TOR-158 (1968)",
         (
             Size("force", "dry friction F_c", "F", (0.1, 0.3, 0.8), 0.0, 20.0, 0.0),
-            Size("distance", "way d over which it builds up", "Q", (0.003, 0.02, 0.1), 1e-4, 0.5, step=0.01),
+            Size("distance", "way d over which it builds up", "Q", (0.004, 0.02, 0.1), 0.002, 0.5, step=0.01),
         ),
         lambda m, p, base: p.force * dahl(m.q, p.distance),
         alike=(CoulombFriction.name, StribeckFriction.name, "play"), forward="presliding",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.smoothing import holding
 from indexer_env.effects.sensor import SensorMainsHum
 
 if TYPE_CHECKING:
@@ -17,15 +18,18 @@ _QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
 _PEAKS = 3
 """Wavelengths that a record proposes."""
 
+_MOVING = 0.99
+"""Share of the speed's variance that the band of the motion holds."""
+
 _FINENESS = 4
 """Trial wavelengths per one that the record can resolve."""
 
 
-def _lines(x: np.ndarray, left: np.ndarray, highest: float) -> list[tuple[float, float, float]]:
+def _lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> list[tuple[float, float, float]]:
     """The strongest lines a sin(k x + φ) of a row over x, as (a, k, φ): peaks of its periodogram, at least two
-    resolved widths apart, k from one and a half wavelengths in the record up to `highest`."""
+    resolved widths apart, k between `lowest` and `highest`."""
     width = 2.0 * math.pi / float(np.ptp(x))
-    trials = np.arange(1.5 * width, highest, width / _FINENESS)[:4000]
+    trials = np.arange(max(lowest, 1.5 * width), highest, width / _FINENESS)[:8000]
     if not len(trials):
         return []
     # samples are weighted by how fast x passes, so that standing at one place counts as one look at it
@@ -46,11 +50,13 @@ def _lines(x: np.ndarray, left: np.ndarray, highest: float) -> list[tuple[float,
 def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     q = m.q[m.at]
     fastest = math.pi / (np.abs(m.v).max() * m.step * m.every)
-    return _lines(q, left, min(fastest, 400.0 * math.pi / float(np.ptp(q))))
+    return _lines(q, left, 0.0, min(fastest, 400.0 * math.pi / float(np.ptp(q))))
 
 
 def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
-    found = _lines(m.t[m.at], left, 2.0 * math.pi * m.cutoff)
+    """Above the band of the motion: within it, a line in time is not told from what the motion does."""
+    slowest = holding(m.v, 1.0 / m.step, _MOVING)
+    found = _lines(m.t[m.at], left, 2.0 * math.pi * slowest, 2.0 * math.pi * m.cutoff)
     return [(a, k / (2.0 * math.pi), phase) for a, k, phase in found]
 
 
