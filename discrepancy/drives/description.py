@@ -7,7 +7,7 @@ import inspect
 import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -25,7 +25,7 @@ MOTION = ("q", "v", "a")
 
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
-    "windows", "force", "rates",
+    "windows", "known", "force", "rates",
 )  # fmt: skip
 
 
@@ -77,6 +77,8 @@ class Drive:
     joints : tuple of Joint
     windows : float or None
         Length of a window of the forward form [s]; None: by the record.
+    known : mapping
+        Standard effects that the model has from the start, by name: their parameters' values.
     """
 
     path: Path
@@ -91,6 +93,7 @@ class Drive:
     states: tuple[str, ...] = ()
     joints: tuple[Joint, ...] = ()
     windows: float | None = None
+    known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def forward(self) -> bool:
@@ -128,7 +131,7 @@ def load_drive(path: Path) -> Drive:
     return Drive(
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
         _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
-        found.get("noise"), float(share), states, joints, found.get("windows"),
+        found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
     )  # fmt: skip
 
 
@@ -247,6 +250,13 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
             check_number(name, f"joints[{key!r}] (inertia)", row[2], low=0.0, low_open=True)
         rows.append(Joint(str(key), *row))
     return tuple(states), tuple(rows)
+
+
+def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:
+    if not isinstance(given, Mapping) or not all(isinstance(values, Mapping) for values in given.values()):
+        rule = "a mapping of effects to their parameters, {'friction.coulomb': {'force': 4.0}}"
+        raise refuse(name, "known", rule, given)
+    return given
 
 
 def _effects(name: str, found: Mapping[str, Any]) -> tuple[DriveEffect, ...]:

@@ -74,8 +74,8 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
     fitted, held, parts = split(lengths, kept, drive.held_out, _LEAST)
     model = InverseModel(drive, tracks, scales, fitted)
     library = model.hypotheses()
-    if machine:
-        known = known_effects(drive, machine, library)
+    if stated := {**drive.known, **((machine or {}).get("effects") or {})}:
+        known = known_effects(drive, stated, library)
         model = InverseModel(drive, tracks, scales, fitted, known)
         library = model.hypotheses()
     other = InverseModel(drive, tracks, scales, held, model.known, library)

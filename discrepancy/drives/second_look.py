@@ -64,9 +64,9 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
 
 
 def known_effects(
-    drive: Drive, mapping: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]]
+    drive: Drive, stated: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]]
 ) -> tuple[Hypothesis, ...]:
-    """Effects that a machine.yaml states, as hypotheses whose parameters are nominal at their values.
+    """Effects that a drive's file or a machine.yaml states, as hypotheses nominal at the values given.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def known_effects(
         An effect or a parameter that the drive does not have.
     """
     found = []
-    for name, values in (mapping.get("effects") or {}).items():
+    for name, values in stated.items():
         check_choice("machine", "effects", name, library)
         effect = next(e for e in drive.effects if e.name == name)
         found.append(_stated(effect, library[name], values))

@@ -58,17 +58,15 @@ standard(
 
 @njit
 def carried(
-    q: np.ndarray, v: np.ndarray, step: float, play: float, omega: float, damping: float, law: int
+    q: np.ndarray, v: np.ndarray, step: float, play: float, dry: float, omega: float, damping: float, law: int
 ) -> np.ndarray:
-    """Force over mass of a load behind play, M(q - x, q̇ - ẋ)/m (n,), the load moved by it alone.
-
-    The load is advanced by the exact mean of a semi-implicit step, four to a sample; the contact is that of
-    `indexer_env.kernels.joints`, with stiffness ω² and damping 2 ζ ω per mass.
-    """
+    """Contact force over mass of a load behind play (n,): ẍ = M(q - x, q̇ - ẋ) - d sign(ẋ), advanced by Moreau's
+    time-stepping, four steps to a sample; the contact is that of `indexer_env.kernels.joints`, with stiffness ω² and
+    damping 2 ζ ω per mass."""
     out = np.zeros_like(q)
     x, y, sub = q[0], v[0], 4
     h = step / sub
-    k_c, c, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
+    stiffness_1, damping_1, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
     for k in range(len(q) - 1):
         total = 0.0
         for i in range(sub):
@@ -76,11 +74,12 @@ def carried(
             d = q[k] + share * (q[k + 1] - q[k]) - x
             rate = v[k] + share * (v[k + 1] - v[k]) - y
             region = 1.0 if d > edge else (-1.0 if d < -edge else 0.0)
-            stiffness, offset, r = region_line(region, k_c, c, edge, 1.0, c if law == 2 else 0.0)
+            stiffness, offset, r = region_line(region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0)
             force = line_torque(stiffness, offset, r, d, rate, 0.0)
             if law == 0 and region * force < 0.0:
                 force = 0.0
             y += h * force
+            y = max(y - h * dry, 0.0) if y > 0.0 else min(y + h * dry, 0.0)
             x += h * y
             total += force
         out[k] = total / sub
@@ -91,21 +90,27 @@ def carried(
 def _contact(m: Track, p, base) -> np.ndarray:
     if p.share <= 0.0:
         return np.zeros_like(m.q)
+    size = float(np.std(m.a))
+    mass = p.share * float(np.median(base(m.q, m.v, m.a + size) - base(m.q, m.v, m.a))) / size
+    if mass <= 0.0:
+        return np.zeros_like(m.q)
     omega = 2.0 * math.pi * _CONTACT * 0.5 / m.step
-    felt = carried(m.q, m.v, m.step, p.play, omega, 0.5, int(p.law))
-    return p.share * (base(m.q, m.v, felt) - base(m.q, m.v, m.a))
+    felt = mass * carried(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law))
+    return felt - mass * m.a - p.friction * m.direction
 
 
 standard(
     DriveEffect(
-        "play.contact", "Part of the mass flies free in its play and strikes the flanks.",
-        "F += s (f(q, v, M/m) - f(q, v, a)), m ẍ = M(q - x, q̇ - ẋ) with play g and a stiff contact",
+        "play.contact", "Part of the mass, with some of the dry friction, lies behind play and strikes its flanks.",
+        "F += M - s m a - F_l sign(v), s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
         "the joint of the indexing machine: docs/physics.md, section Joints",
         (
-            Size("share", "share s of the mass that lies behind it", "", (0.3, 0.7), 0.0, 1.0, 0.0, 0.2),
-            Size("play", "total play g", "Q", (0.01, 0.05), 1e-4, 1.0, step=0.01),
+            Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.0, 1.0, 0.0, 0.2),
+            Size("play", "total play g", "Q", (0.003, 0.02), 1e-4, 1.0, step=0.005),
+            Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
-        _contact, of_base=True, alike=("play", "compliance"), choices=tuple({"law": float(k)} for k in range(len(LAWS))),
+        _contact, of_base=True, alike=("play", "compliance"),
+        choices=tuple({"law": float(k)} for k in range(len(LAWS))),
     )
 )  # fmt: skip
 
