@@ -18,6 +18,9 @@ from indexer_env.errors import ParameterError, SignalError
 _WINDOW = 20.0
 """Length of a window in T = V/A: some three swings."""
 
+_LEAST_NOISE = 1e-6
+"""Least noise over a channel's spread: it has digits."""
+
 _LEAST_WINDOW = 60
 """Samples."""
 
@@ -87,7 +90,7 @@ def _course(drive: Drive, record: Record, roles: Sequence[str], inputs: Sequence
         stated = record.noise if record.noise is not None else drive.noise
         white = math.sqrt(0.5 * rate * smoothing.density(row, rate, cutoff)) if stated is None else float(stated)
         rows.append(row)
-        noise.append(max(white, 1e-4 * float(np.std(row))))
+        noise.append(max(white, _LEAST_NOISE * float(np.std(row))))
     states, spread = np.zeros((n, len(drive.states))), np.zeros(len(drive.states))
     for k, state in enumerate(drive.states):
         states[:, k], spread[k] = _estimate(drive, record, state, dict(zip(roles, noise, strict=True)))

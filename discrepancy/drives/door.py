@@ -90,7 +90,7 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
     ]
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
-    if len(model.windows.tracks) > 1:
+    if len(model.tracks) > 1:
         notes.append("Each record has an offset of its own, as sensors are zeroed anew.")
     if model.left_out:
         names = ", ".join(model.left_out)

@@ -95,7 +95,7 @@ class ForwardModel(Model):
         out, good = np.zeros((size, self.channels, most)), np.zeros(size, dtype=np.bool_)
         parameters = self.parameters + hypothesis.parameters
         values = [[p.value(z) for p, z in zip(parameters, point, strict=True)] for point in jobs.points]
-        set_up = [self._set_up(hypothesis, row) for row in values]
+        set_up = [self.set_up(hypothesis, row) for row in values]
         n, joints = len(self.drive.states), len(self.drive.joints)
         tracks = self.windows.track[jobs.window]
         for k in np.unique(tracks).tolist():
@@ -107,7 +107,7 @@ class ForwardModel(Model):
                 (len(mine), joints))  # fmt: skip
             us = np.zeros((len(mine), most, course.u.shape[1]))
             for i, job in enumerate(mine):
-                whole = self._command(k, set_up[jobs.point[job]][1])
+                whole = self.command(k, set_up[jobs.point[job]][1])
                 us[i, : counts[i]] = whole[first[i] : first[i] + counts[i]]
             rows = np.array([values[p][: self.own] for p in jobs.point[mine]])
             coefficients = np.array([set_up[p][0] for p in jobs.point[mine]])
@@ -120,7 +120,7 @@ class ForwardModel(Model):
             out[mine], good[mine] = found / course.noise[:, None], fine
         return out, good
 
-    def _set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple]:
+    def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple]:
         """Coefficients of the joints (joints, k), and what is done to the command."""
         p = self.drive.p(values[: self.own])
         table = np.zeros((len(self.drive.joints), len(COLUMNS)))
@@ -153,7 +153,7 @@ class ForwardModel(Model):
             at += len(one.parameters)
         return found
 
-    def _command(self, k: int, done: tuple) -> np.ndarray:
+    def command(self, k: int, done: tuple) -> np.ndarray:
         """Inputs (n, inputs) of a record as they act: the first through what is done to it."""
         if not done:
             return self.courses[k].u

@@ -58,7 +58,7 @@ class InverseModel(Model):
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
         self.effects = {effect.name: effect for effect in drive.effects}
-        sessions = _sessions(len(windows.tracks), scales)
+        sessions = _sessions(len(windows.tracks), scales) if len(self.tracks) > 1 else ()
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
         self.counts, self.groups = windows.count, windows.groups
@@ -281,8 +281,6 @@ def _check_slopes(drive: Drive, slopes: np.ndarray) -> None:
 
 def _sessions(records: int, scales: Scales) -> tuple[Parameter, ...]:
     """An offset of each record's force: where there are several, sensors were zeroed several times."""
-    if records < 2:
-        return ()
     unit = scales.unit("F")
     return tuple(
         Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)

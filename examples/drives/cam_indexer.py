@@ -3,7 +3,11 @@
 from math import cos, floor, pi, sin
 
 name = "cam indexer"
-parameters = {"inertia": (5.0, "kg m^2", 0.3), "stiffness": (45000.0, "N m/rad", 5000.0), "damping": (28.0, "N m s/rad", 8.0)}
+parameters = {
+    "inertia": (5.0, "kg m^2", 0.3),
+    "stiffness": (45000.0, "N m/rad", 5000.0),
+    "damping": (28.0, "N m s/rad", 8.0),
+}
 states, joints = ("q", "v"), {"table": ("q", "v", "inertia")}
 channels = {"time": "time", "q": "table", "cam": "cam", "cam_rate": "cam_rate"}
 

@@ -97,7 +97,12 @@ def cam_indexer(rng: np.random.Generator) -> dict[str, Columns]:
         start = [law(begin)[0], law(begin)[1] * speed]
         y = solve_ivp(rates, (0.0, t[-1]), start, method="LSODA", t_eval=t, rtol=1e-8, atol=1e-10, max_step=1e-3).y
         angle = y[0] + 2e-6 * rng.standard_normal(len(t))
-        found[name] = {"time [s]": t, "table [rad]": angle, "cam [rad]": begin + speed * t, "cam_rate [rad/s]": speed + 0.0 * t}
+        found[name] = {
+            "time [s]": t,
+            "table [rad]": angle,
+            "cam [rad]": begin + speed * t,
+            "cam_rate [rad/s]": speed + 0.0 * t,
+        }
     return found
 
 

@@ -28,6 +28,8 @@ def reference(kind: str, samples: int, turns: float, rng: np.random.Generator) -
         # a ramp, then twice smoothed: speed, acceleration and jerk stay bounded
         for share in (0.45, 0.12, 0.06):
             width = max(2, round(share * samples / (count + 1)))
-            row = np.convolve(np.pad(row, (width, width), mode="edge"), np.ones(width) / width, mode="same")[width:-width]
+            row = np.convolve(np.pad(row, (width, width), mode="edge"), np.ones(width) / width, mode="same")[
+                width:-width
+            ]
     low, high = float(row.min()), float(row.max())
     return (row - low) / (high - low) - 0.5

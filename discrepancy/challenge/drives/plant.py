@@ -161,7 +161,9 @@ def _follow(c, reference, speed, ahead, rate, kp, kd, delay, lag, steps, out):
                     joint = min(c[STIFFNESS] * (d + edge) + c[DAMPING] * (v - y), 0.0)
             mass = c[MASS] * (1.0 + c[BREATHING] * math.sin(c[BREATHING_WAVENUMBER] * q))
             free = force - joint - _resisted(c, q, v, z, w, k / n) + c[SWING] * s
-            free -= 0.5 * c[MASS] * c[BREATHING] * c[BREATHING_WAVENUMBER] * math.cos(c[BREATHING_WAVENUMBER] * q) * v * v
+            free -= (
+                0.5 * c[MASS] * c[BREATHING] * c[BREATHING_WAVENUMBER] * math.cos(c[BREATHING_WAVENUMBER] * q) * v * v
+            )
             moved = v + h * free / mass
             before = v
             v = _slowed(moved, h * _level(c, q, moved, rested) / mass)

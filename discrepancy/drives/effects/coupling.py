@@ -24,7 +24,7 @@ LAWS = ("clipped", "kelvin_voigt", "damped_in_play")
 """Contact laws of play, as the joints of the indexing machine have them."""
 
 
-@njit
+@njit(cache=True)
 def dragged(q: np.ndarray, play: float) -> np.ndarray:
     """Where a load stands in its play, q - x (n,) within ±play/2, if friction holds it until it is pushed."""
     inside = np.zeros_like(q)
@@ -56,7 +56,7 @@ standard(
 )  # fmt: skip
 
 
-@njit
+@njit(cache=True)
 def carried(
     q: np.ndarray, v: np.ndarray, step: float, play: float, dry: float, omega: float, damping: float, law: int
 ) -> np.ndarray:
@@ -74,7 +74,9 @@ def carried(
             d = q[k] + share * (q[k + 1] - q[k]) - x
             rate = v[k] + share * (v[k + 1] - v[k]) - y
             region = 1.0 if d > edge else (-1.0 if d < -edge else 0.0)
-            stiffness, offset, r = region_line(region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0)
+            stiffness, offset, r = region_line(
+                region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0
+            )
             force = line_torque(stiffness, offset, r, d, rate, 0.0)
             if law == 0 and region * force < 0.0:
                 force = 0.0

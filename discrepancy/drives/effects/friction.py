@@ -65,7 +65,7 @@ standard(
         "friction of a screw or worm, e.g. Shigley, Mechanical Engineering Design, section 8-2",
         (Size("coefficient", "share μ", "", (0.05, 0.15, 0.4), 0.0, 0.95, 0.0),),
         lambda m, p, base, direction: p.coefficient * np.abs(base(m.q, m.v, m.a)), acts="dry", of_base=True,
-        alike=(CoulombFriction.name, "gain"),
+        alike=(CoulombFriction.name, "sensor.gain"),
     )
 )  # fmt: skip
 
@@ -80,7 +80,7 @@ standard(
 )  # fmt: skip
 
 
-@njit
+@njit(cache=True)
 def dahl(q: np.ndarray, reach: float) -> np.ndarray:
     """Deflection over its largest value, z/z_max, of Dahl's bristle along a path: dz/dq = 1 - sign(dq) z/z_max, solved
     exactly from sample to sample."""

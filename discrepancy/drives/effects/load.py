@@ -15,7 +15,7 @@ standard(
     DriveEffect(
         "offset", "A constant force acts, as of a tilted guide, a weight or an amplifier's offset.", "F += F_0",
         "statics", (Size("force", "force F_0", "F", (0.1, -0.1, 0.4, -0.4), -20.0, 20.0, 0.0),),
-        lambda m, p, base: np.full_like(m.v, p.force), alike=("friction.asymmetric", "drift"), forward="offset",
+        lambda m, p, base: np.full_like(m.v, p.force), alike=("friction.asymmetric", "sensor.offset_drift"), forward="offset",
     )
 )  # fmt: skip
 
@@ -35,7 +35,7 @@ standard(
     DriveEffect(
         "inertia", "More mass or inertia moves than was assumed.", "F += m a", "Newton's second law",
         (Size("inertia", "what is added m", "F A-1", (0.1, -0.1, 0.4, -0.4), -5.0, 20.0, 0.0),),
-        lambda m, p, base: p.inertia * m.a, alike=("gain",), forward="inertia",
+        lambda m, p, base: p.inertia * m.a, alike=("sensor.gain",), forward="inertia",
     )
 )  # fmt: skip
 

@@ -85,7 +85,7 @@ standard(
 
 standard(
     DriveEffect(
-        "drift", "What is read drifts with time.", "reading += r t", SensorOffsetDrift.source,
+        SensorOffsetDrift.name, "What is read drifts with time.", "reading += r t", SensorOffsetDrift.source,
         (Size("rate", "rate r", "F T-1", (1e-4, -1e-4, 1e-3, -1e-3), -1.0, 1.0, 0.0),),
         lambda m, p, base, f: f + p.rate * m.t, acts="reading", alike=("offset",), forward="drift",
     )

@@ -90,7 +90,7 @@ standard(
 
 standard(
     DriveEffect(
-        "hum", "A line stands at one frequency, whatever the drive does.", "reading += A sin(2π f t + φ)",
+        SensorMainsHum.name, "A line stands at one frequency, whatever the drive does.", "reading += A sin(2π f t + φ)",
         SensorMainsHum.source,
         (
             Size("amplitude", "amplitude A", "F", (), 0.0, 20.0, 0.0, 0.05),
