@@ -1,6 +1,7 @@
 """Four ways to name an effect on a machine with play: ``python -m benchmarks.play_methods [--quick]``
 
-Every method gets the same blind cases of `discrepancy.challenge`: one effect hidden, or none, at each amount of play.
+Every method gets the same blind cases of `indexer_experiments.challenge`: one effect hidden, or none, at each amount of
+play.
 
     whole record  least squares on the samples of whole records, one start state for each (`whole_record`)
     windows       least squares on windows of one cam turn with start states of their own, as `discrepancy` does it
@@ -29,13 +30,13 @@ import numpy as np
 from benchmarks.cam_averages import Fitted, name_by_averages
 from benchmarks.whole_record import WholeRecordModel
 from discrepancy import NONE, name_effect
-from discrepancy.challenge.draw import HIDDEN, KNOWN_TO, Order, draw
-from discrepancy.challenge.records import read_case, write_records
-from discrepancy.challenge.tables import table
 from discrepancy.held_out import held_place
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.problem import Problem
 from indexer_env.machine import Machine
+from indexer_experiments.challenge.draw import HIDDEN, KNOWN_TO, Order, draw
+from indexer_experiments.challenge.records import read_case, write_records
+from indexer_experiments.tables import table
 
 LIBRARY = (
     "friction.coulomb", "friction.viscous", "load.imbalance", "drive.slip", "drive.speed_ripple",

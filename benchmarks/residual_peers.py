@@ -1,7 +1,7 @@
 """The gap closed beside models that learn the residual: ``python -m benchmarks.residual_peers [--cases N] [--seed S]``
 
-Each case is one of `discrepancy.challenge`: an effect hidden in a machine, records of two conditions to learn from, one
-at a speed and load never fitted. The same calibrated base model is extended three ways:
+Each case is one of `indexer_experiments.challenge`: an effect hidden in a machine, records of two conditions to learn
+from, one at a speed and load never fitted. The same calibrated base model is extended three ways:
 
     named     by the effect that `explain` names, as the command does
     sparse    by a torque on the table that is sparse in a library of functions (pysindy's STLSQ, as in SINDy: Brunton,
@@ -26,11 +26,11 @@ from pathlib import Path
 import numpy as np
 
 from discrepancy import NONE, explain
-from discrepancy.challenge.draw import KNOWN_TO, Order, draw
-from discrepancy.challenge.records import read_case, write_records
 from discrepancy.held_out import held_place
 from discrepancy.indexer import IndexerModel
 from discrepancy.problem import Point, Problem
+from indexer_experiments.challenge.draw import KNOWN_TO, Order, draw
+from indexer_experiments.challenge.records import read_case, write_records
 
 _TURN = 2.0 * math.pi
 _HARMONICS = 8

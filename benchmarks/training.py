@@ -17,10 +17,10 @@ from benchmarks.session import CORES
 from classifier.dataset import load_dataset
 from classifier.features import Psd, Scaling
 from classifier.network import Mlp
-from classifier.study.claims import fig4, fig6, pairs
-from classifier.study.claims.pairs import Fig7, Fig8
 from classifier.trainers import TRAINERS, Examples
 from classifier.trainers.traingdx import TrainGdx
+from indexer_experiments.study.claims import fig4, fig6, pairs
+from indexer_experiments.study.claims.pairs import Fig7, Fig8
 
 NETWORKS = 1000
 """Trainings of the paper's fig. 5."""
@@ -41,7 +41,7 @@ TRAININGS = {
     "figs. 7 and 8": 100 * len(pairs.HIDDEN) * PAIRS,
     "fig. 9": 100 * len(TRAINERS),
 }
-"""Networks of each figure as `classifier.study` trains them on one data set: the paper's 100 of each kind."""
+"""Networks of each figure as `indexer_experiments.study` trains them on one data set: the paper's 100 of each kind."""
 
 PER_CORE = "≥ 30 × per core"
 

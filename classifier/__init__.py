@@ -20,7 +20,6 @@ Read in this order:
                    (indexer diagnose)
     export/        a model as one ONNX file                                      (indexer export)
     results        numbers over several seeds, their means with intervals, their tables
-    compare/       other methods, severities, novelty and robustness, measured   (indexer compare)
     groups         what records were measured with and when; data sets without a group
     leaveout_methods  the methods that it sets side by side
     leaveout       each sensor, machine or day left out in turn                  (indexer leaveout)
@@ -31,7 +30,6 @@ Read in this order:
     runs           trainings as a table, one row each; all runs of a sweep together
     curves         errors and scores for TensorBoard
     tune           settings sought by trials                                     (indexer tune)
-    study/         the paper's claims, worked through one by one                 (indexer study)
     __main__       the training command                                          (indexer train)
 
 Units: records in the data set's unit (rad/s² or m/s²), time in s, frequency in Hz, PSD in unit²/Hz; errors of

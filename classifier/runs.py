@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ import pyarrow.parquet as pq
 
 from classifier.dataset import SUBSETS
 from classifier.train import Result
+from indexer_cli.places.local import whole_file
 
 RUNS = "results.parquet"
 """A run's one row in its own folder, and the rows of all runs in the folder of a sweep."""
@@ -77,7 +76,5 @@ def _rows(sweep: Path) -> list[Path]:
 
 
 def _replace(table: pa.Table, path: Path) -> None:
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as file:
-        pq.write_table(table, file)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
+    with whole_file(path, shared=True) as temporary:
+        pq.write_table(table, temporary)

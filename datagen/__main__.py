@@ -15,6 +15,7 @@ from datagen.quantities import path_of
 from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_place
+from indexer_cli.words import counted
 from indexer_env.errors import refuse
 
 
@@ -58,11 +59,11 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
             table.add_row(name, str(records))
     console.print(table)
     subsets = ", ".join(f"{records} {name}" for name, records in manifest["subsets"].items())
-    console.print(f"{manifest['records']} records ({subsets}) in {folder}")
+    console.print(f"{counted(manifest['records'], 'record')} ({subsets}) in {folder}")
     if manifest["not_settled"]:
         console.print(f"{manifest['not_settled']} of them not settled after the warm-up (column warmup_settled)")
     if manifest["rejected"]:
-        console.print(f"{manifest['rejected']} items rejected, with reasons in {folder}/{REJECTED}")
+        console.print(f"{counted(manifest['rejected'], 'item')} rejected, with reasons in {folder}/{REJECTED}")
 
 
 if __name__ == "__main__":

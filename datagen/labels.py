@@ -14,10 +14,10 @@ SUBSETS = ("calibration", "control", "validation")
 BITS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
         "roller cracked",
-        ("faults.roller_crack", "effects.roller.crack.severity", "effects.roller.crack_single.severity"),
+        ("faults.roller_crack", "effects.roller.crack.stiffness_loss", "effects.roller.crack_single.stiffness_loss"),
     ),
     ("screws loose", ("faults.screw_looseness", "effects.base.looseness.compliance")),
-    ("backlash", ("faults.backlash", "effects.input.backlash.play")),
+    ("backlash", ("faults.backlash", "effects.input.backlash.backlash")),
 )
 """Bits of a code, first one first (the paper, section 5.1): the fault in words and the quantities that are it when they
 are greater than 0. The paper's third bit grows with the backlash; here it says that there is some, and the column

@@ -15,6 +15,7 @@ from datagen.schema import COLUMNS
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import in_sweep, path_given
 from indexer_cli.places.local import whole_file
+from indexer_cli.verbs import VERBS
 from indexer_env.checks import check_choice
 from indexer_env.errors import IndexerError, refuse
 from indexer_env.machine import CONTACT_LAWS, MODELS, machine_from_mapping
@@ -97,7 +98,7 @@ def number_or_text(answer: str) -> Any:
 @hydra_command("new", positional="what")
 def main(config: dict[str, Any]) -> None:
     """Write the file that was asked for."""
-    check_choice("new", "what", config["what"], ["machine"])
+    check_choice("new", "what", config["what"], VERBS["new"].words)
     check_flag("new", "overwrite", config["overwrite"])
     check_flag("new", "ask", config["ask"])
     out = path_given("new", "out", config["out"])

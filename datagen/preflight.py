@@ -10,6 +10,7 @@ from typing import Any
 from datagen.campaign import Base, Campaign, Case, Item, build
 from indexer_env.effects import EFFECTS
 from indexer_env.errors import ParameterError, refuse
+from indexer_env.faults import NO_CRACK, NO_CRACK_REMEDY
 from indexer_env.laws import Fixed, Law
 from indexer_env.machine import NOT_IN_MODEL
 
@@ -27,8 +28,9 @@ def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
     Raises
     ------
     ParameterError
-        A drawn effect that cannot be built, a drawn quantity that no item uses or that a law around 0 never changes,
-        a drawn radius that would change the records' unit, or repeats that would all be the same.
+        A station of a crack that no item has, a drawn effect that cannot be built, a drawn quantity that no item uses
+        or that a law around 0 never changes, a drawn radius that would change the records' unit, or repeats that would
+        all be the same.
     """
     laws = {**campaign.machine_laws.laws, **campaign.item_laws.laws}
     spread = [int(campaign.size * (number * _GOLDEN % 1.0)) for number in range(LOOKED_AT)]
@@ -39,6 +41,9 @@ def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
     for path, law in laws.items():
         if not isinstance(law, Fixed) and cases:
             _check_used(path, law, cases, campaign)
+    station = base.faults.cracked_station
+    if station is not None and cases and all(case.faults.roller_crack == 0.0 for case in cases):
+        raise refuse("faults", "cracked_station", NO_CRACK, station, NO_CRACK_REMEDY)
     _check_repeats(laws, base, campaign, count)
 
 

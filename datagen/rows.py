@@ -23,6 +23,15 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import Run
 
+_FORMER_NAMES = {
+    "input.backlash": {"play": "backlash"},
+    "output.backlash": {"play": "backlash"},
+    "base.looseness": {"play": "backlash"},
+    "roller.crack": {"severity": "stiffness_loss"},
+    "roller.crack_single": {"severity": "stiffness_loss"},
+}
+"""Parameters of effects by names that stored data sets may still hold."""
+
 _WRITTEN_AS_TEXT = ("motion_law", "effects", *JOINTS)
 
 
@@ -73,7 +82,7 @@ def machine_columns(machine: Machine) -> dict[str, Any]:
     for name in JOINTS:
         columns.update(_fields(getattr(machine, name), f"{name}_"))
     for name, kind in (("input_joint", InputBacklash), ("output_joint", OutputBacklash)):
-        added = sum(effect.play for effect in machine.effects if isinstance(effect, kind))
+        added = sum(effect.backlash for effect in machine.effects if isinstance(effect, kind))
         columns[f"{name}_backlash_total"] = columns[f"{name}_backlash"] + added
     columns["effects"] = json.dumps([{"name": effect.name, **dataclasses.asdict(effect)} for effect in machine.effects])
     return columns
@@ -168,6 +177,7 @@ def _law(name: str, parameters: Mapping[str, Any]) -> MotionLaw:
 
 
 def _effect(entry: Mapping[str, Any]) -> MachineEffect:
-    effect = make_effect(entry["name"], {key: value for key, value in entry.items() if key != "name"})
+    former = _FORMER_NAMES.get(entry["name"], {})
+    effect = make_effect(entry["name"], {former.get(key, key): value for key, value in entry.items() if key != "name"})
     assert isinstance(effect, MachineEffect)
     return effect

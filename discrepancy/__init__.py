@@ -2,26 +2,23 @@
 
 In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
+    criteria   the numbers by which a search decides
     arrow      normal equations of few global and many local parameters, solved by Schur complement
-    problem    one hypothesis about the records: cost, normal equations, search of the windows' start states
-    fit        joint fit of the parameters and of every window's start state
-    scan       where the fit of an effect should begin: all starts of the library around the calibrated base model
-    escape     out of a local minimum by moving an effect's parameters with the windows searched anew
-    blackbox   the control: what a model without physics predicts
-    starts     which starts are fitted: what promises most, and what the linearisation overlooks
-    candidates the hypotheses that compete, and how far each is fitted
-    held_out   what a place predicts of records that it was not fitted to
-    naming     which effect is missing, none, or which ones cannot be told apart
-    findings   probabilities, intervals and the machine's calibration as an explanation states them
-    hindsight  earlier rounds in the light of later ones: effects taken back, or told apart after all
-    explain    name, add and look again until no gap is left
+    problem    one set of effects about the records: cost, normal equations, search of the windows' start states
+    fit        joint fit of the parameters and of every window's start state (Levenberg–Marquardt)
+    linearised what the starts of one more effect promise
+    race       where its fit should begin: successive halving
+    search     stepwise selection: add, drop, exchange
+    held_out   what a fit predicts of records that it was not fitted to
+    estimates  sizes with intervals, and the machine's calibration
+    grades     what is said of each effect of the set selected, by one table of rules
+    explain    the answer: findings with their grades, and what remains
     indexer/   the cam indexing machine as such a model
-    emps       a measured drive as such a model
     records/   measured files of an indexing machine, checked against the nominal one before any fit
     subjects/  what the chain needs of a machine beyond its model
     locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
     gap        the gap before and after on records never fitted, with intervals
-    next_measurement  which measurement would tell ambiguous effects apart
+    next_measurement  which measurement would settle what is open
     chain      the stages one after the other; `stages` says which one is under way
     report/    report.html, report.json
     __main__   indexer explain

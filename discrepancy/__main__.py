@@ -48,14 +48,15 @@ def run(config: dict[str, Any]) -> None:
         outcome = run_chain(subject, config["seed"], begin)
         begin(_WRITE)
         # Drawing is loaded only now: a record that is refused is refused sooner.
-        from discrepancy.report import headline, report_files
+        from discrepancy.report import headline, report_files, to_do
 
         with output_folder(out, FILES, config["overwrite"]) as folder:
             for name, text in report_files(outcome).items():
                 (folder / name).write_text(text, encoding="utf-8")
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
-    for sentence in (*outcome.where.sentences, *subject.notes):
+    left = () if outcome.left is None else outcome.left.sentences
+    for sentence in (*left, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
         console.print(f"  {sentence}")
     console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
 

@@ -1,40 +1,32 @@
-"""The stages one after the other: calibrate and name, locate, show the gap, choose the next measurement."""
+"""The stages one after the other: search, locate what disagrees, show the gap, choose the next measurement.
+
+What comes behind the search only adds to its answer: a stage that fails is told in one sentence, and the others go on.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from discrepancy.candidates import Candidate
+from discrepancy.criteria import Criteria
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
-from discrepancy.model import Hypothesis, Model, in_turn
-from discrepancy.naming import NAMING
-from discrepancy.next_measurement import Separation, separations
+from discrepancy.model import NONE
+from discrepancy.next_measurement import Question, Separation, question_of, separations
 from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Subject
 
-STAGES = ("calibrate and name", "locate what disagreed", "compare on records held out", "choose the next measurement")
+_log = logging.getLogger(__name__)
 
+STAGES = ("calibrate and search", "locate what disagrees", "compare on records held out", "choose the next measurement")
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A place of a model on the records fitted, and on those held out with its physics frozen.
-
-    Attributes
-    ----------
-    model, held_out : Model
-    place, held_place : Point
-    """
-
-    model: Model
-    place: Point
-    held_out: Model
-    held_place: Point
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,58 +37,101 @@ class Outcome:
     ----------
     subject : Subject
     answer : Explanation
-    effects : tuple of Hypothesis
-        Those that the verdict accepts, in the order found.
-    before, after : Fitted
-        The base model, and with the effects; the same where none is accepted.
-    where, where_after : Where
-        Where each of the two disagrees with the records fitted.
-    gap : Gap
+    where, left : Where or None
+        Where the model as it came disagrees with the records fitted, and the one with what is accepted; None where the
+        stage failed.
+    gap : Gap or None
+    question : Question or None
+        What a further measurement would settle; None where nothing is open.
     next : tuple of Separation
-        Measurements that would tell ambiguous effects apart, the best first.
+        Measurements by how far they settle it, the best first.
+    failures : tuple of str
+        One sentence for each stage that failed.
     seed : int
     """
 
     subject: Subject
     answer: Explanation
-    effects: tuple[Hypothesis, ...]
-    before: Fitted
-    after: Fitted
-    where: Where
-    where_after: Where
-    gap: Gap
+    where: Where | None
+    left: Where | None
+    gap: Gap | None
+    question: Question | None
     next: tuple[Separation, ...]
+    failures: tuple[str, ...]
     seed: int
 
+    @property
+    def extended(self) -> bool:
+        """Whether an effect is accepted."""
+        return bool(self.answer.names)
 
-def run_chain(subject: Subject, seed: int, begin: Callable[[str], None] = lambda stage: None) -> Outcome:
+
+def run_chain(
+    subject: Subject,
+    seed: int,
+    begin: Callable[[str], None] = lambda stage: None,
+    criteria: Criteria | None = None,
+) -> Outcome:
     """All stages; `begin` is told each of STAGES as it begins."""
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)]
+    failures: list[str] = []
+
+    def attempted(stage: str, make: Callable[[], T], otherwise: T) -> T:
+        # The answer took minutes and stands whatever happens from here on, so nothing may take it away.
+        try:
+            return make()
+        except Exception as error:
+            _log.exception("%s failed", stage)
+            failures.append(f"The stage “{stage}” failed ({type(error).__name__}: {error}); the findings stand.")
+            return otherwise
+
     begin(STAGES[0])
-    answer = explain(subject.model, subject.held_out)
-    effects = answer.effects if answer.verdict in NAMING else ()
-    before = _fitted(subject, answer.base, ())
-    after = before
-    if effects:
-        found = _fitted(subject, answer.rounds[-1].candidates[0], effects[:-1])
-        before, after = _pooled(before, found), _pooled(found, before)
+    answer = explain(subject.model, subject.held_out, criteria)
     begin(STAGES[1])
-    where = locate(before.model, before.place, subject.view(before.model), streams[0])
-    where_after = locate(after.model, after.place, subject.view(after.model), streams[1]) if effects else where
+    model = subject.model
+    where = attempted(STAGES[1], lambda: locate(model, answer.base.place, subject.view(model), streams[0]), None)
+    left = where
+    if answer.names:
+        left = attempted(STAGES[1], lambda: locate(model, answer.accepted.place, subject.view(model), streams[1]), None)
     begin(STAGES[2])
-    gap = gap_of(before.held_place, after.held_place, subject.view(subject.held_out), streams[2])
+    gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
-    following = separations(subject, answer, effects) if answer.verdict == "ambiguous" else ()
-    return Outcome(subject, answer, effects, before, after, where, where_after, gap, following, seed)
+    question = question_of(answer)
+    following = attempted(STAGES[3], lambda: separations(subject, answer, question) if question else (), ())
+    return Outcome(subject, answer, where, left, gap, question, following, tuple(dict.fromkeys(failures)), seed)
 
 
-def _pooled(fitted: Fitted, other: Fitted) -> Fitted:
-    """The same with start states that the other one found: a state that was missed must not decide."""
-    problem = Problem(fitted.held_out, fitted.place.hypothesis, frozen=True)
-    return dataclasses.replace(fitted, held_place=problem.pooled(fitted.held_place, [other.held_place]))
+def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap:
+    """Each of the two may take the start states that the other one found: one that was missed must not decide."""
+    before, after = (answer.held[name] for name in (answer.base.name, answer.accepted.name))
+    if answer.names:
+        before, after = _pooled(subject, before, after), _pooled(subject, after, before)
+    return gap_of(before, after, subject.view(subject.held_out), rng)
 
 
-def _fitted(subject: Subject, candidate: Candidate, known: tuple[Hypothesis, ...]) -> Fitted:
-    model, held_out = in_turn(subject.model, known), in_turn(subject.held_out, known)
-    assert candidate.held is not None, "what was compared has a place on the records held out"
-    return Fitted(model, candidate.place, held_out, candidate.held)
+def _pooled(subject: Subject, place: Point, other: Point) -> Point:
+    return Problem(subject.held_out, place.hypothesis, frozen=True).pooled(place, [other])
+
+
+def written(answer: Explanation) -> tuple[Point, tuple[str, ...]]:
+    """The place whose machine is left behind, and what must be said of it: what is accepted, its parameters at a bound
+    at nominal; the nominal machine where that one predicts a record held out better."""
+    place = answer.accepted.place
+    if answer.held_back:
+        # nothing of the machine is moved
+        problem = Problem(answer.model, NONE)
+        states = np.zeros((len(answer.model.counts), answer.model.local_count(NONE)))
+        nominal = problem.point(np.zeros(len(problem.parameters)), states)
+        return nominal, (f"This is the nominal machine. The calibrated one is held back: {answer.held_back}.",)
+    hit = set(answer.calibration.bounds_hit)
+    if not hit:
+        return place, ()
+    parameters = answer.model.parameters
+    z = place.z.copy()
+    z[[k for k, p in enumerate(parameters) if p.name in hit]] = 0.0
+    remarks = tuple(
+        f"{p.name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
+        for p in parameters
+        if p.name in hit
+    )
+    return dataclasses.replace(place, z=z), remarks

@@ -31,6 +31,8 @@ class Criteria:
         Effects in a set.
     rivals : int
         Fits to the end in each round, and effects with which a found one is exchanged.
+    searched : int
+        Windows of all records together among which the search chooses; the set chosen is fitted to all of them.
     starts : int
         Starts of each effect that are simulated in the worst windows.
     windows : int
@@ -48,6 +50,7 @@ class Criteria:
     look: float = 0.05
     most: int = 3
     rivals: int = 3
+    searched: int = 18
     starts: int = 6
     windows: int = 3
     fits: int = 12
@@ -57,7 +60,7 @@ class Criteria:
         for name in ("margin", "closes", "hint", "at_noise", "look"):
             high = 1.0 if name in ("closes", "hint") else None
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
-        for name in ("most", "rivals", "starts", "windows", "fits"):
+        for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)
         if self.seconds is not None:
             check_number("Criteria", "seconds", self.seconds, low=0.0, low_open=True, unit="s")

@@ -84,6 +84,13 @@ class Remains:
     looks_like: str
 
     @property
+    def joint(self) -> str:
+        """Where that effect acts: "input", "output", "base" or "sensor"; "" where none looks like it. A sensor on the
+        table cannot tell a torque on the table from one of the joint before it."""
+        family = self.looks_like.partition(".")[0]
+        return {"": "", "drive": "input", "input": "input", "base": "base", "sensor": "sensor"}.get(family, "output")
+
+    @property
     def times_noise(self) -> float:
         """rms over what does not repeat."""
         return self.level / self.noise
@@ -157,8 +164,8 @@ def explain(model: Model, held_out: Model, criteria: Criteria | None = None) -> 
 def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation:
     search = Search(model, criteria)
     selection = search.run()
-    best = selection.best
-    sets = [selection.base, best, *selection.without]
+    best, base = (search.on_all(fitted) for fitted in (selection.best, selection.base))
+    sets = [base, best, *selection.without]
     held = {f.name: place for f, place in zip(sets, held_places([f.place for f in sets], held_out), strict=True)}
     floor = _unrepeated([(model, best.place), (held_out, held[best.name])])
     numbers = estimates_of(model, best.place)
@@ -168,18 +175,18 @@ def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation
         evidence = _evidence(selection, k, found, held, floor, held_out, criteria)
         judged.append((k, found, evidence, *graded(evidence, criteria)))
     kept = [k for k, _, _, grade, _ in judged if grade in NAMED]
-    accepted = search.only(best, kept)
+    accepted = best if len(kept) == len(best.effects) else search.on_all(search.only(selection.best, kept))
     if accepted.name not in held:
         held[accepted.name] = held_places([accepted.place], held_out, [held[best.name]])[0]
     findings = tuple(
-        _finding(selection, model, k, found, evidence, grade, why)
+        _finding(selection, k, found, evidence, grade, why)
         for k, found, evidence, grade, why in sorted(judged, key=lambda row: _order(row[3]))
         if grade != DISMISSED
     )
     remains = Remains(held[best.name].level(held_out), math.sqrt(floor), _looks_like(selection, findings))
     return Explanation(
-        _verdict(findings, remains, criteria), findings, remains, selection.base, best, accepted, held,
-        held[selection.base.name].level(held_out), held[accepted.name].level(held_out),
+        _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
+        held[base.name].level(held_out), held[accepted.name].level(held_out),
         estimates_of(model, accepted.place).calibration(len(model.parameters)),
         _held_back(accepted, held[accepted.name], held_out), selection, criteria, model, held_out,
     )  # fmt: skip
@@ -259,9 +266,7 @@ def _words(e: Estimate) -> str:
     return f"{e.name} {e.value:.3g}{unit}, {e.low:.3g} to {e.high:.3g}"
 
 
-def _finding(
-    selection: Selection, model: Model, k: int, found: FoundEffect, evidence: Evidence, grade: str, why: str
-) -> Finding:
+def _finding(selection: Selection, k: int, found: FoundEffect, evidence: Evidence, grade: str, why: str) -> Finding:
     """The finding; its probability is the share of the sets compared that hold it, by their scores."""
     gaps = {one: selection.gap(one) for one in (*selection.instead[k], selection.without[k])}
     weights = {one: math.exp(-0.5 * max(gap, 0.0) / _TEMPER) for one, gap in gaps.items()}
@@ -270,7 +275,7 @@ def _finding(
     among = (1.0 + sum(weights[one] for one in members)) / total
     others = []
     for one in members:
-        numbers = estimates_of(model, one.place)
+        numbers = estimates_of(selection.model, one.place)
         effect = next(h for h in one.effects if h.name == _last(one))
         others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
     rivals = tuple((_last(one), gaps[one]) for one in selection.instead[k])

@@ -198,6 +198,10 @@ class Model(ABC):
         nearly exact: single steps do not lead there. None where nothing is known of such a symmetry."""
         return np.zeros((0, len(point)))
 
+    def part(self, windows: int) -> Model:
+        """The model with about so many windows of all its records, or itself where it has no more."""
+        return self
+
     def repeats(self) -> tuple[Sequence[tuple[int, int]], Sequence[tuple[int, int]]]:
         """Pairs of windows that see the same, and pairs of neighbours that nearly do: what their residuals differ in
         does not repeat. None where nothing repeats."""

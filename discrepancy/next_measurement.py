@@ -1,37 +1,55 @@
-"""Which measurement would tell ambiguous effects apart: the one in which their predictions differ most.
+"""Which measurement would settle what is open: the one in which two explanations of the records differ most.
 
-Each effect's machine, as the records so far left it, is simulated at the imagined conditions. The other one may adapt:
+Each set of effects, as the records so far left it, is simulated at the imagined conditions. The other one may adapt:
 its parameters x within what the records so far allow (information S, start states eliminated), its windows' start
 states y freely, both linearised:
 
-    separation = 1/s² · min over x, y of ‖(r_other - r_true)/σ + G x + L y‖² + xᵀ S x
+    separation = 1/D · min over x, y of ‖(r_other - r_true)/σ + G x + L y‖² + xᵀ S x
 
-in units of twice a log-likelihood, the smaller one of the two ways round. s, at least 1, is the level that the best of
-them leaves on the records so far: what a model gets wrong does not average out as noise does.
+in units of twice a log-likelihood, the smaller one of the two ways round. D is the dispersion under which the search
+compared its sets: what a model gets wrong does not average out as noise does.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.arrow import arrow
-from discrepancy.explain import Explanation
-from discrepancy.model import Hypothesis, Jobs, Model, in_turn
-from discrepancy.naming import MARGIN
+from discrepancy.explain import Explanation, Finding
+from discrepancy.grades import ESTABLISHED, FAMILY
+from discrepancy.model import Hypothesis, Jobs, Model
 from discrepancy.problem import Point, Problem
+from discrepancy.search import Fitted
 from discrepancy.subjects.base import Measurement, Subject
 
-ENOUGH = MARGIN
-"""Separation from which on one of two effects would be named: the margin of `naming`."""
+_MOST = 3
+"""Sets that are compared at most: the members of a family that lead."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is open, and the sets of effects that answer it differently.
+
+    Attributes
+    ----------
+    about : str
+        A sentence without its full stop.
+    rivals : tuple of Fitted
+        Two or more; none where no set of the library predicts what is open.
+    """
+
+    about: str
+    rivals: tuple[Fitted, ...]
 
 
 @dataclass(frozen=True)
 class Separation:
-    """How far one imagined measurement separates the effects.
+    """How far one imagined measurement separates the sets.
 
     Attributes
     ----------
@@ -39,7 +57,7 @@ class Separation:
     separation : float
         Of the pair that it separates least, in units of twice a log-likelihood.
     pair : (str, str)
-        That pair.
+        What the two sets do not share.
     """
 
     measurement: str
@@ -49,7 +67,7 @@ class Separation:
 
 @dataclass(frozen=True, eq=False)
 class _Rival:
-    """One effect as the records so far left it: its place, by parameter name, and the information S about them."""
+    """One set as the records so far left it: its place, by parameter name, and the information S about them."""
 
     hypothesis: Hypothesis
     names: tuple[str, ...]
@@ -57,21 +75,62 @@ class _Rival:
     information: np.ndarray
 
 
-def separations(subject: Subject, answer: Explanation, effects: tuple[Hypothesis, ...]) -> tuple[Separation, ...]:
-    """Every measurement of the subject by how far it separates the effects of an ambiguous answer, the best first."""
-    last = answer.rounds[-1]
-    model = in_turn(subject.model, effects[:-1])
-    rivals = [_rival(model, c.place) for c in last.candidates if c.name in last.names]
-    scale = max(1.0, last.candidates[0].level ** 2)
+def question_of(answer: Explanation) -> Question | None:
+    """The question that an answer leaves; of several the one about a family comes first."""
+    selection = answer.selection
+    for finding in answer.findings:
+        if finding.grade == FAMILY:
+            k, names = _index(answer, finding), {effect.name for effect in finding.effects[1:]}
+            members = [one for one in selection.instead[k] if one.place.hypothesis.names[-1] in names]
+            return Question(f"which one of {finding.name} it is", (answer.best, *members)[:_MOST])
+    for finding in answer.findings:
+        if finding.grade != ESTABLISHED:
+            k = _index(answer, finding)
+            if selection.instead[k]:
+                other = selection.instead[k][0]
+                about = f"whether {finding.name} or {apart(other, answer.best)} stands for what is missing"
+                return Question(about, (answer.best, other))
+            return Question(f"what {finding.name} stands in for", (answer.best, selection.without[k]))
+    if answer.after**2 - 1.0 < answer.criteria.at_noise:
+        return None
+    if not selection.tried:
+        return Question("with what the remainder grows", ())
+    first, *others = selection.tried
+    if others:
+        rivals = " or ".join(apart(one, answer.best) for one in (first, others[0]))
+        return Question(f"whether {rivals} comes nearer to what remains", (first, others[0]))
+    return Question(f"whether {apart(first, answer.best)} is a part of what remains", (first, answer.best))
+
+
+def _index(answer: Explanation, finding: Finding) -> int:
+    return answer.best.place.hypothesis.names.index(finding.effects[0].name)
+
+
+def apart(one: Fitted, other: Fitted) -> str:
+    """The effects of a set that another one has not."""
+    shared = other.place.hypothesis.names
+    return " + ".join(name for name in one.place.hypothesis.names if name not in shared) or "nothing more"
+
+
+def separations(subject: Subject, answer: Explanation, question: Question) -> tuple[Separation, ...]:
+    """Every measurement of the subject by how far it separates the rivals of a question, the best first."""
+    if len(question.rivals) < 2:
+        return ()
+    rivals = [_rival(subject.model, one.place) for one in question.rivals]
+    pairs = list(itertools.combinations(range(len(rivals)), 2))
     found = []
-    for measurement in subject.measurements(effects[:-1]):
-        pairs = {
-            (a.hypothesis.name, b.hypothesis.name): min(_separation(measurement, a, b), _separation(measurement, b, a))
-            for a, b in itertools.combinations(rivals, 2)
-        }
-        pair = min(pairs, key=lambda names: pairs[names])
-        found.append(Separation(measurement.name, pairs[pair] / scale, pair))
-    return tuple(sorted(found, key=lambda s: -s.separation))
+    for measurement in subject.measurements():
+        far = {
+            (i, j): min(
+                _separation(measurement, rivals[i], rivals[j]), _separation(measurement, rivals[j], rivals[i])
+            )
+            for i, j in pairs
+        }  # fmt: skip
+        i, j = min(far, key=lambda pair: far[pair])
+        one, other = question.rivals[i], question.rivals[j]
+        value = far[i, j] / answer.selection.dispersion
+        found.append(Separation(measurement.name, value, (apart(one, other), apart(other, one))))
+    return tuple(sorted((s for s in found if np.isfinite(s.separation)), key=lambda s: -s.separation))
 
 
 def _rival(model: Model, place: Point) -> _Rival:
@@ -83,9 +142,15 @@ def _rival(model: Model, place: Point) -> _Rival:
     across = whole[np.ix_(own, other)]
     information = whole[np.ix_(own, own)]
     if len(other):
-        information = information - across @ np.linalg.solve(whole[np.ix_(other, other)], across.T)
+        information = information - across @ np.linalg.pinv(whole[np.ix_(other, other)], hermitian=True) @ across.T
     names = tuple(problem.parameters[k].name for k in own)
-    return _Rival(place.hypothesis, names, place.z[own], information)
+    return _Rival(place.hypothesis, names, place.z[own], _positive(information))
+
+
+def _positive(information: np.ndarray) -> np.ndarray:
+    """The matrix without negative curvature, which is finite differences' alone."""
+    values, vectors = np.linalg.eigh(0.5 * (information + information.T))
+    return (vectors * np.maximum(values, 0.0)) @ vectors.T
 
 
 def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
@@ -103,9 +168,18 @@ def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     known[np.ix_(at, at)] = other.information
     known += np.diag([float(p.known and p.of_record) for p in problem.parameters])
     system = dataclasses.replace(system, A=system.A + known)
-    step, local = system.step(0.0, np.diag(system.A) > 0.0)
+    step, local = _least(system.reduced(), system.b, system.C)
     left = difference + np.tensordot(step, by_global, 1) + np.einsum("wl,lwn->wn", local, by_local)
     return float((left**2).sum() + step @ known @ step)
+
+
+def _least(reduced: Sequence[np.ndarray], b: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The step (g,), (w, l) to the least squares; directions of which nothing is told stay."""
+    matrix, right, inverse = reduced
+    if not np.isfinite(matrix).all():
+        return np.full(len(right), np.nan), np.zeros(b.shape)
+    step = -np.linalg.pinv(matrix, hermitian=True) @ right
+    return step, -np.einsum("wij,wj->wi", inverse, b + np.einsum("wgi,g->wi", C, step))
 
 
 def _at(model: Model, rival: _Rival) -> tuple[Problem, Point]:

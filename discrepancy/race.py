@@ -29,8 +29,9 @@ _FEW, _MORE = 3, 6
 _OF_ONE = 2
 """Starts of one effect among the survivors: the linearisation's and the worst windows' favourites may differ."""
 
-_LEADERS = 4
-"""Effects around whose leader further starts are proposed."""
+_LEADERS, _SIDE_BY_SIDE, _ROUNDS = 6, 3, 2
+"""Starts around which others are proposed, at most so many of one effect, and how often: an effect's best start may
+be an alias of the right one, half a period of the ringing off."""
 
 
 def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria) -> list[Point]:
@@ -40,9 +41,10 @@ def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Cri
     promising = [start for effect in effects for start in around.starts(effect, effect.starts)]
     field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
     judged = [*zip(_left(around, field, worst), field, strict=True)]
-    leaders = _best_of_each([start for _, start in sorted(judged, key=_first)], 1)[:_LEADERS]
-    proposed = [start for leader in leaders for start in _proposals(around, leader)]
-    judged += zip(_left(around, proposed, worst), proposed, strict=True)
+    for _ in range(_ROUNDS):
+        leaders = _best_of_each([start for _, start in sorted(judged, key=_first)], _SIDE_BY_SIDE)[:_LEADERS]
+        proposed = [start for leader in leaders for start in _proposals(around, leader)]
+        judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
     return _fitted(model, _in_turns(by_windows, by_promise)[: criteria.fits])

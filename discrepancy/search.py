@@ -82,7 +82,7 @@ class Selection:
     complete : bool
         False where the time ran out before the search ended.
     model : Model
-        With the records fitted.
+        With the part of the records that was searched.
     """
 
     base: Fitted
@@ -130,11 +130,12 @@ class Search:
     Parameters
     ----------
     model : Model
+        Of which the search sees a part, `Criteria.searched`.
     criteria : Criteria
     """
 
     def __init__(self, model: Model, criteria: Criteria) -> None:
-        self.model, self.criteria = model, criteria
+        self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
         self._library: Mapping[str, tuple[Hypothesis, ...]] = model.hypotheses()
         self._best: dict[str, Fitted] = {}
         self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
@@ -156,6 +157,15 @@ class Search:
         base = self._known(NONE) or current
         dispersion = dispersion_of(self.model, current.place)
         return Selection(base, current, without, instead, tuple(added), dispersion, self._in_time(), self.model)
+
+    def on_all(self, fitted: Fitted) -> Fitted:
+        """A set fitted to all windows of all records."""
+        if self.whole is self.model:
+            return fitted
+        place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
+        states = np.zeros((len(self.whole.counts), place.states.shape[1]))
+        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT, thorough=True)
+        return Fitted(result.place, fitted.converged, fitted.price)
 
     def only(self, fitted: Fitted, kept: Sequence[int]) -> Fitted:
         """A set with only some of its effects."""

@@ -5,11 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import yaml
+from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 
+from indexer_env.errors import refuse
 from indexer_env.presets import config_dir, load_yaml
 
 _FILE_ENDINGS = (".yaml", ".yml")
+_FROM = "# copied from "
 
 
 _FLAGS = ("-m", "--multirun", "-h", "--help", "--version")
@@ -64,8 +69,47 @@ def _copied(group: str, path: str, folder: Path, mark: str) -> str:
     content = load_yaml(group, path)
     place = folder / group / f"{Path(path).stem}_{mark}.yaml"
     place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+    place.write_text(f"{_FROM}{path}\n{text}", encoding="utf-8")
     return place.stem
+
+
+def file_behind(sentence: str) -> str:
+    """The YAML file that the sentence of a job is about, as it was typed: the sentence begins with a key of a group
+    that a file was given for, and the line does not give the key itself. Empty where there is none."""
+    if not HydraConfig.initialized():
+        return ""
+    hydra = HydraConfig.get()
+    key = sentence.partition(" ")[0]
+    group = key.partition(".")[0]
+    given = [override.lstrip("+~").partition("=")[0] for override in hydra.overrides.task]
+    if key == group or any(key == name or key.startswith(f"{name}.") for name in given if "." in name):
+        return ""
+    for folder in hydra.searchpath:
+        copy = Path(folder.removeprefix("file://")) / group / f"{hydra.runtime.choices.get(group)}.yaml"
+        if copy.is_file() and (first := copy.read_text(encoding="utf-8").partition("\n")[0]).startswith(_FROM):
+            return first.removeprefix(_FROM)
+    return ""
+
+
+def check_sweep(arguments: list[str]) -> None:
+    """Refuse a sweep over `out`, whose jobs have folders of their own in one folder, beside their table.
+
+    Raises
+    ------
+    ParameterError
+        More than one folder.
+    """
+    if not any(flag in arguments for flag in ("-m", "--multirun")):
+        return
+    for argument in (argument for argument in arguments if argument.partition("=")[0].lstrip("+") == "out"):
+        try:
+            swept = OverridesParser.create().parse_override(argument).is_sweep_override()
+        except HydraException:
+            continue  # told by Hydra
+        if swept:
+            rule = "one folder in a sweep, for OUT/<job number> and OUT/sweep.csv"
+            raise refuse("command", "out", rule, argument.partition("=")[2], "leave the others out")
 
 
 def malformed(error: ValueError, arguments: list[str]) -> str:

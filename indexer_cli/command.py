@@ -29,12 +29,12 @@ from omegaconf.errors import InterpolationToMissingValueError, MissingMandatoryV
 
 import indexer_cli.job_paths  # noqa: F401  (registers what conf/command.yaml asks for)
 from indexer_cli.__main__ import version
-from indexer_cli.arguments import flags_first, malformed, root_keys, with_files, with_key
+from indexer_cli.arguments import check_sweep, file_behind, flags_first, malformed, root_keys, with_files, with_key
 from indexer_cli.manual import manual
 from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
 from indexer_env.checks import check_choice, did_you_mean
-from indexer_env.errors import IndexerError, refuse
+from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.presets import config_dir
 
 DIFFERENT = 1
@@ -86,6 +86,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
         composed_job = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
 
         def command() -> None:
+            check_sweep(sys.argv[1:])
             with tempfile.TemporaryDirectory() as given:
                 sys.argv = [sys.argv[0], *with_files(sys.argv[1:], Path(given))]
                 composed_job()
@@ -136,7 +137,10 @@ def explain(error: Exception, config_name: str, config: DictConfig | None = None
     keys in the composed configuration, where there is one."""
     plain = {} if config is None else OmegaConf.to_container(config)
     assert isinstance(plain, dict)
-    return as_typed(_explained(error, config_name), config_name, dotted(plain) | set(root_keys(config_name)))
+    keys = dotted(plain) | set(root_keys(config_name))
+    said = as_typed(_explained(error, config_name), config_name, keys, getattr(error, "out_of_range", None))
+    file = file_behind(said) if isinstance(error, ParameterError) else ""
+    return f"{file}: {said}" if file else said
 
 
 def _explained(error: Exception, config_name: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from indexer_cli.manual import keys_of
 from indexer_cli.verbs import VERBS
 
@@ -23,19 +25,35 @@ complete -F _indexer indexer
 SHELLS = {"bash": _BASH, "zsh": "autoload -U +X bashcompinit && bashcompinit\n" + _BASH}
 """What a shell must run once, by its name."""
 
+FLAGS = ("--help", "--version", "--completion")
+"""What may stand in place of a verb."""
+
+FLAGS_OF_A_VERB = ("-m", "--multirun", "--help")
+"""What may stand after one."""
+
 
 def candidates(words: list[str]) -> list[str]:
-    """What the last of the words after `indexer` can become: a verb, a key with its sign of equality, or a key with
-    one of the names of its group. A path is left to the shell."""
+    """What the last of the words after `indexer` can become: a verb, a word that it takes alone, a key with its sign of
+    equality, a key with one of the names of its group, or a flag once its dash is there. A path is left to the
+    shell."""
     last = words[-1] if words else ""
     if len(words) <= 1:
-        return [f"{name} " for name in VERBS if name.startswith(last)]
+        return _beginning(FLAGS if last.startswith("-") else VERBS, last)
     if words[0] == "help":
-        return [f"{name} " for name in VERBS if len(words) == 2 and name.startswith(last)]
+        return _beginning(VERBS, last) if len(words) == 2 else []
+    if words[0] == "--completion":
+        return _beginning(SHELLS, last) if len(words) == 2 else []
     if words[0] not in VERBS:
         return []
+    if last.startswith("-"):
+        return _beginning(FLAGS_OF_A_VERB, last)
     keys = keys_of(words[0])
     key, sign, _ = last.partition("=")
     if sign:
         return [f"{key}={name} " for name in keys.get(key, []) if f"{key}={name}".startswith(last)]
-    return [f"{name}=" for name in keys if name.startswith(last)]
+    alone = [] if set(words[1:-1]) & set(VERBS[words[0]].words) else VERBS[words[0]].words
+    return [*_beginning(alone, last), *(f"{name}=" for name in keys if name.startswith(last))]
+
+
+def _beginning(names: Iterable[str], last: str) -> list[str]:
+    return [f"{name} " for name in names if name.startswith(last)]

@@ -6,9 +6,7 @@ import contextlib
 import csv
 import io
 import json
-import os
 import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,8 @@ from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
+
+from indexer_cli.places.local import whole_file
 
 TABLE = "sweep.csv"
 """Name of the table, in the folder of the sweep."""
@@ -49,8 +49,8 @@ class SweepTable(Callback):
         value = job_return._return_value
         said = value if isinstance(value, dict) and value.keys() == outcome().keys() else outcome(reason=str(value))
         row = {"job": config.hydra.job.num, "given": given, **said}
-        (folder / _ROWS).mkdir(parents=True, exist_ok=True)
-        replace_file(folder / _ROWS / f"{row['job']}.json", json.dumps(row, default=str))
+        with whole_file(folder / _ROWS / f"{row['job']}.json") as temporary:
+            temporary.write_text(json.dumps(row, default=str), encoding="utf-8")
         # Jobs may end at the same time in several processes: until the table holds every row that is there.
         while (rows := _rows(folder)) and (write_table(rows, folder / TABLE) or rows != _rows(folder)):
             pass
@@ -73,16 +73,6 @@ def _rows(folder: Path) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: row["job"])
 
 
-def replace_file(path: Path, text: str) -> None:
-    """Write a file that appears whole or not at all."""
-    with tempfile.NamedTemporaryFile(
-        "w", dir=path.parent, prefix=f".{path.name}-", delete=False, encoding="utf-8", newline=""
-    ) as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
-
-
 def write_table(rows: list[dict[str, Any]], path: Path) -> None:
     """Write rows {job, given, results, reason} as CSV: of what was given, what differs from job to job."""
     keys = dict.fromkeys(key for row in rows for key in row["given"])
@@ -95,4 +85,5 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
         given = [row["given"].get(key, "") for key in varied]
         values = [row["results"].get(name, "") for name in results]
         table.writerow([row["job"], *given, "failed" if row["reason"] else "done", *values, row["reason"]])
-    replace_file(path, text.getvalue())
+    with whole_file(path, shared=True) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8", newline="")

@@ -10,6 +10,9 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from indexer_env.errors import OutOfRange
+from indexer_env.units import ENDINGS
+
 OWNERS: dict[str, tuple[str, ...]] = {
     "Machine": ("machine",),
     "effects": ("machine.effects",),
@@ -37,20 +40,20 @@ _SECTIONS = ("effects", "motion_law")
 """Owners that are sections already, named without where they lie."""
 
 _EFFECTS = "machine.effects"
-_UNITS = ("", "_rpm", "_deg")
+_UNITS = ("", *ENDINGS)
 _PARAMETER = re.compile(r"(?<![\w./'\"-])[A-Za-z_]\w*(?:\.\w+)+")
 
 
-def as_typed(sentence: str, command: str, keys: Collection[str]) -> str:
+def as_typed(sentence: str, command: str, keys: Collection[str], refused: OutOfRange | None = None) -> str:
     """The sentence with every parameter named by its key on the command's line, where it has one.
 
     `keys` are the dotted keys of the command's configuration, see `dotted`; a key in degrees or rpm stands for the
-    parameter in SI units.
+    parameter in SI units. `refused` is the number out of its range that the sentence is about, which is told in the
+    key's unit.
     """
     owners = {**OWNERS, command: ("",)}
 
-    def typed(match: re.Match[str]) -> str:
-        named = match[0]
+    def typed(named: str) -> str:
         owner, _, name = named.partition(".")
         sections = [section for section in owners.get(owner, ()) if not section or section in keys]
         whole = [f"{section}.{name}" if section else name for section in sections]
@@ -61,7 +64,11 @@ def as_typed(sentence: str, command: str, keys: Collection[str]) -> str:
         values = [section for section in sections if not any(key.startswith(f"{section}.") for key in keys)]
         return next(iter([*filter(None, values), *(whole if owner in _SECTIONS else ())]), named)
 
-    return _PARAMETER.sub(typed, sentence)
+    if refused is not None:
+        owner, _, key = typed(f"{refused.owner}.{refused.name}").rpartition(".")
+        if key.removeprefix(refused.name) in ENDINGS:
+            sentence = sentence.replace(str(refused.error()), str(refused.given_as(owner, key).error()))
+    return _PARAMETER.sub(lambda match: typed(match[0]), sentence)
 
 
 def dotted(config: Mapping[Any, Any], before: str = "") -> set[str]:

@@ -19,18 +19,21 @@ class Verb:
         Module whose `main()` does the work; `python -m` runs it, too.
     group : str
         Heading under which the verb is listed.
+    words : tuple of str
+        What may stand on its line without a key; a path apart.
     """
 
     name: str
     module: str
     group: str
+    words: tuple[str, ...] = ()
 
 
 VERBS = {
     verb.name: verb
     for verb in (
         Verb("simulate", "datagen.simulate", "Simulate"),
-        Verb("new", "datagen.new", "Simulate"),
+        Verb("new", "datagen.new", "Simulate", ("machine",)),
         Verb("generate", "datagen", "Data"),
         Verb("ingest", "datagen.ingest", "Data"),
         Verb("check", "datagen.check", "Data"),
@@ -42,9 +45,9 @@ VERBS = {
         Verb("leaveout", "classifier.leaveout", "Learn and diagnose"),
         Verb("export", "classifier.export", "Learn and diagnose"),
         Verb("explain", "discrepancy", "Find what a model lacks"),
-        Verb("compare", "classifier.compare", "Experiments"),
-        Verb("study", "classifier.study", "Experiments"),
-        Verb("challenge", "discrepancy.challenge", "Experiments"),
+        Verb("compare", "indexer_experiments.compare", "Experiments"),
+        Verb("study", "indexer_experiments.study", "Experiments"),
+        Verb("challenge", "indexer_experiments.challenge", "Experiments"),
     )
 }
 

@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import ParameterError
-from indexer_env.units import DEGREE, RPM
-
-_UNITS = {"_deg": DEGREE, "_rpm": RPM}
+from indexer_env.units import ENDINGS
 
 _T = TypeVar("_T")
 
 
-def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = None) -> _T:
+def from_mapping(
+    cls: type[_T], mapping: Mapping[str, Any], owner: str | None = None, keys: Mapping[str, str] | None = None
+) -> _T:
     """Build a frozen dataclass from a mapping of its fields.
 
     Parameters
@@ -29,6 +29,8 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
         Field names, with ``_deg`` and ``_rpm`` keys converted, to plain values.
     owner : str, optional
         Name used in errors; the class's name where not given.
+    keys : mapping, optional
+        By field, the key in another unit under which a value was given that stands here in its SI unit.
 
     Raises
     ------
@@ -40,8 +42,10 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
         raise ParameterError(f"{owner} must be a mapping of parameters to values, got {mapping!r}.")
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
     values: dict[str, Any] = {}
+    typed = dict(keys or {})
     for key, value in mapping.items():
         name, number = _converted(owner, str(key), value, fields)
+        typed.setdefault(name, str(key))
         if name in values:
             raise ParameterError(f"{owner}.{name} is given twice, once as {key!r}; keep one of them.")
         values[name] = number
@@ -55,7 +59,13 @@ def from_mapping(cls: type[_T], mapping: Mapping[str, Any], owner: str | None = 
     try:
         return cls(**values)
     except ParameterError as error:
-        raise ParameterError(str(error).replace(f"{cls.__name__}.", f"{owner}.")) from None
+        refused = error.out_of_range
+        if refused is not None and refused.owner in (cls.__name__, owner) and refused.name in typed:
+            raise refused.given_as(owner, typed[refused.name]).error() from None
+        said = str(error).replace(f"{cls.__name__}.", f"{owner}.")
+        if said == str(error):
+            raise
+        raise ParameterError(said) from None
 
 
 def check_keywords(owner: str, given: Collection[str], arguments: Collection[str], cls: type) -> None:
@@ -76,11 +86,11 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
     """
     if key in fields:
         return key, 1.0
-    for ending, factor in _UNITS.items():
+    for ending, unit in ENDINGS.items():
         name = key.removesuffix(ending)
         if name != key and name in fields:
-            return name, factor
-    ending = next((ending for ending in _UNITS if key.endswith(ending)), "")
+            return name, unit.factor
+    ending = next((ending for ending in ENDINGS if key.endswith(ending)), "")
     hint = did_you_mean(key, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
         ", ".join(fields) or "none"
     )

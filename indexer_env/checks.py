@@ -7,17 +7,7 @@ import math
 from collections.abc import Iterable
 from numbers import Integral, Real
 
-from indexer_env.errors import refuse
-
-
-def _rule(kind: str, low: float | None, high: float | None, low_open: bool, high_open: bool, unit: str) -> str:
-    bounds = []
-    if low is not None:
-        bounds.append(f"{'>' if low_open else '>='} {low:g}")
-    if high is not None:
-        bounds.append(f"{'<' if high_open else '<='} {high:g}")
-    text = f"{kind} {' and '.join(bounds)}".strip()
-    return f"{text} {unit}".strip() if unit not in ("", "-") else text
+from indexer_env.errors import OutOfRange, refuse
 
 
 def check_number(
@@ -41,7 +31,7 @@ def check_number(
         and (high is None or (number < high if high_open else number <= high))
     )
     if not inside:
-        raise refuse(owner, name, _rule(kind, low, high, low_open, high_open, unit), value, remedy)
+        raise OutOfRange(owner, name, value, kind, low, high, low_open, high_open, unit, remedy).error()
 
 
 def _as_float(value: object) -> float:
@@ -68,7 +58,7 @@ def check_integer(
 ) -> None:
     """Refuse what is not a whole number (bool and 3.0 included) within the bounds."""
     if isinstance(value, bool) or not isinstance(value, Integral):
-        raise refuse(owner, name, _rule("a whole number", low, high, False, False, unit), value, remedy)
+        raise OutOfRange(owner, name, value, "a whole number", low, high, unit=unit, remedy=remedy).error()
     check_number(owner, name, value, low=low, high=high, unit=unit, remedy=remedy, kind="a whole number")
 
 

@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.diagnosis import Measurement
-from indexer_env.diagnosis_fleet import DiagnosisFleet
+from indexer_env.diagnosis_fleet import DiagnosisFleet, FleetView
 from indexer_env.diagnosis_task import DiagnosisTask, Setting
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -22,7 +22,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
 
-class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
+class IndexerDiagnosisEnv(FleetView, gymnasium.Env[np.ndarray, np.int64]):
     """A machine with a hidden fault: each action runs one turn at a setting, or names the fault and ends the episode.
 
     The rewards are -c for a measurement that costs c (`DiagnosisTask.costs`), `right` for the right name, -`wrong` for
@@ -73,41 +73,6 @@ class IndexerDiagnosisEnv(gymnasium.Env[np.ndarray, np.int64]):
         self._reveal, self._running = reveal, False
         self.action_space, self.observation_space = self._fleet.spaces()
         self._shown: list[tuple[Setting, np.ndarray]] | None = None
-
-    @property
-    def machine(self) -> Machine:
-        """The machine around which an episode's own is drawn."""
-        return self._fleet.machine
-
-    @property
-    def operating_point(self) -> OperatingPoint:
-        """Nominal motor speed and load torque."""
-        return self._fleet.operating_point
-
-    @property
-    def sensor(self) -> Sensor:
-        """The chain through which the acceleration is read."""
-        return self._fleet.sensor
-
-    @property
-    def task(self) -> DiagnosisTask:
-        """What may be measured and named, and what it costs."""
-        return self._fleet.task
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """The settings of the measuring actions, which come first."""
-        return self._fleet.settings
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the naming actions, which come after them."""
-        return self._fleet.names
-
-    @property
-    def costs(self) -> np.ndarray:
-        """What a turn at each setting costs (k,) [reward]."""
-        return self._fleet.costs
 
     @property
     def reward_range(self) -> tuple[float, float]:

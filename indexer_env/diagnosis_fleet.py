@@ -15,7 +15,7 @@ from gymnasium.spaces import Box, Discrete
 from indexer_env.build import check_keywords
 from indexer_env.checks import check_choice
 from indexer_env.diagnosis import BANDS, Case, Measurement, check_bench, check_hypotheses, draw_case, measure
-from indexer_env.diagnosis_task import DiagnosisTask, task_from_mapping
+from indexer_env.diagnosis_task import DiagnosisTask, Setting, task_from_mapping
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -172,3 +172,44 @@ def _task(given: object, changes: Mapping[str, Any]) -> DiagnosisTask:
         rule = "a DiagnosisTask, a mapping of its fields or the name of a preset"
         raise refuse("IndexerDiagnosisEnv", "task", rule, given)
     return task_from_mapping({**given, **changes})
+
+
+class FleetView:
+    """What the environments of one machine and of many show of their fleet."""
+
+    _fleet: DiagnosisFleet
+
+    @property
+    def machine(self) -> Machine:
+        """The machine around which an episode's own is drawn."""
+        return self._fleet.machine
+
+    @property
+    def operating_point(self) -> OperatingPoint:
+        """Nominal motor speed and load torque."""
+        return self._fleet.operating_point
+
+    @property
+    def sensor(self) -> Sensor:
+        """The chain through which the acceleration is read."""
+        return self._fleet.sensor
+
+    @property
+    def task(self) -> DiagnosisTask:
+        """What may be measured and named, and what it costs."""
+        return self._fleet.task
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """The settings of the measuring actions, which come first."""
+        return self._fleet.settings
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the naming actions, which come after them."""
+        return self._fleet.names
+
+    @property
+    def costs(self) -> np.ndarray:
+        """What a turn at each setting costs (k,) [reward]."""
+        return self._fleet.costs

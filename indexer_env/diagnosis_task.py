@@ -138,7 +138,7 @@ def _hypotheses(given: object) -> tuple[tuple[str, FaultLaw], ...]:
             made = fault_law(law)
         except ParameterError as error:
             raise ParameterError(f"DiagnosisTask.hypotheses.{name}: {error}") from None
-        for field in ("crack_at", "loose_at", "wear"):
+        for field in ("crack_at", "loose_at", "backlash_per_joule"):
             if any(value > 0.0 for value in getattr(made, field).extremes):
                 rule = "0, as a fault does not change during a diagnosis"
                 raise refuse(f"DiagnosisTask.hypotheses.{name}", field, rule, getattr(made, field).extremes)

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from indexer_env.checks import check_integer
 from indexer_env.diagnosis import Measurement
-from indexer_env.diagnosis_fleet import DiagnosisFleet
+from indexer_env.diagnosis_fleet import DiagnosisFleet, FleetView
 from indexer_env.diagnosis_task import DiagnosisTask
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -30,7 +30,7 @@ MOST_MACHINES = 4096
 """Machines of a fleet, whose records take some 1 GB in a step."""
 
 
-class IndexerDiagnosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class IndexerDiagnosisVectorEnv(FleetView, gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """`num_envs` machines with hidden faults, each with its own generator.
 
     Item i gives the bits that `IndexerDiagnosisEnv` gives with the same seed; `reset(seed=s)` seeds item i with s + i.
@@ -89,16 +89,6 @@ class IndexerDiagnosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarra
         self._generators = Generators(num_envs)
         self._elapsed = np.zeros(num_envs, dtype=np.int64)
         self._ended, self._started = np.zeros(num_envs, dtype=bool), np.zeros(num_envs, dtype=bool)
-
-    @property
-    def task(self) -> DiagnosisTask:
-        """What may be measured and named, and what it costs."""
-        return self._fleet.task
-
-    @property
-    def costs(self) -> np.ndarray:
-        """What a turn at each setting costs (k,) [reward]."""
-        return self._fleet.costs
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]

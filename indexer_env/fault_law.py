@@ -13,17 +13,13 @@ import numpy as np
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_number
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.faults import Faults, fault_laws
+from indexer_env.faults import MOST_BACKLASH, NO_CRACK, NO_CRACK_REMEDY, Faults, fault_keys, fault_laws
 from indexer_env.laws import Fixed, Law, Sobol
 
 TIGHT_LOOSENESS = 0.01
 """Looseness [-] of screws that are going to let go, until they do. A machine's model cannot change while it runs: one
 whose screws will let go runs on its base from the start, and a hundredth of full looseness puts the housing at 120 Hz,
 the stiffest base that a step of 0.25 ms resolves."""
-
-MOST_BACKLASH = 2.0
-"""rad at the motor shaft: wear ends there, as `Faults.backlash` does."""
-
 
 _PART_OF = {"cracked_station": "roller_crack", "loose_at": "screw_looseness"}
 """What makes no fault without another attribute."""
@@ -39,25 +35,25 @@ class Course:
         As they are once all have set in, without wear.
     crack_at, loose_at : float
         Time in the episode [s] at which the roller cracks and the screws let go, >= 0; 0: they have before it begins.
-    wear : float
-        Play that a joule transmitted by the input joint adds [rad at the motor shaft per J], >= 0.
+    backlash_per_joule : float
+        Backlash that a joule transmitted by the input joint adds [rad at the motor shaft per J], >= 0.
     """
 
     faults: Faults = Faults()
     crack_at: float = 0.0
     loose_at: float = 0.0
-    wear: float = 0.0
+    backlash_per_joule: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("Course", "crack_at", self.crack_at, low=0.0, unit="s")
         check_number("Course", "loose_at", self.loose_at, low=0.0, unit="s")
-        check_number("Course", "wear", self.wear, low=0.0, unit="rad/J")
+        check_number("Course", "backlash_per_joule", self.backlash_per_joule, low=0.0, unit="rad/J")
 
     @property
     def changes(self) -> bool:
         """Whether the faults are not the same throughout."""
         cracks = self.crack_at > 0.0 and self.faults.roller_crack > 0.0
-        return cracks or self.wear > 0.0 or (self.loose_at > 0.0 and self.faults.screw_looseness > 0.0)
+        return cracks or self.backlash_per_joule > 0.0 or (self.loose_at > 0.0 and self.faults.screw_looseness > 0.0)
 
     def at(self, time: float, work: float) -> Faults:
         """The faults at a time [s], when so much work [J] has been transmitted."""
@@ -68,13 +64,13 @@ class Course:
             screw_looseness=full.screw_looseness
             if time >= self.loose_at
             else min(full.screw_looseness, TIGHT_LOOSENESS),
-            backlash=min(full.backlash + self.wear * work, MOST_BACKLASH),
+            backlash=min(full.backlash + self.backlash_per_joule * work, MOST_BACKLASH),
         )
 
     @property
     def worst(self) -> Faults:
         """Every fault that the course can reach, for what must be ready from the start."""
-        return self.at(math.inf, math.inf if self.wear > 0.0 else 0.0)
+        return self.at(math.inf, math.inf if self.backlash_per_joule > 0.0 else 0.0)
 
 
 @dataclass(frozen=True)
@@ -85,7 +81,7 @@ class FaultLaw:
     ----------
     roller_crack, cracked_station, screw_looseness, backlash
         As in `Faults`.
-    crack_at, loose_at, wear
+    crack_at, loose_at, backlash_per_joule
         As in `Course`.
     """
 
@@ -95,7 +91,7 @@ class FaultLaw:
     backlash: Law = Fixed(0.0)
     crack_at: Law = Fixed(0.0)
     loose_at: Law = Fixed(0.0)
-    wear: Law = Fixed(0.0)
+    backlash_per_joule: Law = Fixed(0.0)
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -107,6 +103,8 @@ class FaultLaw:
                 raise refuse("FaultLaw", field.name, "a station or a choice of stations", law)
             for value in law.extremes:
                 self._with(field.name, value)
+        if self.cracked_station != Fixed(None) and max(self.roller_crack.extremes) == 0.0:
+            raise refuse("FaultLaw", "cracked_station", NO_CRACK, self.cracked_station, NO_CRACK_REMEDY)
 
     def draw(self, rng: np.random.Generator) -> Course:
         """The course of one episode."""
@@ -130,6 +128,8 @@ class FaultLaw:
         try:
             _course({name: value})
         except ParameterError as error:
+            if error.out_of_range is not None:
+                raise error.out_of_range.given_as("FaultLaw", name).error() from None
             raise ParameterError(f"FaultLaw.{str(error).partition('.')[2]}") from None
 
 
@@ -144,7 +144,8 @@ def fault_law(given: object) -> FaultLaw:
 
     A `FaultLaw`; a `Course` or `Faults`, which are then the same in every episode; None, no faults; or a mapping (YAML)
     of attributes of `FaultLaw` to a value or a law (`indexer_env.laws`). A key that ends in ``_deg`` (``backlash_deg``,
-    ``wear_deg``) is in degrees; ``roller: cracked`` and ``screws: loose`` name a severity (`faults.STATES`).
+    ``backlash_per_joule_deg``) is in degrees; ``roller: cracked`` and ``screws: loose`` name a severity
+    (`faults.STATES`).
 
     Raises
     ------
@@ -158,13 +159,16 @@ def fault_law(given: object) -> FaultLaw:
     if isinstance(given, Faults):
         given = Course(given)
     if isinstance(given, Course):
-        fields = {**_values(given.faults), **{key: getattr(given, key) for key in ("crack_at", "loose_at", "wear")}}
+        fields = {
+            **_values(given.faults),
+            **{key: getattr(given, key) for key in ("crack_at", "loose_at", "backlash_per_joule")},
+        }
         return FaultLaw(**{name: Fixed(value) for name, value in fields.items()})
     if not isinstance(given, Mapping):
         raise ParameterError(f"faults must be a mapping of faults to their values or laws, got {given!r}.")
     fields = tuple(field.name for field in dataclasses.fields(FaultLaw))
-    laws = fault_laws({str(key): value for key, value in given.items()}, fields)
-    return from_mapping(FaultLaw, laws, owner="faults")
+    mapping = {str(key): value for key, value in given.items()}
+    return from_mapping(FaultLaw, fault_laws(mapping, fields), "faults", fault_keys(mapping, fields))
 
 
 def _values(faults: Faults) -> dict[str, Any]:

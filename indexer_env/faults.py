@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from indexer_env.build import from_mapping
+from indexer_env.build import field_of, from_mapping
 from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.effects.base import MachineEffect
 from indexer_env.effects.joint import BaseLooseness, InputBacklash
@@ -17,6 +17,13 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_env.law_reader import law_of_field, make_law
 from indexer_env.laws import Choice, Fixed, Law
 from indexer_env.machine import Machine
+from indexer_env.units import DEGREE, at_cam
+
+MOST_BACKLASH = 2.0
+"""rad at the motor shaft; wear ends there, too."""
+
+BACKLASH_DEG: dict[str, Any] = {"low": 0.0, "high": MOST_BACKLASH / DEGREE, "unit": "deg at the motor shaft"}
+"""Its range in degrees, as `check_number` takes it."""
 
 LOOSE_HOUSING_HZ = 12.0
 """Natural frequency of the housing on fully loosened screws [Hz]. Assumed: below the output joint's 15 Hz, as a machine
@@ -28,6 +35,9 @@ STATES: dict[str, tuple[str, dict[str, float]]] = {
 }
 """Named states of the bench and the severity each stands for. Assumed, as the paper measures neither: a cracked roller
 has lost 40 % of its stiffness in the sense that opens the crack, loose screws are fully loosened."""
+
+NO_CRACK = "left out where no roller is cracked"
+NO_CRACK_REMEDY = "add faults.roller=cracked, or faults.roller_crack=0.3"
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ class Faults:
         if self.cracked_station is not None:
             check_integer("Faults", "cracked_station", self.cracked_station, low=0)
         check_number("Faults", "screw_looseness", self.screw_looseness, low=0.0, high=1.0)
-        check_number("Faults", "backlash", self.backlash, low=0.0, high=2.0, unit="rad at the motor shaft")
+        check_number("Faults", "backlash", self.backlash, low=0.0, high=MOST_BACKLASH, unit="rad at the motor shaft")
 
     def effects(self, machine: Machine) -> tuple[MachineEffect, ...]:
         """The effects these faults are on a machine, on top of what it has: plays and compliances add, of two cracks
@@ -69,15 +79,15 @@ class Faults:
         """
         present: list[MachineEffect] = []
         if self.roller_crack > 0.0 and self.cracked_station is None:
-            before = _on(machine, RollerCrack(severity=0.0))
-            present.append(RollerCrack(severity=_both_cracks(before.severity, self.roller_crack)))
+            before = _on(machine, RollerCrack(stiffness_loss=0.0))
+            present.append(RollerCrack(stiffness_loss=_both_cracks(before.stiffness_loss, self.roller_crack)))
         elif self.roller_crack > 0.0 and self.cracked_station is not None:
-            single = _on(machine, SingleRollerCrack(severity=0.0, station=self.cracked_station))
+            single = _on(machine, SingleRollerCrack(stiffness_loss=0.0, station=self.cracked_station))
             if single.station != self.cracked_station:
                 rule = f"{single.station}, where {machine.name} already has its crack"
                 raise refuse("Faults", "cracked_station", rule, self.cracked_station)
-            severity = _both_cracks(single.severity, self.roller_crack)
-            present.append(SingleRollerCrack(severity=severity, station=self.cracked_station))
+            stiffness_loss = _both_cracks(single.stiffness_loss, self.roller_crack)
+            present.append(SingleRollerCrack(stiffness_loss=stiffness_loss, station=self.cracked_station))
         if self.screw_looseness > 0.0:
             loose = _on(machine, BaseLooseness(compliance=0.0))
             inertia = machine.follower_inertia + machine.housing_inertia
@@ -85,8 +95,8 @@ class Faults:
             compliance = loose.compliance + self.screw_looseness / stiffness
             present.append(dataclasses.replace(loose, compliance=compliance))
         if self.backlash > 0.0:
-            play = _on(machine, InputBacklash(play=0.0)).play + self.backlash * machine.reduction
-            present.append(InputBacklash(play=play))
+            backlash = _on(machine, InputBacklash(backlash=0.0)).backlash + at_cam(self.backlash, machine.reduction)
+            present.append(InputBacklash(backlash=backlash))
         return tuple(present)
 
     def applied_to(self, machine: Machine) -> Machine:
@@ -107,7 +117,8 @@ def faults_from_mapping(mapping: Mapping[str, Any]) -> Faults:
         raise ParameterError(f"faults must be a mapping of faults to their values, got {mapping!r}.")
     given = {str(key): value for key, value in mapping.items() if value is not None}
     fields = tuple(field.name for field in dataclasses.fields(Faults))
-    return from_mapping(Faults, {name: law.centre for name, law in fault_laws(given, fields).items()}, owner="faults")
+    values = {name: law.centre for name, law in fault_laws(given, fields).items()}
+    return from_mapping(Faults, values, "faults", fault_keys(given, fields))
 
 
 def fault_laws(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str, Law]:
@@ -119,15 +130,21 @@ def fault_laws(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str,
         Unknown key, state or law, or one fault given by two keys.
     """
     laws: dict[str, Law] = {}
+    keys: dict[str, str] = {}
     for key, given in mapping.items():
         if key in STATES:
             name, law = STATES[key][0], _law_of_states(key, make_law("faults", key, given))
         else:
             name, law = law_of_field("faults", key, given, (*fields, *STATES))
         if name in laws:
-            raise refuse("faults", key, f"left out where {name} is given by another key", given)
-        laws[name] = law
+            raise refuse("faults", key, f"left out where faults.{keys[name]} is given, which says the same", given)
+        laws[name], keys[name] = law, key
     return laws
+
+
+def fault_keys(mapping: Mapping[str, Any], fields: Collection[str]) -> dict[str, str]:
+    """The key of a mapping by which each field is given, that of a state apart."""
+    return {field_of("faults", key, fields)[0]: key for key in mapping if key not in STATES}
 
 
 def _law_of_states(key: str, law: Law) -> Law:

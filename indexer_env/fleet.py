@@ -127,7 +127,7 @@ class Fleet:
             self._items[i, NOMINAL_SPEED] = start.operating_point.motor_speed
             self._items[i, DWELL_BEGIN] = 2.0 * math.pi * start.machine.motion_share
             self._items[i, BASE_LOAD], self._items[i, SLIPS] = start.operating_point.load_torque, float(slips)
-            self._changing[i], self._wearing[i] = start.course.changes, start.course.wear > 0.0
+            self._changing[i], self._wearing[i] = start.course.changes, start.course.backlash_per_joule > 0.0
             self._applied[i] = faults[place]
             if place in worst:
                 self._features[i] |= worst[place].features
@@ -224,7 +224,7 @@ class Fleet:
         turns = np.floor(self._states[:, _CAM] / (2.0 * math.pi), where=running, out=self._turns.copy())
         for i in np.flatnonzero(running).tolist():
             start = self._starts[i]
-            if start.course.wear > 0.0:
+            if start.course.backlash_per_joule > 0.0:
                 power = np.abs(self._out[i, _TORQUE_1, 1:] * self._out[i, _RATE, 1:])
                 self._work[i] += float(power.sum()) / self.task.sample_rate
             if turns[i] > self._turns[i]:

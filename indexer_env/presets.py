@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from indexer_env.build import from_mapping
 from indexer_env.checks import did_you_mean
@@ -11,6 +13,10 @@ from indexer_env.errors import ParameterError
 from indexer_env.machine import Machine, machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+
+_ENDINGS = (".yaml", ".yml")
+
+_T = TypeVar("_T")
 
 
 def config_dir() -> Path:
@@ -31,7 +37,7 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
 
     folder = config_dir() / group
     text = str(name_or_path)
-    path = Path(text) if text.endswith((".yaml", ".yml")) else folder / f"{text}.yaml"
+    path = Path(text) if text.endswith(_ENDINGS) else folder / f"{text}.yaml"
     if not path.is_file():
         names = sorted(preset.stem for preset in folder.glob("*.yaml"))
         hint = did_you_mean(text, names) or "the presets are " + ", ".join(names)
@@ -46,16 +52,27 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
     return content
 
 
+def _built(build: Callable[[dict[str, Any]], _T], group: str, name_or_path: str | Path) -> _T:
+    """What a preset or file describes; a refusal begins with the file that it is about."""
+    content = load_yaml(group, name_or_path)
+    try:
+        return build(content)
+    except ParameterError as error:
+        if not str(name_or_path).endswith(_ENDINGS):
+            raise
+        raise ParameterError(f"{name_or_path}: {error}") from None
+
+
 def load_machine(name_or_path: str | Path = "reference") -> Machine:
     """A machine preset by name (`conf/machine`) or a YAML file by path."""
-    return machine_from_mapping(load_yaml("machine", name_or_path))
+    return _built(machine_from_mapping, "machine", name_or_path)
 
 
 def load_operating_point(name_or_path: str | Path = "reference") -> OperatingPoint:
     """An operating point preset by name (`conf/operating_point`) or a YAML file by path."""
-    return from_mapping(OperatingPoint, load_yaml("operating_point", name_or_path))
+    return _built(partial(from_mapping, OperatingPoint), "operating_point", name_or_path)
 
 
 def load_sensor(name_or_path: str | Path = "ideal") -> Sensor:
     """A sensor preset by name (`conf/sensor`) or a YAML file by path."""
-    return from_mapping(Sensor, load_yaml("sensor", name_or_path))
+    return _built(partial(from_mapping, Sensor), "sensor", name_or_path)

@@ -23,6 +23,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start, items_of
+from indexer_env.units import DEGREE
 
 _ARGUMENTS = ("machine", "operating_point", "faults", "sensor", "reveal", "render_mode")
 """What an environment takes besides the fields of `ControlTask`."""
@@ -92,7 +93,9 @@ def check_faults(scenarios: Sequence[Scenario]) -> None:
         try:
             items_of([(start, faults) for start in starts for faults in (course.at(0.0, 0.0), course.worst)], step)
         except ParameterError as error:
-            raise ParameterError(f"faults.{name} can be {value:g}, but {error}") from None
+            unit = {"backlash": "deg", "backlash_per_joule": "deg/J"}.get(name)
+            shown = f"{value / DEGREE:g} {unit}" if unit else f"{value:g}"
+            raise ParameterError(f"faults.{name} can be {shown}, but {error}") from None
 
 
 def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenario:

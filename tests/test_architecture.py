@@ -22,7 +22,7 @@ EXTRAS = {
     "stable_baselines3": "indexer_env.stable_baselines",
     "minari": "indexer_env.minari_export",
     "ray": "datagen.executors.ray",
-    "sklearn": "classifier.compare",
+    "sklearn": "indexer_experiments.compare",
     "onnx": "classifier.export",
     "optuna": "classifier.tune",
 }
@@ -77,6 +77,7 @@ def test_import_contracts_hold() -> None:
     [
         ("indexer_env/__init__.py", "import datagen", "indexer_env -> datagen"),
         ("datagen/__init__.py", "import classifier", "datagen -> classifier"),
+        ("classifier/__init__.py", "import indexer_experiments", "classifier -> indexer_experiments"),
         ("indexer_env/kernels/__init__.py", "import scipy", "indexer_env.kernels imports scipy"),
         ("indexer_env/kernels/__init__.py", "import indexer_env", "indexer_env.kernels imports indexer_env"),
     ],

@@ -15,7 +15,6 @@ from omegaconf import OmegaConf
 
 from classifier.feature_choice import make_choice
 from classifier.network import Mlp
-from classifier.study.lab import Size
 from classifier.trainers import make_trainer
 from datagen.campaigns import make_campaign
 from datagen.order import order_from
@@ -27,6 +26,7 @@ from indexer_env.machine import machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir
 from indexer_env.sensors import Sensor
+from indexer_experiments.study.lab import Size
 
 CONF = config_dir()
 FILES = sorted(CONF.rglob("*.yaml"))

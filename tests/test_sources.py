@@ -1,6 +1,7 @@
 """What the project cites, its readers have."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from indexer_env.motion_law import MOTION_LAWS
 
 ROOT = Path(__file__).parents[1]
-PARTS = ("indexer_env", "datagen", "classifier", "discrepancy", "conf", "docs", "benchmarks", "examples", "tests")
+PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["root_packages"]
+PARTS = (*PACKAGES, "conf", "docs", "benchmarks", "examples", "tests")
 TEXTS = sorted(
     path
     for path in (*ROOT.glob("*"), *(path for part in PARTS for path in (ROOT / part).rglob("*")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from classifier.dataset import Dataset
-from indexer_env.errors import IndexerError
+from indexer_env.errors import IndexerError, SignalError
 
 
 class NotAvailable(IndexerError, ValueError):
@@ -24,13 +24,26 @@ def independent(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
 
     Turns of one file are nearly equal, so that many of them promise no more than one. Where the data set states no
     machine each record stands for itself.
+
+    Raises
+    ------
+    SignalError
+        A column that says what hangs together holds NaN.
     """
     if "machine_draw" not in dataset.table.column_names:
         return np.flatnonzero(rows)
     faults = [name for name in dataset.table.column_names if name.startswith("fault_")]
-    stated = [dataset.table.column(name).to_numpy() for name in ("machine_draw", *faults)]
-    columns = [np.nan_to_num(np.asarray(column, dtype=np.float64), nan=-1.0) for column in stated]
+    columns = [part for name in ("machine_draw", *faults) for part in _stated(dataset, name)]
     return np.unique(np.column_stack([dataset.classes, *columns])[rows], axis=0, return_inverse=True)[1].ravel()
+
+
+def _stated(dataset: Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Whether a column (n,) states a number, and the number, 0 where it does not."""
+    column = dataset.table.column(name)
+    numbers = column.fill_null(0).to_numpy().astype(np.float64)
+    if np.isnan(numbers).any():
+        raise SignalError(f"the data set's column {name} must hold a number or null in each row, got NaN; repair it.")
+    return column.is_valid().to_numpy(), numbers
 
 
 def count_independent(dataset: Dataset, *subsets: str) -> int:

@@ -17,10 +17,9 @@ import numpy as np
 
 from datagen.campaign import Campaign, Design
 from datagen.campaigns.cells import Cells, values_of
-from datagen.changes import with_changes
-from indexer_env.checks import check_integer
+from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
-from indexer_env.faults import Faults, fault_laws
+from indexer_env.faults import BACKLASH_DEG, fault_laws
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +45,9 @@ class Bench(Campaign):
 
     def __post_init__(self) -> None:
         check_integer("campaign", "repeats", self.repeats, low=1)
-        for number in range(self.cells.count):
-            with_changes(Faults(), {path.partition(".")[2]: value for path, value in self.cells.cell(number).items()})
+        assert self.cells.count  # the states and the kinds of values are checked where these are listed
+        for value in self.backlash_deg:
+            check_number("campaign", "backlash_deg", value, **BACKLASH_DEG)
         super().__post_init__()
 
     @functools.cached_property

@@ -24,11 +24,12 @@ import numpy as np
 from datagen.campaign import Campaign, Design
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
-from indexer_env.faults import Faults
-from indexer_env.law_reader import law_of_field
+from indexer_env.faults import BACKLASH_DEG
+from indexer_env.law_reader import law_of_field, make_law
 from indexer_env.laws import Fixed, Law, Sobol
 
 BACKLASH = "faults.backlash"
+_BACKLASHES = ("first_backlash_deg", "last_backlash_deg")
 
 
 def play_after(share: float, first: float, last: float, speed_up: float) -> float:
@@ -51,8 +52,8 @@ class Wear(Campaign):
     turns : sequence of int or None
         Turns after which each life is recorded, >= 0, in place of records_per_life; a life that has failed by then
         gives a rejected item.
-    first_play_deg, last_play_deg : law
-        g_0 and g_N at the MOTOR shaft [degrees], added to what play the machine has.
+    first_backlash_deg, last_backlash_deg : law
+        g_0 and g_N at the MOTOR shaft [degrees], added to what the machine has.
     life_turns : law
         N [turns], rounded to a whole number >= 1.
     speed_up : law
@@ -62,8 +63,8 @@ class Wear(Campaign):
     name: ClassVar[str] = "wear"
 
     lives: int
-    first_play_deg: Any
-    last_play_deg: Any
+    first_backlash_deg: Any
+    last_backlash_deg: Any
     life_turns: Any
     speed_up: Any
     records_per_life: int | None = None
@@ -78,14 +79,15 @@ class Wear(Campaign):
             check_integer("campaign", "records_per_life", self.records_per_life, low=1)
         if self.turns is not None:
             self._check_turns(self.turns)
-        least = {"first_play": 0.0, "last_play": 0.0, "life_turns": 1.0, "speed_up": 1e-6}
-        for name, low in least.items():
-            for value in self.life_laws[name].extremes:
-                check_number("campaign", name, value, low=low)
-        first, last = (max(self.life_laws["first_play"].extremes), min(self.life_laws["last_play"].extremes))
-        Faults(backlash=max(self.life_laws["last_play"].extremes))
+        ranges = {**dict.fromkeys(_BACKLASHES, BACKLASH_DEG), "life_turns": {"low": 1.0}, "speed_up": {"low": 1e-6}}
+        for key, bounds in ranges.items():
+            for value in make_law("campaign", key, getattr(self, key)).extremes:
+                check_number("campaign", key, value, **bounds)
+        first, last = (max(self.life_laws["first_backlash"].extremes), min(self.life_laws["last_backlash"].extremes))
         if first > last:
-            raise refuse("campaign", "last_play_deg", "a law that lies above first_play_deg", self.last_play_deg)
+            raise refuse(
+                "campaign", "last_backlash_deg", "a law that lies above first_backlash_deg", self.last_backlash_deg
+            )
         super().__post_init__()
 
     @staticmethod
@@ -99,8 +101,8 @@ class Wear(Campaign):
     def life_laws(self) -> dict[str, Law]:
         """Law of what each life has of its own, by name, in SI units."""
         laws: dict[str, Law] = {}
-        names = ("first_play", "last_play", "life_turns", "speed_up")
-        for key in ("first_play_deg", "last_play_deg", "life_turns", "speed_up"):
+        names = ("first_backlash", "last_backlash", "life_turns", "speed_up")
+        for key in (*_BACKLASHES, "life_turns", "speed_up"):
             name, law = law_of_field("campaign", key, getattr(self, key), names)
             if isinstance(law, Sobol) or law.needs_nominal:
                 raise refuse("campaign", key, "a law other than sobol and {around: share}", law)
@@ -134,6 +136,6 @@ class Wear(Campaign):
         turn = self.turns[place] if self.turns is not None else round(life * place / max(1, self.per_life - 1))
         if turn > life:
             refused = f"campaign.turns must be <= {life} turns, which this machine lives, got {turn}."
-            return Design({BACKLASH: own["last_play"]}, 0, refused)
-        play = play_after(turn / life, own["first_play"], own["last_play"], own["speed_up"])
+            return Design({BACKLASH: own["last_backlash"]}, 0, refused)
+        play = play_after(turn / life, own["first_backlash"], own["last_backlash"], own["speed_up"])
         return Design({BACKLASH: play}, life - turn)

@@ -13,6 +13,7 @@ from datagen.ingest.sources import sources_of
 from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.words import counted
 
 
 @hydra_command("ingest")
@@ -27,12 +28,13 @@ def main(config: dict[str, Any]) -> None:
     manifest = ingest(sources, settings, folder, config=kept, overwrite=config["overwrite"])
     _say(manifest, str(folder))
     groups = sorted({name for source in sources for name in source.groups})
-    print(f"groups of the labels table: {', '.join(groups)}" if groups else "no groups in the labels table")
+    without = "the labels table has no groups: no further column that files have in common, such as machine or day"
+    print(f"groups of the labels table: {', '.join(groups)}" if groups else without)
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
     console = Console(highlight=False, soft_wrap=True)
-    table = Table(title=f"{manifest['files']} files", title_justify="left")
+    table = Table(title=counted(manifest["files"], "file"), title_justify="left")
     table.add_column("class")
     table.add_column("turns", justify="right")
     for name, turns in manifest["classes"].items():
@@ -40,10 +42,11 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
     console.print(table)
     console.print(f"each turn is a record of {manifest['duration']:g} s at {manifest['sample_rate']:g} Hz")
     subsets = ", ".join(f"{turns} {name}" for name, turns in manifest["subsets"].items())
-    console.print(f"{manifest['records']} turns ({subsets}) in {folder}")
-    console.print(f"{manifest['partial_turns']} partial turns at the ends of the files left out")
+    console.print(f"{counted(manifest['records'], 'turn')} ({subsets}) in {folder}")
+    console.print(f"{counted(manifest['partial_turns'], 'partial turn')} at the ends of the files left out")
     if manifest["rejected"]:
-        console.print(f"{manifest['rejected']} files or turns rejected, with reasons in {folder}/{REJECTED}")
+        rejected = counted(manifest["rejected"], "file or turn", "files or turns")
+        console.print(f"{rejected} rejected, with reasons in {folder}/{REJECTED}")
 
 
 if __name__ == "__main__":

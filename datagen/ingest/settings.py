@@ -28,7 +28,7 @@ class Split:
     by : str
         What stays together: "file", or a group (a column of the labels table), e.g. "machine".
     calibration, control, validation : float
-        Shares of the files or groups of each class [-], >= 0; what counts is their ratio.
+        Shares of the files or groups of each class [-], 0 to 1; what counts is their ratio.
     """
 
     by: str = "file"
@@ -40,9 +40,10 @@ class Split:
         if not isinstance(self.by, str) or not self.by:
             raise refuse("split", "by", "file or the name of a group", self.by)
         for name in SUBSETS:
-            check_number("split", name, getattr(self, name), low=0.0)
+            check_number("split", name, getattr(self, name), low=0.0, high=1.0, unit="-")
         if sum(self.shares.values()) == 0.0:
-            raise refuse("split", "shares", "above 0 in one subset at least", self.shares)
+            rule = f"> 0 where {SUBSETS[1]} and {SUBSETS[2]} are 0"
+            raise refuse("split", SUBSETS[0], rule, self.calibration, "files without a subset need one")
 
     @property
     def shares(self) -> dict[str, float]:

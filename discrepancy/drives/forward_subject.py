@@ -16,7 +16,7 @@ from discrepancy.drives.description import Drive
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.second_look import known_effects, machine_yaml
 from discrepancy.drives.windows import Windows, split
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Model
 from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from indexer_env.errors import ParameterError
@@ -96,7 +96,7 @@ class ForwardSubject(Subject):
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
 
-    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
+    def measurements(self) -> tuple[Measurement, ...]:
         base, found = self.model, []
         longest = max((base.courses[k] for k in base.windows.tracks), key=lambda c: len(c.u))
         whole = base.windows
@@ -106,7 +106,7 @@ class ForwardSubject(Subject):
             words = "the same motion again" if size == 1.0 else f"the same input, {size:g} times as large"
             course = _imagined(longest, size)
             model = ForwardModel(
-                self.drive, [course], whole, base.scales, base.measured, base.rates, (*base.known, *effects),
+                self.drive, [course], whole, base.scales, base.measured, base.rates, base.known,
                 base.hypotheses(), base.substeps,
             )  # fmt: skip
             found.append(Measurement(words, model, _RAISED))

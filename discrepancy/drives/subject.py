@@ -13,9 +13,9 @@ from discrepancy.drives.motions import imagined
 from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Model
 from discrepancy.problem import Point
-from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 
 _CELLS = 8
 _MAINS = (50.0, 60.0, 100.0, 120.0)
@@ -66,6 +66,9 @@ class DriveSubject(Subject):
                                for g, a, i in zip(model.groups, at, inside, strict=True)]),
             noise=model.noise, estimated=tuple(False for _ in records), axes=tuple(axes),
             map_axes=("speed", "position"), lines=_lines(records),
+            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {
+                f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v"), "time [s]": time,
+            }),
         )  # fmt: skip
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
@@ -75,13 +78,13 @@ class DriveSubject(Subject):
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
 
-    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
+    def measurements(self) -> tuple[Measurement, ...]:
         base = self.model
         longest = max((base.tracks[k] for k in base.windows.tracks), key=lambda t: len(t.t))
         found = []
         for words, track in imagined(longest):
             whole = Windows(np.array([0]), np.array([0]), np.array([len(track.measured)]))
-            model = InverseModel(self.drive, [track], base.scales, whole, (*base.known, *effects), base.hypotheses())
+            model = InverseModel(self.drive, [track], base.scales, whole, base.known, base.hypotheses())
             found.append(Measurement(words, model))
         return tuple(found)
 

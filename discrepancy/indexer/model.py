@@ -15,7 +15,7 @@ from discrepancy.indexer.lines import lines
 from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import OF_RECORDS, base_parameters, changed, record_parameters, torque_power
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
-from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, windows_of
+from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, Windows, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
@@ -95,7 +95,6 @@ class IndexerModel(Model):
         if empty:
             rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
             raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
-        self.counts, self.groups = w.count, w.record
         self._rates = np.array(rates)
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
         self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
@@ -103,12 +102,35 @@ class IndexerModel(Model):
         self._sample_rate = float(self._sample_rates[0])
         self._noise = np.array([e.noise_level for e in self.experiments])
         self._begun = np.array([e.begun for e in self.experiments])
+        self._periods = 2.0 * math.pi * self._sample_rates / self._rates
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """The records, window by window."""
+        w = self.windows
+        self.counts, self.groups = w.count, w.record
         self._measured = np.zeros((len(w.first), int(w.count.max())))
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             self._measured[i, :count] = self.experiments[record].signal.values[first : first + count]
         self._inside = np.arange(self._measured.shape[1]) < w.count[:, None]
         self._lengths = np.unique(w.count).tolist()
-        self._periods = 2.0 * math.pi * self._sample_rates / self._rates
+
+    def part(self, windows: int) -> IndexerModel:
+        """Successive cam turns of each record, each record going on at the station where the one before ends."""
+        w, records = self.windows, np.unique(self.windows.record)
+        if len(w.first) <= windows:
+            return self
+        share, chosen, station = max(1, windows // len(records)), [], 0
+        for record in records:
+            mine = np.flatnonzero(w.record == record)
+            latest = max(0, len(mine) - share)
+            begin = next((k for k in range(latest + 1) if w.turn[mine[k]] % self.machine.stations == station), 0)
+            chosen += mine[begin : begin + share].tolist()
+            station = (int(w.turn[chosen[-1]]) + 1) % self.machine.stations
+        other = copy.copy(self)
+        other.windows = Windows(*(column[chosen] for column in (w.record, w.first, w.count, w.turn)))
+        other._lay_out()
+        return other
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         orders, hums = ((), ()) if residual is None else self._lines(residual)

@@ -2,6 +2,7 @@
 
 In reading order:
     null       residuals as they would be if nothing were missing, by linear theory
+    lines      lines at any frequency that stand out of every record
     statistics what is computed of residuals: levels of cells, prominence of lines
     result     cells, lines and map, with what the test says of each
     sentences  the result in words

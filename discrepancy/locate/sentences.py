@@ -16,29 +16,63 @@ _DIFFERENT = 1.5
 
 _HALF = 0.5
 
+STATION = "station"
+"""The axis on which a second turn of the table can be told from the first one."""
+
+_OUTSTANDING = 100.0
+"""Prominence of a line from which on it is what one would say first."""
+
 _ONE_SPEED = 0.01
 """Spread of a line's frequencies over the records, relative, up to which these count as taken at one speed."""
 
 
-def sentences(level: float, cells: Sequence[Cell], spots: Sequence[Spot]) -> tuple[str, ...]:
-    """What the significant cells and lines of a residual at this level say, axis by axis."""
+def sentences(level: float, cells: Sequence[Cell], spots: Sequence[Spot], passes: np.ndarray) -> tuple[str, ...]:
+    """What the significant cells and lines of a residual at this level say, axis by axis.
+
+    `passes` (2, stations) are the mean squares of each station's first and second cam turn, NaN where there is none.
+    """
     if not any(one.significant for one in (*cells, *spots)):
         return (f"The residual is {level:.2f} times the noise, and no cell or line disagrees beyond chance.",)
     said = [f"The residual is {level:.2f} times the noise."]
     for axis in dict.fromkeys(cell.axis for cell in cells):
         mine = [cell for cell in cells if cell.axis == axis]
         if any(cell.significant for cell in mine):
-            said += _of_axis(axis, mine)
+            said += _of_axis(axis, mine, passes)
     return (*said, *_of_lines(spots))
 
 
-def _of_axis(axis: str, cells: list[Cell]) -> list[str]:
-    excess = np.array([max(cell.level**2 - cell.expected**2, 0.0) for cell in cells])
+def shortly(cells: Sequence[Cell], spots: Sequence[Spot]) -> str:
+    """Where the disagreement is, in a few words for a headline: the cell that stands out most from the others of its
+    axis, or the strongest line; "" where nothing disagrees beyond chance."""
+    contrasts = []
+    for axis in dict.fromkeys(cell.axis for cell in cells):
+        mine = [cell for cell in cells if cell.axis == axis]
+        excess = _excess(mine)
+        if any(cell.significant for cell in mine):
+            contrasts.append((float(excess.max() / (excess.mean() + 0.1)), mine[int(excess.argmax())]))
+    line = max((s for s in spots if s.significant), key=lambda s: s.prominence, default=None)
+    if line is not None and line.prominence > _OUTSTANDING:
+        return f"at {line.name}"
+    if not contrasts:
+        return ""
+    cell = max(contrasts, key=lambda pair: pair[0])[1]
+    if cell.axis in ("cam phase", "time"):
+        return f"most at a {cell.axis} from {cell.label} on"
+    return f"most at {cell.axis} {cell.label}" if cell.axis == STATION else f"most at {cell.label} ({cell.axis})"
+
+
+def _excess(cells: Sequence[Cell]) -> np.ndarray:
+    """Mean squares above what noise alone gives."""
+    return np.array([max(cell.level**2 - cell.expected**2, 0.0) for cell in cells])
+
+
+def _of_axis(axis: str, cells: list[Cell], passes: np.ndarray) -> list[str]:
+    excess = _excess(cells)
     top = int(excess.argmax())
     if axis == "cam phase":
         return [_phases(cells, excess)]
-    if axis == "station":
-        return [_stations(cells, excess)]
+    if axis == STATION:
+        return [_stations(cells, excess, passes)]
     low = int(excess.argmin())
     if excess[top] < _DIFFERENT * max(excess[low], 0.1):
         return []
@@ -65,22 +99,39 @@ def _phases(cells: list[Cell], excess: np.ndarray) -> str:
     return f"Half of what exceeds the noise lies at a cam phase of {_and(ranges)}."
 
 
-def _stations(cells: list[Cell], excess: np.ndarray) -> str:
+def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
     top, middle = float(excess.max()), float(np.median(excess))
-    if top < _UNEVEN * max(middle, 0.05 * top, 0.1):
-        if top < 2.0 * max(float(excess.min()), 0.1):
-            return "It is much the same at every station, so it is not locked to the table's turns."
-        strong, weak = cells[int(excess.argmax())], cells[int(excess.argmin())]
+    if top < _UNEVEN * max(middle, 0.05 * top, 0.1) and top < 2.0 * max(float(excess.min()), 0.1):
+        return "It is much the same at every station, so it is not locked to the table's turns."
+    stands_out = top >= _UNEVEN * max(middle, 0.05 * top, 0.1)
+    strong = [int(k) for k in np.argsort(-excess) if excess[k] > (_HALF if stands_out else 1.0 - 1e-9) * top]
+    names = _and([cells[k].label for k in strong[:3]])
+    weak = [cells[k].level for k in range(len(cells)) if k not in strong]
+    where = f"at station {names}: {cells[strong[0]].level:.1f} times the noise, where the other stations have "
+    where += f"{float(np.median(weak)):.1f}"
+    stations = [int(cells[k].label) for k in strong]
+    if not _twice(stations, passes):
         return (
-            f"It changes over the table turn: largest at station {strong.label} ({strong.level:.1f} times the noise), "
-            f"smallest at station {weak.label} ({weak.level:.1f})."
+            f"It is largest {where}. No record holds two turns of the table there, so a station and a time within the "
+            "record are one thing."
         )
-    strong = [cells[int(k)] for k in np.argsort(-excess) if excess[k] > _HALF * top]
-    names = _and([cell.label for cell in strong[:3]])
-    return (
-        f"It is locked to table turns, largest at station {names}: {strong[0].level:.1f} times the noise, where the "
-        f"other stations have {float(np.median([c.level for c in cells if c not in strong])):.1f}."
-    )
+    if not _again(stations, passes):
+        return f"It is largest {where}, but not in a second turn of the table, so it is not locked to its turns."
+    return f"It is locked to table turns, largest {where}; the second turn shows it again."
+
+
+def _twice(stations: Sequence[int], passes: np.ndarray) -> bool:
+    """Whether all of these stations were seen in a second turn."""
+    return passes.size > 0 and not np.isnan(passes[:, list(stations)]).any()
+
+
+def _again(stations: Sequence[int], passes: np.ndarray) -> bool:
+    """Whether what these stations have above the others' median in one turn they have by half or more in the other, and
+    by more than what all stations change from one turn to the other."""
+    others = [k for k in range(passes.shape[1]) if k not in stations]
+    ground = [float(np.nanmedian(row[others])) if not np.isnan(row[others]).all() else 1.0 for row in passes]
+    first, second = (float(row[list(stations)].mean()) - level for row, level in zip(passes, ground, strict=True))
+    return min(first, second) > max(_HALF * max(first, second), abs(ground[1] - ground[0]))
 
 
 def _of_lines(spots: Sequence[Spot]) -> list[str]:

@@ -13,9 +13,10 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.stats import gamma
 
+from discrepancy.locate.lines import with_found_lines
 from discrepancy.locate.null import Null
 from discrepancy.locate.result import Cell, Map, Spot, Where
-from discrepancy.locate.sentences import sentences
+from discrepancy.locate.sentences import STATION, sentences
 from discrepancy.locate.statistics import Levels, Prominence
 from discrepancy.model import Model
 from discrepancy.problem import Point
@@ -49,7 +50,8 @@ def locate(
         Residuals drawn under the null.
     """
     null = Null(model, place, view)
-    return located(null.residual, Law(view, null.draws(rng, draws)), alarms)
+    law = Law(with_found_lines(view, null.residual), null.draws(rng, draws))
+    return located(null.residual, law, alarms)
 
 
 class Law:
@@ -111,9 +113,28 @@ def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
         chance = float(chances[k])
         spots.append(Spot(line.name, line.kind, frequencies, float(found[k]), chance, bool(significant[k])))
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
-    said = sentences(level, rows, spots)
+    said = sentences(level, rows, spots, _passes(residual, view))
     repeats = _repeats(residual, view) if view.aligned else math.nan
     return Where(level, repeats, tuple(rows), tuple(spots), picture, said, alarms, len(law.under))
+
+
+def _passes(residual: np.ndarray, view: View) -> np.ndarray:
+    """Mean squares (2, stations) of each station's first and second cam turn in a record, over the records; NaN where
+    no record holds one."""
+    if not any(axis.name == STATION for axis in view.axes):
+        return np.zeros((2, 0))
+    axis = view.axis(STATION)
+    sums, counts = np.zeros((2, len(axis.labels))), np.zeros((2, len(axis.labels)))
+    for group in range(len(view.noise)):
+        seen: dict[int, int] = {}
+        for row in np.flatnonzero(view.groups == group).tolist():
+            station = int(np.bincount(axis.cells[row][view.inside[row]]).argmax())
+            turn = seen.get(station, 0)
+            seen[station] = turn + 1
+            if turn < len(sums):
+                sums[turn, station] += float((residual[row][view.inside[row]] ** 2).mean())
+                counts[turn, station] += 1.0
+    return np.where(counts > 0.0, sums / np.maximum(counts, 1.0), math.nan)
 
 
 def _table(view: View) -> Axis:

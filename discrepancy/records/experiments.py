@@ -5,6 +5,7 @@ What is slightly off is put right and said; what cannot be is refused, before an
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
 from indexer_records.acceleration_units import STANDARD_GRAVITY
+from indexer_records.resample import resampled
 
 _TURN = 2.0 * math.pi
 
@@ -46,6 +48,9 @@ _UNITS = {
     1e-3 * STANDARD_GRAVITY: "mg for m/s^2",
 }  # fmt: skip
 """What one of the first unit is worth in the second."""
+
+_RATE = 1000.0
+"""Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""
 
 FIT_SHARE = 2.0 / 3.0
 """Share of each record that is fitted where no record is held out as a whole."""
@@ -122,9 +127,28 @@ def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> 
             )
 
 
+def _thinned(record: Record) -> Record:
+    """A record at about `_RATE` where it has twice as much or more: what moves lies far below half of that."""
+    signal, rate = record.signal, record.signal.sample_rate
+    every = int(rate // _RATE)
+    if every < 2:
+        return record
+    target, count = rate / every, len(signal.values) // every
+    values = resampled(signal.values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
+    noise = record.conditions.noise
+    conditions = (
+        record.conditions if noise is None else dataclasses.replace(record.conditions, noise=noise / math.sqrt(every))
+    )
+    thin = Signal(values, target, unit=signal.unit, source=signal.source)
+    return dataclasses.replace(record, signal=thin, conditions=conditions)
+
+
 def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:
+    measured_at, record = record.signal.sample_rate, _thinned(record)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
+    if signal.sample_rate < measured_at:
+        notes.append(f"{record.name} is taken at {signal.sample_rate:g} Hz of its {measured_at:g} Hz")
     if signal.unit != sensor.unit:
         remedy = "state sensor_radius" if sensor.radius is None else "leave sensor_radius out"
         raise SignalError(

@@ -1,9 +1,11 @@
-"""What the chain leaves behind: report.json for programs, report.html for people, the extended machine.
+"""What the chain leaves behind: report.json for programs, report.html for people, the machine with what was found.
 
 In reading order:
-    words    the verdict in one sentence, numbers as a person writes them
+    words    the answer in one sentence, numbers as a person writes them
+    ranking  what competed with each finding, and none of these
     content  report.json
-    figures  records, maps, levels and ranking as SVG
+    picture  the machine with the places marked
+    figures  missing torque, records, maps and levels as SVG
     page     report.html from `page.html`, all inline
 """
 
@@ -11,11 +13,11 @@ from __future__ import annotations
 
 import json
 
-from discrepancy.chain import Outcome
+from discrepancy.chain import Outcome, written
 from discrepancy.report.content import content
-from discrepancy.report.words import headline
+from discrepancy.report.words import headline, to_do
 
-__all__ = ["content", "headline", "report_files"]
+__all__ = ["content", "headline", "report_files", "to_do"]
 
 
 def report_files(outcome: Outcome) -> dict[str, str]:
@@ -23,8 +25,12 @@ def report_files(outcome: Outcome) -> dict[str, str]:
     from discrepancy.report.page import page
 
     whole = content(outcome)
+    place, remarks = written(outcome.answer)
+    machine = dict(outcome.subject.files(outcome.answer.model, place))
+    comments = "".join(f"# {remark}\n" for remark in remarks)
     return {
         "report.json": json.dumps(whole, indent=1, ensure_ascii=False) + "\n",
         "report.html": page(outcome, whole),
-        **outcome.subject.files(outcome.after.model, outcome.after.place),
+        **machine,
+        "machine.yaml": comments + machine["machine.yaml"],
     }

@@ -7,69 +7,109 @@ import math
 from typing import Any
 
 from datagen.versions import versions_of
-from discrepancy.chain import Outcome
-from discrepancy.findings import Estimate, FoundEffect
+from discrepancy.chain import Outcome, written
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Estimate, FoundEffect
+from discrepancy.explain import Finding
 from discrepancy.gap import Gap, Share
+from discrepancy.grades import NAMED, RULES
 from discrepancy.locate import Cell, Spot, Where
-from discrepancy.report.words import headline
+from discrepancy.report.ranking import rankings
+from discrepancy.report.words import headline, remaining, where_in_short
+from discrepancy.subjects.base import Subject
 
 _DISTRIBUTION = "indexer-diagnosis"
 
 
 def content(outcome: Outcome) -> dict[str, Any]:
     """What report.json holds; docs/discrepancy.md tells each key."""
-    answer = outcome.answer
-    accepted = answer.found if outcome.effects else ()
+    answer, subject = outcome.answer, outcome.subject
+    accepted = [f.effects[0] for f in answer.findings if f.grade in NAMED]
     whole = {
         "verdict": answer.verdict,
         "headline": headline(outcome),
-        "reason": answer.reason,
-        "effects": [_effect(effect) for effect in accepted],
-        "ranking": [
-            {"name": r.name, "probability": r.probability, "heldout_gap": r.heldout_gap, "score": r.score}
-            for r in answer.ranking
-        ],
-        "ranking_beside": list(answer.names[:-1]),
-        "ambiguous": list(answer.rounds[-1].names) if answer.verdict == "ambiguous" else [],
-        "gap": _gap(outcome.gap),
-        "where": [_one(one) for one in outcome.where.significant],
-        "where_after": [_one(one) for one in outcome.where_after.significant],
-        "where_in_words": list(outcome.where.sentences),
-        "test": _test(outcome.where),
+        "findings": [_finding(finding, subject) for finding in answer.findings],
+        "effects": [_effect(effect, subject) for effect in accepted],
+        "remains": _remains(outcome),
+        "ranking": [dataclasses.asdict(ranking) for ranking in rankings(answer)],
+        "gap": None if outcome.gap is None else _gap(outcome.gap),
+        "where": _significant(outcome.where),
+        "where_after": _significant(outcome.left),
+        "where_in_words": [] if outcome.where is None else list(outcome.where.sentences),
+        "test": None if outcome.where is None else _test(outcome.where),
         "calibration": {
-            "converged": answer.believed.converged,
-            "parameters": [_estimate(e) for e in answer.calibration.estimates],
+            "parameters": [_estimate(e, subject, e.name) for e in answer.calibration.estimates],
             "bounds_hit": list(answer.calibration.bounds_hit),
             "undetermined": list(answer.calibration.undetermined),
+            "held_back": answer.held_back,
+            "remarks": list(written(answer)[1]),
         },
+        "question": None if outcome.question is None else outcome.question.about,
         "next": [dataclasses.asdict(one) for one in outcome.next],
-        "notes": list(outcome.subject.notes),
-        "records": {"fitted": _names(outcome, held=False), "held_out": _names(outcome, held=True)},
+        "search": {
+            "complete": answer.selection.complete,
+            "converged": answer.best.converged,
+            "dispersion": answer.selection.dispersion,
+            "selected": list(answer.best.place.hypothesis.names),
+            "tried_last": [one.name for one in answer.selection.tried],
+        },
+        "criteria": _criteria(answer.criteria),
+        "failures": list(outcome.failures),
+        "notes": list(subject.notes),
+        "records": {
+            "fitted": list(subject.view(subject.model).names),
+            "held_out": list(subject.view(subject.held_out).names),
+        },
         "seed": outcome.seed,
         "version": versions_of([_DISTRIBUTION])[_DISTRIBUTION],
     }
     return _finite(whole)
 
 
-def _names(outcome: Outcome, held: bool) -> list[str]:
-    subject = outcome.subject
-    return list(subject.view(subject.held_out if held else subject.model).names)
-
-
-def _effect(effect: FoundEffect) -> dict[str, Any]:
+def _criteria(criteria: Criteria) -> dict[str, Any]:
     return {
-        "name": effect.name,
-        "parameters": [_estimate(e) for e in effect.parameters],
-        "choices": dict(effect.choices),
-        "possible": effect.possible,
-        "why": effect.why,
+        "numbers": dataclasses.asdict(criteria),
+        "rules": [{"rule": rule.name, "grade": rule.grade} for rule in RULES],
     }
 
 
-def _estimate(e: Estimate) -> dict[str, Any]:
+def _finding(finding: Finding, subject: Subject) -> dict[str, Any]:
+    return {
+        "grade": finding.grade,
+        "name": finding.name,
+        "effects": [_effect(effect, subject) for effect in finding.effects],
+        "probability": finding.probability,
+        "closes": finding.closes,
+        "why": finding.why,
+        "rivals": [{"name": name, "behind": behind} for name, behind in finding.rivals],
+    }
+
+
+def _remains(outcome: Outcome) -> dict[str, Any]:
+    answer = outcome.answer
+    return {
+        "times_noise": remaining(outcome),
+        "with_hints": answer.remains.level,
+        "unrepeated": answer.remains.noise,
+        "looks_like": answer.remains.looks_like,
+        "most": where_in_short(outcome.left).removeprefix(", "),
+        "where_in_words": [] if outcome.left is None else list(outcome.left.sentences),
+    }
+
+
+def _effect(effect: FoundEffect, subject: Subject) -> dict[str, Any]:
+    return {
+        "name": effect.name,
+        "parameters": [_estimate(e, subject, f"{effect.name}.{e.name}") for e in effect.parameters],
+        "choices": dict(effect.choices),
+        "bound": effect.bound,
+    }
+
+
+def _estimate(e: Estimate, subject: Subject, name: str) -> dict[str, Any]:
     return {
         "name": e.name, "value": e.value, "unit": e.unit, "interval": [e.low, e.high], "nominal": e.nominal,
-        "moved": e.moved,
+        "moved": e.moved, "shop": subject.shop(name, (e.value, e.low, e.high)),
     }  # fmt: skip
 
 
@@ -81,6 +121,10 @@ def _gap(gap: Gap) -> dict[str, Any]:
 
 def _interval(share: Share | None) -> list[float] | None:
     return None if share is None else [share.low, share.high]
+
+
+def _significant(where: Where | None) -> list[dict[str, Any]]:
+    return [] if where is None else [_one(one) for one in where.significant]
 
 
 def _one(one: Cell | Spot) -> dict[str, Any]:

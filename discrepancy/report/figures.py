@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -13,9 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from discrepancy.chain import Fitted, Outcome
-from discrepancy.locate import Map, Where
-from discrepancy.problem import Problem
+from discrepancy.chain import Outcome
+from discrepancy.locate import Map, Spot, Where
+from discrepancy.model import Model
+from discrepancy.problem import Point, Problem
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 MEASURED, BEFORE, AFTER = "0.2", "#D55E00", "#0072B2"
@@ -28,12 +30,26 @@ _WIDTH = 9.6
 _MOST_POINTS = 1600
 """Points of a curve beyond which it is thinned: a screen shows no more."""
 
+_CELLS, _LEAST = 72, 3
+"""Cells over which a missing torque is averaged, 5° of a cam turn each; samples of a window that fill one."""
+
+_log = logging.getLogger(__name__)
+
 
 def figures(outcome: Outcome) -> dict[str, str]:
-    """SVG by name: records, maps, levels."""
-    makers = {"records": _records, "maps": _maps, "levels": _levels}
+    """SVG by name: torque, records, maps, levels; "" for one that there is nothing to draw of. One that fails is left
+    out and told in the log: the page must not depend on it."""
+    makers = {"torque": missing_torque, "records": _records, "maps": _maps, "levels": _levels}
+    drawn = {}
     with matplotlib.rc_context(_STYLE):
-        return {name: _svg(make(outcome)) for name, make in makers.items()}
+        for name, make in makers.items():
+            try:
+                figure = make(outcome)
+                drawn[name] = "" if figure is None else _svg(figure)
+            except Exception:
+                _log.exception("the figure %s cannot be drawn", name)
+                drawn[name] = ""
+    return drawn
 
 
 def _svg(figure: Figure) -> str:
@@ -47,9 +63,11 @@ def _svg(figure: Figure) -> str:
 
 def _records(outcome: Outcome) -> Figure:
     """The cam turn held out on which the base model is worst: both models beside the record, and what each leaves."""
+    answer = outcome.answer
     view = outcome.subject.view(outcome.subject.held_out)
-    old, new = (_residual(fitted) for fitted in (outcome.before, outcome.after))
-    window = int((outcome.before.held_place.squares / view.inside.sum(axis=1)).argmax())
+    held = answer.held[answer.base.name]
+    old, new = (residual_of(answer.held_out, answer.held[name]) for name in (answer.base.name, answer.accepted.name))
+    window = int((held.squares / view.inside.sum(axis=1)).argmax())
     inside, noise = view.inside[window], float(view.noise[view.groups[window]])
     every = max(1, int(inside.sum()) // _MOST_POINTS)
     time, measured = view.time[window, inside][::every], view.measured[window, inside][::every]
@@ -60,9 +78,9 @@ def _records(outcome: Outcome) -> Figure:
     above.plot(time, measured + left_old, color=BEFORE, label="base model")
     below.axhspan(-2.0 * noise, 2.0 * noise, color="0.9", label="± 2 standard deviations of the noise")
     below.plot(time, left_old, color=BEFORE, label="base model")
-    if outcome.effects:
-        above.plot(time, measured + left_new, color=AFTER, label="extended model")
-        below.plot(time, left_new, color=AFTER, label="extended model")
+    if outcome.extended:
+        above.plot(time, measured + left_new, color=AFTER, label="with what was found")
+        below.plot(time, left_new, color=AFTER, label="with what was found")
     above.set_title(
         f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst",
         parse_math=False,
@@ -75,25 +93,68 @@ def _records(outcome: Outcome) -> Figure:
     return figure
 
 
-def _residual(fitted: Fitted) -> np.ndarray:
-    place = fitted.held_place
-    return Problem(fitted.held_out, place.hypothesis).residuals(place.z[None], place.states[None])[0]
+def residual_of(model: Model, place: Point) -> np.ndarray:
+    """Residuals (w, n) at a place."""
+    return Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
 
 
-def _maps(outcome: Outcome) -> Figure:
+def missing_torque(outcome: Outcome) -> Figure | None:
+    """What remains on the records fitted as the torque that the machine with what was found still lacks: in each cell
+    its mean and, shaded, the spread between windows."""
+    answer = outcome.answer
+    view = outcome.subject.view(answer.model)
+    if view.torque is None:
+        return None
+    noise = view.noise[view.groups][:, None]
+    lacking = -view.torque.per_unit * noise * residual_of(answer.model, answer.accepted.place)
+    figure = Figure(figsize=(_WIDTH, 2.5), layout="constrained")
+    axes = figure.subplots(1, len(view.torque.over), sharey=True, squeeze=False)[0]
+    for ax, (name, values) in zip(axes, view.torque.over.items(), strict=True):
+        middle, mean, spread = averaged(values, lacking, view.inside)
+        ax.fill_between(middle, mean - spread, mean + spread, color=AFTER, alpha=0.22, linewidth=0.0)
+        ax.plot(middle, mean, color=AFTER)
+        ax.axhline(0.0, color="0.4", linewidth=0.7)
+        ax.set_xlabel(name)
+    axes[0].set_ylabel(view.torque.name, fontsize=8)
+    return figure
+
+
+def averaged(values: np.ndarray, lacking: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middles, means and spreads (k,) of `lacking` (w, n) in cells of `values` (w, n): each window's mean of a cell
+    counts once, the spread is the standard deviation of these means."""
+    edges = np.linspace(float(values[inside].min()), float(values[inside].max()), _CELLS + 1)
+    cell = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _CELLS - 1)
+    windows = len(values)
+    at = (np.arange(windows)[:, None] * _CELLS + cell)[inside]
+    counts = np.bincount(at, minlength=windows * _CELLS).reshape(windows, _CELLS)
+    sums = np.bincount(at, lacking[inside], minlength=windows * _CELLS).reshape(windows, _CELLS)
+    held = counts >= _LEAST
+    means = np.where(held, sums / np.maximum(counts, 1), 0.0)
+    number = held.sum(axis=0)
+    mean = means.sum(axis=0) / np.maximum(number, 1)
+    spread = np.sqrt((held * (means - mean) ** 2).sum(axis=0) / np.maximum(number - 1, 1))
+    there = number > 0
+    return (0.5 * (edges[1:] + edges[:-1]))[there], mean[there], spread[there]
+
+
+def _maps(outcome: Outcome) -> Figure | None:
     """Levels over both axes of the map, before and after, on one colour scale."""
-    pictures = [("base model", outcome.where)]
-    if outcome.effects:
-        pictures.append(("extended model", outcome.where_after))
+    found = [("base model", outcome.where)]
+    if outcome.extended:
+        found.append(("with what was found", outcome.left))
+    pictures = [(title, where) for title, where in found if where is not None]
+    if not pictures:
+        return None
+    first = pictures[0][1].map
     highest = max(3.0, *(float(np.nanmax(where.map.levels)) for _, where in pictures))
-    figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(outcome.where.map.upwards.labels))), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, max(1.9, 0.9 + 0.2 * len(first.upwards.labels))), layout="constrained")
     axes = figure.subplots(1, len(pictures), squeeze=False, sharey=True)[0]
     norm = LogNorm(0.9, highest)
     mesh = None
     for ax, (title, where) in zip(axes, pictures, strict=True):
         mesh = _map(ax, where.map, norm)
         ax.set_title(f"{title}: {where.level:.2f} times the noise")
-    axes[0].set_ylabel(outcome.where.map.upwards.name)
+    axes[0].set_ylabel(first.upwards.name)
     assert mesh is not None
     bar = figure.colorbar(mesh, ax=list(axes), label="rms over the noise", pad=0.01, aspect=14)
     ticks = [t for t in ((1, 2, 3, 5, 10) if highest < 20.0 else (1, 3, 10, 30, 100, 300, 1000)) if t <= highest]
@@ -118,18 +179,21 @@ def _map(ax: Axes, picture: Map, norm: LogNorm):
     return mesh
 
 
-def _levels(outcome: Outcome) -> Figure:
+def _levels(outcome: Outcome) -> Figure | None:
     """Level of each cell of each axis, before and after; lines in a panel of their own."""
-    names = list(dict.fromkeys(cell.axis for cell in outcome.where.cells))
+    where, left = outcome.where, outcome.left if outcome.extended else None
+    if where is None:
+        return None
+    names = list(dict.fromkeys(cell.axis for cell in where.cells))
     columns = 2
-    panels = len(names) + bool(outcome.where.spots)
+    panels = len(names) + bool(where.spots)
     rows = -(-panels // columns)
     figure = Figure(figsize=(_WIDTH, 1.9 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).flatten()
     for ax, name in zip(axes, names, strict=False):
-        _bars(ax, name, _cells(outcome.where, name), _cells(outcome.where_after, name) if outcome.effects else None)
-    if outcome.where.spots:
-        _lines(axes[len(names)], outcome)
+        _bars(ax, name, _cells(where, name), None if left is None else _cells(left, name))
+    if where.spots:
+        _lines(axes[len(names)], where.spots, () if left is None else left.spots)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=4, fontsize=8)
     figure.suptitle("rms over the noise", fontsize=9, x=0.01, ha="left")
@@ -148,7 +212,7 @@ def _bars(ax: Axes, name: str, before: Sequence[Any], after: Sequence[Any] | Non
     left = at - width / 2 if after else at
     ax.bar(left, [c.level for c in before], width, color=BEFORE, label="base model")
     if after:
-        ax.bar(at + width / 2, [c.level for c in after], width, color=AFTER, label="extended model")
+        ax.bar(at + width / 2, [c.level for c in after], width, color=AFTER, label="with what was found")
     expected = [c.expected for c in before]
     ax.hlines(expected, at - 0.42, at + 0.42, color="black", linewidth=0.8, label="expected of noise")
     logarithmic = max(c.level for c in before) > 8.0
@@ -172,13 +236,13 @@ def _titled(name: str, labels: Sequence[str]) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _lines(ax: Axes, outcome: Outcome) -> None:
-    spots, after = outcome.where.spots, outcome.where_after.spots
+def _lines(ax: Axes, spots: Sequence[Spot], after: Sequence[Spot]) -> None:
     at = np.arange(len(spots))
     floor = [max(s.prominence, 0.5) for s in spots]
     ax.plot(at, floor, "o", color=BEFORE, markersize=4)
-    if outcome.effects:
-        ax.plot(at, [max(s.prominence, 0.5) for s in after], "o", color=AFTER, markersize=3)
+    left = {s.name: s for s in after}
+    both = [(k, max(left[s.name].prominence, 0.5)) for k, s in enumerate(spots) if s.name in left]
+    ax.plot([k for k, _ in both], [p for _, p in both], "o", color=AFTER, markersize=3)
     for k, spot in enumerate(spots):
         if spot.significant:
             ax.plot(k, floor[k] * 1.6, "*", color="black", markersize=4)

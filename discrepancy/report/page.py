@@ -1,4 +1,4 @@
-"""report.html: one file that opens offline, the verdict first."""
+"""report.html: one file that opens offline; what is missing, how sure, how large and where comes first."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from typing import Any
 import jinja2
 
 from discrepancy.chain import Outcome
-from discrepancy.findings import Ranked
-from discrepancy.model import NONE
-from discrepancy.next_measurement import ENOUGH
+from discrepancy.estimates import FoundEffect
+from discrepancy.grades import NAMED
 from discrepancy.report.figures import figures
-from discrepancy.report.words import percent, percents, ranged
+from discrepancy.report.picture import picture
+from discrepancy.report.ranking import rankings
+from discrepancy.report.words import percent, ranged, remaining, remains_more, times, to_do
 
 _TEMPLATE = "page.html"
 _MOST_NEXT = 6
 
-VERDICTS = {
-    "named": "named", "none": "nothing missing", "ambiguous": "ambiguous", "unexplained": "unexplained",
-    "not_converged": "not converged",
-}  # fmt: skip
+GRADE_WORDS = {
+    "established": "It closes its share of the gap on records that were never fitted, in all of them.",
+    "family": "One of these is missing; no record here tells which.",
+    "stands in": "A hint and not a name: it closes a part of the gap for something that the library does not know.",
+}
+"""What each grade means to a reader."""
 
 
 def page(outcome: Outcome, content: dict[str, Any]) -> str:
@@ -30,54 +33,48 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters |= {"percent": percent, "number": lambda value: f"{value:.4g}"}
-    answer, gap = outcome.answer, outcome.gap
-    accepted = answer.found if outcome.effects else ()
+    answer, subject = outcome.answer, outcome.subject
+    findings = [
+        (finding, [(effect, _sizes(effect, outcome), subject.meaning(effect.name)) for effect in finding.effects])
+        for finding in answer.findings
+    ]
     return environment.get_template(_TEMPLATE).render(
         content=content,
-        verdict=VERDICTS[answer.verdict],
-        kind=outcome.subject.kind,
+        answer=answer,
+        findings=findings,
+        grade_words=GRADE_WORDS,
+        kind=subject.kind,
+        picture=_picture(outcome),
         figures=figures(outcome),
-        found=[
-            (effect, [(e, ranged(e)) for e in effect.parameters], outcome.subject.meaning(effect.name))
-            for effect in accepted
-        ],
-        ranking=_ranking(outcome),
-        beside=answer.names[:-1],
-        screened=_screened(outcome),
-        calibration=answer.calibration,
-        gap=gap,
-        closed=None if gap.closed_share is None else percents(gap.closed_share),
+        rankings=rankings(answer),
+        calibration=[(e, subject.shop(e.name, (e.value, e.low, e.high))) for e in answer.calibration.estimates],
+        gap=outcome.gap,
+        times=times(remaining(outcome)),
+        remains_more=remains_more(outcome),
+        to_do=to_do(outcome),
         following=outcome.next[:_MOST_NEXT],
-        enough=ENOUGH,
         where=outcome.where,
-        extended=bool(outcome.effects),
+        left=outcome.left,
+        extended=outcome.extended,
     )
 
 
-def _ranking(outcome: Outcome) -> list[tuple[Ranked, str]]:
-    """Each hypothesis compared in the last round, with why it won or was ruled out."""
-    return [(row, _why(row, outcome)) for row in outcome.answer.ranking]
+def _sizes(effect: FoundEffect, outcome: Outcome) -> list[tuple[str, str, str]]:
+    """Each parameter's name, SI value with its interval, and the same in the shop's unit."""
+    rows = []
+    for e in effect.parameters:
+        shop = outcome.subject.shop(f"{effect.name}.{e.name}", (e.value, e.low, e.high))
+        rows.append((e.name, ranged(e), shop))
+    return rows + [(name, f"{value:.4g}", "") for name, value in effect.choices]
 
 
-def _why(row: Ranked, outcome: Outcome) -> str:
-    answer = outcome.answer
-    best = answer.ranking[0].score
-    if outcome.effects and row.name in answer.rounds[-1].names:
-        return "explains the records best" if row.score == best else "explains them as well"
-    if answer.verdict == "none":
-        of_none = next(one.score for one in answer.ranking if one.name == NONE.name)
-        if row.name == NONE.name:
-            return "is enough"
-        if row.score < of_none:
-            return f"gains {of_none - row.score:.0f} in twice the log-likelihood, too little for a name"
-    elif row.score == best:
-        return f"comes nearest, but {answer.reason}"
-    behind = f"{row.score - best:.0f} worse in twice the log-likelihood"
-    return f"ruled out: {behind}{'' if row.name == NONE.name else ', its parameters and the search for it paid for'}"
-
-
-def _screened(outcome: Outcome) -> list[str]:
-    """Effects of the library that the scan ruled out before a full fit, in every round."""
-    answer = outcome.answer
-    fitted = {candidate.name for naming in (answer.first, *answer.rounds) for candidate in naming.candidates}
-    return [name for name in outcome.subject.model.hypotheses() if name not in fitted]
+def _picture(outcome: Outcome) -> str:
+    """The machine with its places marked; "" for a machine that is not drawn."""
+    part, answer = outcome.subject.part, outcome.answer
+    marked = {part(e.name) for f in answer.findings if f.grade in NAMED for e in f.effects} - {""}
+    hints = {e.name for f in answer.findings if f.grade not in NAMED for e in f.effects}
+    if remains_more(outcome) and answer.remains.looks_like:
+        hints.add(answer.remains.looks_like)
+    hinted = {part(name) for name in hints} - marked - {""}
+    drawn = any(part(name) for name in answer.model.hypotheses())
+    return picture(sorted(marked), sorted(hinted)) if drawn else ""

@@ -1,45 +1,88 @@
-"""The verdict in one sentence, and numbers as a person writes them."""
+"""The answer in one sentence, and numbers as a person writes them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from discrepancy.chain import Outcome
-from discrepancy.findings import Estimate, FoundEffect
+from discrepancy.estimates import Estimate, FoundEffect
+from discrepancy.explain import Finding
 from discrepancy.gap import Share
-from discrepancy.next_measurement import ENOUGH
+from discrepancy.grades import FAMILY, NAMED
+from discrepancy.locate import Where
+from discrepancy.locate.sentences import shortly
 
 
 def headline(outcome: Outcome) -> str:
-    """The verdict in one sentence."""
-    answer, gap = outcome.answer, outcome.gap
-    if answer.verdict == "named":
-        found = _and([described(effect) for effect in answer.found])
-        return f"The model lacks {found}; with {_it(answer.found)} {_closed(gap.closed_share)}."
-    if answer.verdict == "ambiguous":
-        *sure, _ = answer.found
-        rivals = " or ".join(answer.rounds[-1].names)
-        also = f"{_and([described(effect) for effect in sure])}, and " if sure else ""
-        return f"The model lacks {also}{rivals}, which these records cannot tell apart; {_remedy(outcome)}."
-    if answer.verdict == "none":
-        left, floor = percent(gap.before.value), percent(gap.noise_floor.value)
-        return f"Nothing is missing: the calibrated model leaves {left} of the records; the noise alone is {floor}."
-    if answer.verdict == "unexplained":
-        return f"Something is missing that the library does not know: {answer.reason}; nothing was added."
-    return f"The calibration did not come to rest, so nothing can be said of what is missing: {answer.reason}."
+    """What is missing, how large it is, how much of the gap it closes, and what remains."""
+    answer = outcome.answer
+    if answer.verdict == "nothing missing":
+        said = "Nothing is missing: the calibrated model comes down to the noise on records that were never fitted"
+        return f"{said} ({times(answer.before)} it).{_cut_short(outcome)}"
+    named = [finding for finding in answer.findings if finding.grade in NAMED]
+    hints = [finding for finding in answer.findings if finding.grade not in NAMED]
+    remains = f"{times(remaining(outcome))} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
+    if named:
+        closes = "close" if len(named) > 1 else "closes"
+        said = f"{capital(joined([described(finding) for finding in named]))} {closes} {_closed(outcome)} of the gap"
+        if not remains_more(outcome):
+            return f"{said}; nothing else remains above the noise.{_cut_short(outcome)}"
+        said = f"{said}; {remains}"
+    else:
+        said = f"Something is missing to which no effect of the library gives a name: {remains}"
+    if hints:
+        names = joined([finding.name for finding in hints])
+        stand = "stand" if len(hints) > 1 else "stands"
+        said += f"; {names} {stand} in for a part of it"
+    elif answer.remains.looks_like:
+        said += f"; {answer.remains.looks_like} comes nearest to it, but explains too little"
+    return f"{said}.{_cut_short(outcome)}"
 
 
-def described(effect: FoundEffect) -> str:
-    """An effect with its size: "friction.coulomb (torque 23.5 N m, 22.1 to 24.9)"."""
-    parts = [f"{e.name} {ranged(e)}" for e in effect.parameters]
-    parts += [f"{name} {value:g}" for name, value in effect.choices]
-    return f"{effect.name} ({', '.join(parts)})"
+def remaining(outcome: Outcome) -> float:
+    """What the machine with everything accepted leaves on records held out, in times of their noise."""
+    return outcome.answer.after
+
+
+def remains_more(outcome: Outcome) -> bool:
+    """Whether more than noise remains beside what is accepted."""
+    answer = outcome.answer
+    return remaining(outcome) ** 2 - 1.0 >= answer.criteria.at_noise
+
+
+def _unrepeated(outcome: Outcome) -> str:
+    """How much of what remains does not repeat, where that is more than the noise."""
+    noise = outcome.answer.remains.noise
+    if noise**2 - 1.0 < outcome.answer.criteria.at_noise:
+        return ""
+    return f" ({times(noise)} of it does not repeat from turn to turn)"
+
+
+def where_in_short(where: Where | None) -> str:
+    """ ", most at …", or nothing."""
+    said = "" if where is None else shortly(where.cells, where.spots)
+    return f", {said}" if said else ""
+
+
+def described(finding: Finding) -> str:
+    """A finding with its size: "friction.coulomb 23.5 N m (22.1 to 24.9)"; of a family each member with its own."""
+    if finding.grade != FAMILY:
+        return sized(finding.effects[0])
+    members = " or ".join(sized(effect) for effect in finding.effects)
+    return f"one of {members}, which these records cannot tell apart,"
+
+
+def sized(effect: FoundEffect) -> str:
+    """An effect with its first parameter, which is its size, and its choices."""
+    e = effect.parameters[0]
+    choices = "".join(f", {name} {value:.4g}" for name, value in effect.choices)
+    return f"{effect.name} {_with_unit(e)} ({number(e.low, e)} to {number(e.high, e)}{choices})"
 
 
 def ranged(e: Estimate) -> str:
     """Value, unit and 95 % interval."""
-    unit = "" if e.unit == "-" else f" {e.unit}"
-    return f"{number(e.value, e)}{unit}, {number(e.low, e)} to {number(e.high, e)}"
+    return f"{_with_unit(e)}, {number(e.low, e)} to {number(e.high, e)}"
 
 
 def number(value: float, e: Estimate) -> str:
@@ -60,22 +103,50 @@ def percents(share: Share) -> str:
     return f"{percent(share.value)} ({percent(share.low)} to {percent(share.high)})"
 
 
-def _closed(share: Share | None) -> str:
-    if share is None:
-        return "the gap on records never fitted, which was at the noise floor, stays there"
-    return f"{percents(share)} of the gap closes on records that were never fitted"
-
-
-def _it(effects: tuple[FoundEffect, ...]) -> str:
-    return "it" if len(effects) == 1 else "them"
-
-
-def _remedy(outcome: Outcome) -> str:
-    best = outcome.next[0] if outcome.next else None
-    if best is None or best.separation < ENOUGH:
-        return "nor would any further record that was imagined"
-    return f"one more record would: {best.measurement}"
-
-
-def _and(words: list[str]) -> str:
+def joined(words: Sequence[str]) -> str:
+    """ "a, b and c"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def capital(words: str) -> str:
+    """A sentence's beginning; names of the library, which hold a full stop, stay."""
+    return words if "." in words.partition(" ")[0] else words[:1].upper() + words[1:]
+
+
+def _with_unit(e: Estimate) -> str:
+    return number(e.value, e) + ("" if e.unit == "-" else f" {e.unit}")
+
+
+def times(level: float) -> str:
+    """ "1.02 times", "6.3 times", "12 times"."""
+    return f"{level:.2f} times" if level < 2.0 else f"{level:.1f} times" if level < 9.95 else f"{level:.0f} times"
+
+
+def _closed(outcome: Outcome) -> str:
+    share = outcome.answer.closed_share
+    return "what there was" if math.isnan(share) else percent(min(share, 1.0))
+
+
+def _cut_short(outcome: Outcome) -> str:
+    if outcome.answer.selection.complete:
+        return ""
+    return " The time allowed ran out before the search ended: this is the best found so far."
+
+
+def to_do(outcome: Outcome) -> str:
+    """What to do next, in a sentence or two."""
+    question = outcome.question
+    if question is None:
+        return "Nothing is open. machine.yaml is the machine as the records show it."
+    grows = "Record at another speed and under another load, and see with which of them the remainder grows"
+    if len(question.rivals) < 2:
+        return f"{grows}: no effect of the library predicts it, so no measurement could be chosen by simulation."
+    if not outcome.next:
+        return f"It is open {question.about}, and no measurement could be chosen by simulation. {grows}."
+    best, enough = outcome.next[0], outcome.answer.criteria.margin
+    if best.separation < enough:
+        return (
+            f"It is open {question.about}, and no single record that was imagined would settle it: the best one, "
+            f"{best.measurement}, separates the two by {best.separation:.0f} where {enough:g} is enough. {grows}."
+        )
+    return f"Record {best.measurement}: it would show {question.about}."

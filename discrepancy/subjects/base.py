@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Model
 from discrepancy.problem import Point
 
 
@@ -51,6 +51,25 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
+class Torque:
+    """A residual as the torque or force that the model lacks, and over what it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        With its unit: "missing torque on the table [N m]".
+    per_unit : float
+        Torque that one unit of (measured - simulated) stands for.
+    over : mapping of str to ndarray (w, n)
+        What it is drawn over, by name with its unit: "cam angle [°]".
+    """
+
+    name: str
+    per_unit: float
+    over: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
 class View:
     """A model's records, window by window.
 
@@ -80,6 +99,10 @@ class View:
         What a window is called.
     aligned : bool
         Whether windows begin at the same place of what repeats, so that those of the same cells can be compared.
+    shafts : mapping of str to ndarray (records,)
+        Speeds [Hz] of the shafts that a line may be locked to.
+    torque : Torque or None
+        What a residual amounts to as a torque or force that is missing.
     """
 
     names: tuple[str, ...]
@@ -95,6 +118,8 @@ class View:
     lines: tuple[Line, ...] = ()
     window: str = "stretch"
     aligned: bool = False
+    shafts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    torque: Torque | None = None
 
     def axis(self, name: str) -> Axis:
         """The axis of that name."""
@@ -110,7 +135,7 @@ class Measurement:
     name : str
         What to do, as a sentence may hold it: "1200 rpm, 40 N m, 2 turns of the table".
     model : Model
-        The base model with records of these conditions, all 0: its residuals are predictions.
+        The model as it came with records of these conditions, all 0: its residuals are predictions.
     scale : float
         Its residuals times this are in units of the measuring noise.
     """
@@ -140,19 +165,29 @@ class Subject(ABC):
 
     @abstractmethod
     def view(self, model: Model) -> View:
-        """The records of `model`, or of one that it was extended to."""
+        """The records of `model`."""
 
     @abstractmethod
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
-        """The machine that a fitted place of `model` stands for, as text files by name; always the same names."""
+        """The machine that a place of `model` stands for, as YAML texts by file name; always the same names,
+        machine.yaml first."""
 
     @abstractmethod
     def meaning(self, effect: str) -> str:
         """An effect of the library in one sentence."""
 
     @abstractmethod
-    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
-        """Measurements that could be made next, of the base model extended by these effects."""
+    def measurements(self) -> tuple[Measurement, ...]:
+        """Measurements that could be made next."""
+
+    def shop(self, name: str, values: Sequence[float]) -> str:
+        """Values of a parameter, ``effect.parameter`` or the machine's own, as they are said in the shop; "" where they
+        are said in their SI unit."""
+        return ""
+
+    def part(self, effect: str) -> str:
+        """The part of the machine where an effect acts, one of `report.picture.PARTS`; "" where none is drawn."""
+        return ""
 
 
 def binned(values: np.ndarray, edges: np.ndarray, inside: np.ndarray) -> np.ndarray:

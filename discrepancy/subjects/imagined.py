@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from discrepancy.indexer import Experiment, IndexerModel
-from discrepancy.model import Hypothesis
 from discrepancy.subjects.base import Measurement
+from indexer_env.effects.measures import measures
 from indexer_env.errors import SimulationError
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
@@ -19,8 +19,9 @@ from indexer_env.signal import Signal
 from indexer_env.simulate import simulate
 from indexer_env.units import RPM
 
-_SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 20.0, 60.0), (1, 2)
-"""Motor speed over the highest measured, load added [N m], length [table turns]."""
+_SPEEDS, _LOADS, _TURNS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3), (0.0, 0.25, 0.75), (1, 2)
+"""Motor speed over the highest measured, load added over the table's largest inertial torque there, length [table
+turns]."""
 
 _CAM_TURNS = 5
 """Least length of an imagined measurement [cam turns]: a table of few stations turns in fewer."""
@@ -44,43 +45,38 @@ class ShaftTorqueModel(IndexerModel):
         return acceleration
 
 
-def imagined(model: IndexerModel, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
-    """Measurements with the sensor there is, then with a torque sensor at the highest speed measured.
-
-    Parameters
-    ----------
-    model : IndexerModel
-        With the records there are.
-    effects : tuple of Hypothesis
-        That the machine is extended by.
-    """
+def imagined(model: IndexerModel) -> tuple[Measurement, ...]:
+    """Measurements with the sensor there is, then with a torque sensor at the highest speed measured, of the machine
+    that `model` has records of."""
     first = model.experiments[0]
     fastest = max(e.operating_point.motor_speed for e in model.experiments)
     load, rate = first.operating_point.load_torque, first.signal.sample_rate
+    torque = measures(model.machine, fastest)["torque"]
+    loads = [load + float(f"{share * torque:.2g}") for share in _LOADS]
     found = []
     whole = math.ceil(_CAM_TURNS / model.machine.stations)
     for turns in (whole * turns for turns in _TURNS):
         for share in _SPEEDS:
-            for extra in _LOADS:
-                point = OperatingPoint(share * fastest, load + extra)
+            for stated in loads:
+                point = OperatingPoint(share * fastest, stated)
                 experiment = _empty(model.machine, point, turns, rate, first.signal.unit, first.noise_level)
-                other = IndexerModel(model.machine, [experiment], model.sensor, model.uncertainty, effects)
+                other = IndexerModel(model.machine, [experiment], model.sensor, model.uncertainty)
                 found.append(Measurement(_words(point, turns), other, _RAISED))
-    for extra in _LOADS:
-        point = OperatingPoint(fastest, load + extra)
+    for stated in loads:
+        point = OperatingPoint(fastest, stated)
         try:
-            torque = simulate(model.machine, point, Run(rate, channels=("torque_1",))).channels["torque_1"]
+            shaft = simulate(model.machine, point, Run(rate, channels=("torque_1",))).channels["torque_1"]
         except SimulationError:
             continue  # a load that the nominal machine cannot carry is not to be measured
-        experiment = _empty(model.machine, point, whole, rate, "rad/s^2", _TORQUE_NOISE * float(torque.std()))
-        other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty, effects)
+        experiment = _empty(model.machine, point, whole, rate, "rad/s^2", _TORQUE_NOISE * float(shaft.std()))
+        other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty)
         found.append(Measurement(f"{_words(point, whole)} with a torque sensor on the cam shaft", other, _RAISED))
     return tuple(found)
 
 
 def _words(point: OperatingPoint, turns: int) -> str:
     length = f"{turns} turn{'s' if turns > 1 else ''} of the table"
-    return f"{point.motor_speed / RPM:.0f} rpm, {point.load_torque:g} N m, {length}"
+    return f"{point.motor_speed / RPM:.0f} rpm, {point.load_torque:.4g} N m, {length}"
 
 
 def _empty(machine: Machine, point: OperatingPoint, turns: int, rate: float, unit: str, noise: float) -> Experiment:

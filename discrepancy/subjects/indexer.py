@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Model
 from discrepancy.problem import Point
 from discrepancy.records.experiments import Experiments
-from discrepancy.subjects.base import Axis, Line, Measurement, Subject, View, binned
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined
+from discrepancy.subjects.shop_units import in_the_shop
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -26,11 +27,27 @@ _TURN = 2.0 * math.pi
 PHASES = 24
 """Cells of the cam turn: 15° each, an index of half a turn has twelve."""
 
+TIMES = 8
+"""Cells of the time since a record's first sample."""
+
 _MAINS = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)
 """Hz; mains hum of 50 and 60 Hz and its first harmonics."""
 
 _ORDERS = {"table": (1, 2, 3), "cam": (1, 2, 3, 4, 6, 8), "motor shaft": (1, 2, 3, 4)}
 """Orders looked at of each shaft."""
+
+
+_PARTS = {
+    "the motor's speed through the torque of joint 1": "motor",
+    "drive side of joint 1": "reducer",
+    "torque of joint 1": "reducer",
+    "motion law": "cam",
+    "torque of joint 2": "cam",
+    "table torque": "table",
+    "joint 3": "base",
+    "sensor": "sensor",
+}
+"""The part of the machine's picture for each quantity that an effect may enter (`Effect.enters`)."""
 
 
 class IndexerSubject(Subject):
@@ -71,21 +88,34 @@ class IndexerSubject(Subject):
         for row, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             measured[row, :count] = experiments[record].signal.values[first : first + count]
         turns = (starts[w.record][:, None] + cam_rates[w.record][:, None] * time) / _TURN
+        time = time + np.array([e.begun for e in experiments])[w.record][:, None]
         return View(
             names=tuple(e.signal.source or f"record {k + 1}" for k, e in enumerate(experiments)),
             unit=experiments[0].signal.unit,
             groups=w.record,
             inside=inside,
-            time=time + np.array([e.begun for e in experiments])[w.record][:, None],
+            time=time,
             measured=measured,
             noise=np.array([e.noise_level for e in experiments]),
             estimated=tuple(e.noise is None for e in experiments),
-            axes=self._axes(turns, inside, w.record, points),
+            axes=(*self._axes(turns, inside, w.record, points), _time_axis(time, inside)),
             map_axes=("station", "cam phase"),
             lines=self._lines(cam_rates / _TURN),
             window="cam turn",
             aligned=True,
+            shafts=self._shafts(cam_rates / _TURN),
+            torque=self._torque(turns, cam_rates[w.record][:, None], time),
         )
+
+    def _torque(self, turns: np.ndarray, rate: np.ndarray, time: np.ndarray) -> Torque:
+        """Residual acceleration times the table's inertia, over where the cam stands, how fast the table turns by the
+        motion law, and when."""
+        machine = self.machine
+        law = machine.motion_law.evaluate(_TURN * (turns % 1.0).ravel(), machine.stations, machine.motion_share)
+        speed = np.reshape(law[1], turns.shape) * rate
+        over = {"cam angle [°]": 360.0 * (turns % 1.0), "speed of the table [rad/s]": speed, "time [s]": time}
+        radius = 1.0 if self.sensor.radius is None else self.sensor.radius
+        return Torque("missing torque on the table [N m]", machine.table_inertia / radius, over)
 
     def _axes(
         self, turns: np.ndarray, inside: np.ndarray, record: np.ndarray, points: list[OperatingPoint]
@@ -116,8 +146,12 @@ class IndexerSubject(Subject):
         acceleration = self.machine.motion_law.evaluate(_TURN * phase, self.machine.stations, share)[2]
         return np.where(phase >= share, 2, np.where(acceleration >= 0.0, 0, 1))
 
+    def _shafts(self, cam: np.ndarray) -> dict[str, np.ndarray]:
+        """Speeds (records,) of the shafts, that of the cam given, in its unit."""
+        return {"table": cam / self.machine.stations, "cam": cam, "motor shaft": cam * self.machine.reduction_ratio}
+
     def _lines(self, cam: np.ndarray) -> tuple[Line, ...]:
-        shafts = {"table": cam / self.machine.stations, "cam": cam, "motor shaft": cam * self.machine.reduction_ratio}
+        shafts = self._shafts(cam)
         lines = [
             Line(f"order {order} of the {shaft}", shaft, order * shafts[shaft])
             for shaft, orders in _ORDERS.items()
@@ -139,8 +173,20 @@ class IndexerSubject(Subject):
     def meaning(self, effect: str) -> str:
         return EFFECTS[effect].sentence
 
-    def measurements(self, effects: tuple[Hypothesis, ...]) -> tuple[Measurement, ...]:
-        return imagined(self.model, effects)
+    def measurements(self) -> tuple[Measurement, ...]:
+        return imagined(self.model)
+
+    def shop(self, name: str, values: Sequence[float]) -> str:
+        return in_the_shop(name, values, self.machine)
+
+    def part(self, effect: str) -> str:
+        return _PARTS[EFFECTS[effect].enters]
+
+
+def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:
+    edges = np.linspace(float(time[inside].min()), float(time[inside].max()), TIMES + 1)
+    labels = tuple(f"{edge:.2g} s" for edge in edges[:-1])
+    return Axis("time", labels, binned(time, edges, inside))
 
 
 def _plain(sensor: Sensor) -> dict[str, object]:

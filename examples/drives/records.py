@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from discrepancy.challenge.drives.gallery import GALLERY, write
+from indexer_experiments.challenge.drives.gallery import GALLERY, write
 
 if __name__ == "__main__":
     if len(sys.argv) != 3 or sys.argv[1] not in GALLERY:

@@ -112,10 +112,11 @@ def check_place(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, shared: bool = False) -> Iterator[Path]:
     """Give a temporary path beside `path` to write to; it takes its name, safely on the disk, when the block ends
-    well, else nothing stays."""
-    temporary = path.with_name(path.name + TEMPORARY)
+    well, else nothing stays. `shared`: several processes may write the file at the same time; the last one counts."""
+    own = f".{os.getpid()}" if shared else ""
+    temporary = path.with_name(f"{path.name}{own}{TEMPORARY}")
     try:
         with told(f"{path} cannot be written"):
             _make_folder(path.parent)

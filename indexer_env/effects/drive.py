@@ -53,7 +53,7 @@ class SpeedRipple(MachineEffect):
         null=0.0,
         low=0.0,
         high=0.5,
-        sought=Sought("ripple", ladder(0.0087, 4), 0.017, 0.0, 0.9),
+        sought=Sought("ripple", ladder(0.0065, 5), 0.013, 0.0, 5.0),
     )
     order: float = parameter("order", "1/motor turn", default=1.0, low=0.0, low_open=True, sought=Sought("-"))
     phase: float = parameter("phase at γ = 0", "rad", default=0.0, sought=Sought("-", PHASES, 0.5))
@@ -83,7 +83,7 @@ class TransmissionError(MachineEffect):
         null=0.0,
         low=0.0,
         high=0.1,
-        sought=Sought("input deflection", ladder(0.022, 4), 0.022, 0.0, 2.2),
+        sought=Sought("input deflection", ladder(0.0165, 5), 0.0165, 0.0, 5.0),
     )
     order: float = parameter(
         "order (for a worm: its threads)", "1/motor turn", default=2.0, low=0.0, low_open=True, sought=Sought("-")

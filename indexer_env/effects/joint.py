@@ -20,22 +20,22 @@ class InputBacklash(MachineEffect):
 
     name = "input.backlash"
     sentence = "The reducer has more play."
-    equation = "g1 → g1 + play (total play at the cam shaft; dead zone ±g1/2)"
+    equation = "g1 → g1 + backlash (total play at the cam shaft; dead zone ±g1/2)"
     source = "docs/physics.md, section Joints; the paper, fig. 3b"
     enters = "torque of joint 1"
     models = ("B", "B_on_base")
 
-    play: float = parameter(
-        "added total play at the cam shaft",
+    backlash: float = parameter(
+        "added backlash (total play) at the cam shaft",
         "rad",
         null=0.0,
         low=0.0,
         high=0.2,
-        sought=Sought("input deflection", ladder(0.044, 5), 0.044, 0.0, 11.0),
+        sought=Sought("input deflection", ladder(0.033, 5), 0.033, 0.0, 8.0),
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["backlash_1"] += self.play
+        coefficients["backlash_1"] += self.backlash
 
 
 @register
@@ -45,12 +45,12 @@ class OutputBacklash(MachineEffect):
 
     name = "output.backlash"
     sentence = "There is more play between the cam and its rollers."
-    equation = "g2 → g2 + play (total play at the table; dead zone ±g2/2)"
+    equation = "g2 → g2 + backlash (total play at the table; dead zone ±g2/2)"
     source = "docs/physics.md, section Joints; the paper, fig. 3b"
     enters = "torque of joint 2"
 
-    play: float = parameter(
-        "added total play at the table",
+    backlash: float = parameter(
+        "added backlash (total play) at the table",
         "rad",
         null=0.0,
         low=0.0,
@@ -59,7 +59,7 @@ class OutputBacklash(MachineEffect):
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["backlash_2"] += self.play
+        coefficients["backlash_2"] += self.backlash
 
 
 @register
@@ -112,12 +112,12 @@ class BaseLooseness(MachineEffect):
         high=1.0,
         sought=Sought("-", (0.05,), 0.05, 0.0, 1.0),
     )
-    play: float = parameter("total play of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
+    backlash: float = parameter("backlash (total play) of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         stiffness = 1.0 / self.compliance
         inertia = machine.follower_inertia + machine.housing_inertia
         coefficients["stiffness_3"] = stiffness
         coefficients["damping_3"] = 2.0 * self.damping_ratio * math.sqrt(stiffness * inertia)
-        coefficients["backlash_3"] = self.play
+        coefficients["backlash_3"] = self.backlash
         coefficients["ratio_3"] = 1.0

@@ -2,7 +2,9 @@
 
 With the motion law's largest |β'| and |β''| over a cam turn and ω the cam's rate:
 
-    torque T = J_t |β''| ω²      speed = |β'| ω      deflection = T/k2      input deflection = T |β'|/k1
+    torque T = J_t |β''| ω²      speed = |β'| ω      deflection = T/k2
+    input deflection = T |β'|/k1 + |β''| (ω/ω_m)²/|β'|: what bends joint 1 as the motion does, and what shakes the table
+    as much once per motor turn, at ω_m
 
 Inertias, stiffnesses, dampings and loads times one factor change T, k1 and k2 alike, and nothing that is measured in
 them.
@@ -36,7 +38,7 @@ def measures(machine: Machine, motor_speed: float, radius: float | None = None) 
     slope, acceleration = float(np.abs(slope).max()), float(np.abs(curvature).max()) * cam**2
     torque, speed = machine.table_inertia * acceleration, slope * cam
     deflection = torque / machine.output_joint.stiffness
-    at_input = torque * slope / machine.input_joint.stiffness
+    at_input = torque * slope / machine.input_joint.stiffness + acceleration / (slope * motor_speed**2)
     period = math.sqrt(machine.table_inertia / machine.output_joint.stiffness)
     seen = acceleration * (1.0 if radius is None else radius)
     values = (

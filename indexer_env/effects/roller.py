@@ -12,7 +12,7 @@ from indexer_env.errors import refuse
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
 
-_SEVERITY = "loss of stiffness for δ2 < 0, 1 - ρ"
+_STIFFNESS_LOSS = "loss of stiffness for δ2 < 0, 1 - ρ"
 
 
 @register
@@ -22,12 +22,12 @@ class RollerCrack(MachineEffect):
 
     name = "roller.crack"
     sentence = "Cracked rollers make the output joint softer in one sense at every station."
-    equation = "joint 2: ρ → ρ (1 - severity)"
+    equation = "joint 2: ρ → ρ (1 - stiffness_loss)"
     source = "the paper, section 4.1 and fig. 3c"
     enters = "torque of joint 2"
 
-    severity: float = parameter(
-        _SEVERITY,
+    stiffness_loss: float = parameter(
+        _STIFFNESS_LOSS,
         "-",
         null=0.0,
         low=0.0,
@@ -37,7 +37,7 @@ class RollerCrack(MachineEffect):
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["ratio_2"] *= 1.0 - self.severity
+        coefficients["ratio_2"] *= 1.0 - self.stiffness_loss
 
 
 @register
@@ -47,12 +47,12 @@ class SingleRollerCrack(MachineEffect):
 
     name = "roller.crack_single"
     sentence = "One cracked roller makes the output joint softer in one sense, once per table turn."
-    equation = "joint 2: ρ → ρ (1 - severity) while the table moves from `station` to the next and dwells there"
+    equation = "joint 2: ρ → ρ (1 - stiffness_loss) while the table moves from `station` to the next and dwells there"
     source = "own extension of the paper's fig. 3c to one roller of the turret"
     enters = "torque of joint 2"
 
-    severity: float = parameter(
-        _SEVERITY,
+    stiffness_loss: float = parameter(
+        _STIFFNESS_LOSS,
         "-",
         null=0.0,
         low=0.0,
@@ -67,5 +67,5 @@ class SingleRollerCrack(MachineEffect):
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         if self.station >= machine.stations:
             raise refuse(self.name, "station", f"below the machine's {machine.stations} stations", self.station)
-        coefficients["single_ratio_2"] = 1.0 - self.severity
+        coefficients["single_ratio_2"] = 1.0 - self.stiffness_loss
         coefficients["single_station"] = float(self.station)

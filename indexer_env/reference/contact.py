@@ -31,7 +31,7 @@ class Contact:
 
     stiffness: float
     damping: float
-    play: float
+    backlash: float
     ratio: float
     law: str
     edged: bool
@@ -42,8 +42,8 @@ class Contact:
 
         Under the clipped law a flank that withdraws is deep by the push that is left, (k x + k_c x³ + r v)/k.
         """
-        plus, minus = deflection - 0.5 * self.play, -deflection - 0.5 * self.play
-        if self.law == "clipped" and self.play > 0.0:
+        plus, minus = deflection - 0.5 * self.backlash, -deflection - 0.5 * self.backlash
+        if self.law == "clipped" and self.backlash > 0.0:
             softer = self.ratio * self.stiffness
             plus += (self.cubic * plus**3 + self.damping * min(rate, 0.0)) / self.stiffness
             minus += (self.cubic * minus**3 + self.damping * min(-rate, 0.0)) / softer
@@ -66,11 +66,11 @@ class Contact:
         if region == 0:
             plus, minus = self.depths(deflection, rate)
             return 1 if plus > minus else -1
-        return 0 if self.play > 0.0 else -region
+        return 0 if self.backlash > 0.0 else -region
 
     def line(self, region: int) -> tuple[float, float, float, float]:
         """(k, offset, r, k_c) of a region: M = (k + k_c x²) x + r δ̇, x = δ - offset."""
         if region == 0:
             return 0.0, 0.0, self.damping if self.law == "damped_play" else 0.0, 0.0
         stiffness = self.stiffness if region > 0 else self.ratio * self.stiffness
-        return stiffness, 0.5 * region * self.play, self.damping, self.cubic
+        return stiffness, 0.5 * region * self.backlash, self.damping, self.cubic

@@ -71,19 +71,19 @@ class Equations:
         """The three joints with their effects, at the other stations and at the one with the cracked roller."""
         machine, effects = self.machine, self.effects
 
-        def contact(joint, play: float = 0.0, ratio: float = 1.0, bilinear: bool = False, **more) -> Contact:
-            g, rho = joint.backlash + play, joint.stiffness_ratio * ratio
+        def contact(joint, backlash: float = 0.0, ratio: float = 1.0, bilinear: bool = False, **more) -> Contact:
+            g, rho = joint.backlash + backlash, joint.stiffness_ratio * ratio
             edged = g > 0.0 or rho < 1.0 or bilinear
             return Contact(joint.stiffness, joint.damping, g, rho, machine.contact_law, edged, **more)
 
         def size(name: str, field: str) -> float:
             return getattr(effects[name], field) if name in effects else 0.0
 
-        first = contact(machine.input_joint, play=size("input.backlash", "play"))
-        play, cubic = size("output.backlash", "play"), size("output.cubic_stiffness", "stiffness")
-        ratio = 1.0 - size("roller.crack", "severity")
+        first = contact(machine.input_joint, backlash=size("input.backlash", "backlash"))
+        backlash, cubic = size("output.backlash", "backlash"), size("output.cubic_stiffness", "stiffness")
+        ratio = 1.0 - size("roller.crack", "stiffness_loss")
         single = effects.get("roller.crack_single")
-        second = contact(machine.output_joint, play, ratio, bilinear=single is not None, cubic=cubic)
+        second = contact(machine.output_joint, backlash, ratio, bilinear=single is not None, cubic=cubic)
         third = contact(machine.base_joint)
         if "base.looseness" in effects:
             loose = effects["base.looseness"]
@@ -91,10 +91,10 @@ class Equations:
             damping = 2.0 * loose.damping_ratio * math.sqrt(
                 stiffness * (machine.follower_inertia + machine.housing_inertia)
             )  # fmt: skip
-            third = Contact(stiffness, damping, loose.play, 1.0, machine.contact_law, loose.play > 0.0)
+            third = Contact(stiffness, damping, loose.backlash, 1.0, machine.contact_law, loose.backlash > 0.0)
         cracked = second
         if single is not None:
-            cracked = dataclasses.replace(second, ratio=second.ratio * (1.0 - single.severity))
+            cracked = dataclasses.replace(second, ratio=second.ratio * (1.0 - single.stiffness_loss))
         return (first, second, third), (first, cracked, third)
 
     def contacts(self, turn: int) -> tuple[Contact, ...]:

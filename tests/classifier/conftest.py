@@ -1,4 +1,4 @@
-"""A small data set whose three classes ring at 10, 20 and 30 Hz, and a classifier trained on it."""
+"""A small data set, a classifier trained on it, and records of simulated machines."""
 
 import hashlib
 from collections.abc import Callable
@@ -12,36 +12,19 @@ from classifier.codes import CodeBook
 from classifier.conditions import Conditions
 from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
-from classifier.study.recipes import Recipe, make
 from classifier.train import Result, train
 from classifier.trainers.traingdx import TrainGdx
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
 from datagen.shard import Records, parquet_bytes, read_shards, to_table
 from datagen.store import MANIFEST, as_json, shard_name
 from indexer_cli.places import open_place
-
-RATE = 200.0
-CODES = CodeBook((1, 2, 3), ("rings at 10 Hz", "rings at 20 Hz", "rings at 30 Hz"), ("011", "101", "110"))
+from indexer_experiments.recipes import Recipe, make
+from tests.ringing import ringing
 
 
 @pytest.fixture(scope="session")
 def dataset() -> Dataset:
-    rng = np.random.default_rng(5)
-    classes = np.tile(CODES.classes, 24)
-    time = np.arange(400) / RATE
-    phase, level = rng.uniform(0, 2 * np.pi, (2, len(classes)))
-    records = (1 + 0.1 * level[:, None]) * np.sin(2 * np.pi * 10 * classes[:, None] * time + phase[:, None])
-    records += 0.3 * rng.standard_normal(records.shape)
-    return Dataset(
-        records=records.astype(np.float32),
-        classes=classes,
-        subsets=np.repeat(SUBSETS, 24),
-        codes=CODES,
-        sample_rate=RATE,
-        quantity="table_acceleration",
-        unit="rad/s^2",
-        provenance={"folder": "made by the tests"},
-    )
+    return ringing()
 
 
 @pytest.fixture(scope="session")

@@ -30,7 +30,7 @@ def test_play_grows_as_its_differential_equation_says():
     assert play_after(0.5, 1.0, 3.0, 1.0) == 2.0
 
 
-def test_a_life_runs_from_its_first_play_to_failure():
+def test_a_life_runs_from_its_first_backlash_to_failure():
     order = ordered("campaign=wear", "campaign.lives=4", "campaign.records_per_life=6", *SHORT)
     items = items_of(order)
     plays = np.degrees([item.faults["backlash"] for item in items]).reshape(4, 6)
@@ -57,8 +57,14 @@ def test_listed_turns_beyond_a_life_are_rejected():
     ("change", "said"),
     [
         ("campaign.turns=[5]", "campaign.turns must be given where records_per_life is null"),
-        ("campaign.last_play_deg=200", "Faults.backlash must be a finite number >= 0 and <= 2 rad"),
-        ("campaign.last_play_deg=0.5", "campaign.last_play_deg must be a law that lies above first_play_deg"),
+        (
+            "campaign.last_backlash_deg=200",
+            "campaign.last_backlash_deg must be a finite number >= 0 and <= 114.592 deg at the motor shaft, got 200",
+        ),
+        (
+            "campaign.last_backlash_deg=0.5",
+            "campaign.last_backlash_deg must be a law that lies above first_backlash_deg",
+        ),
         ("+campaign.speed_up={normal:[2,1]}", "{'uniform': [1, 5], 'normal': [2, 1]}; keep one law."),
         ("~campaign.speed_up +campaign.speed_up={normal:[2,1]}", "campaign.speed_up must be a finite number >= 1e-06"),
         (

@@ -102,6 +102,20 @@ def test_machine_with_every_shape_of_parameter_survives_the_columns(base):
     assert machine_of(machine_columns(machine)) == machine
 
 
+def test_former_names_of_an_effect_s_parameters_are_read(base):
+    """Data sets written when the backlash of an effect was called play, and a crack's loss of stiffness severity."""
+    machine = base.machine.with_effects(
+        make_effect("output.backlash", backlash=1e-3),
+        make_effect("base.looseness", compliance=1e-6, backlash=2e-3),
+        *Faults(roller_crack=0.3, backlash=0.1).effects(base.machine),
+        *Faults(roller_crack=0.2, cracked_station=3).effects(base.machine),
+    )
+    row = machine_columns(machine)
+    former = row["effects"].replace('"backlash":', '"play":').replace('"stiffness_loss":', '"severity":')
+    assert former.count('"play"') == 3 and former.count('"severity"') == 2
+    assert machine_of({**row, "effects": former}) == machine
+
+
 def test_any_row_is_made_again_bit_for_bit(dataset):
     data = read_shards(dataset)
     for index in (0, 7, 8, 19):

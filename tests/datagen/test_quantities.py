@@ -202,7 +202,7 @@ def test_the_total_play_is_that_of_the_simulated_joint():
     """A machine with play of its own, a fault and effects: the columns against the kernel's edges, half the play."""
     machine = load_machine("reference")
     machine = dataclasses.replace(machine, output_joint=dataclasses.replace(machine.output_joint, backlash=1e-3))
-    machine = Faults(backlash=0.1).applied_to(machine.with_effects(make_effect("output.backlash", play=2e-3)))
+    machine = Faults(backlash=0.1).applied_to(machine.with_effects(make_effect("output.backlash", backlash=2e-3)))
     columns = machine_columns(machine)
     values = coefficients(machine, OperatingPoint())
     assert columns["input_joint_backlash_total"] == pytest.approx(2.0 * values["edge_1"], rel=1e-12)

@@ -5,16 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from discrepancy.candidates import careful_base, relaxed
+from discrepancy.criteria import Criteria
 from discrepancy.indexer.parameters import read
 from discrepancy.model import NONE
+from discrepancy.search import Search
 
 
 @pytest.mark.parametrize(("play_factor", "level"), [(0.0, 1.02), (1.0, 1.05), (23.0, 1.05)])
 def test_calibration_reaches_the_noise_floor(records, play_factor: float, level: float) -> None:
     """Seed 5; no play, the healthy 2′ and 20° at the motor shaft: one start, and stiffness over inertia within 3 %."""
     model, _, truth = records(5, play_factor)
-    base = relaxed(model, careful_base(model, None)).place
+    search = Search(model, Criteria())
+    base = search._fit(search._calibrated().place, thorough=True).place
     assert math.sqrt(base.squares.sum() / model.counts.sum()) < level
     values = model.values(NONE, base.z)
     found = values["output_joint.stiffness"] / values["table_inertia"]

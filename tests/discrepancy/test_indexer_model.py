@@ -8,7 +8,7 @@ import pytest
 from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.parameters import read, torque_power
-from discrepancy.model import NONE, Jobs
+from discrepancy.model import NONE, Jobs, together
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
 from indexer_env.errors import ParameterError
@@ -43,16 +43,10 @@ def test_only_a_loose_base_has_housing_states() -> None:
     model = IndexerModel(load_machine("reference"), [record(8200)])
     loose = model.hypotheses()["base.looseness"][0]
     assert (model.local_count(NONE), model.local_count(loose)) == (4, 6)
-    assert model.extended(loose).local_count(NONE) == 6
+    gain = model.hypotheses()["sensor.gain"][0]
+    assert model.local_count(together(gain, loose)) == 6
     found = model.machine.with_effects(make_effect("base.looseness", compliance=6e-6))
     assert IndexerModel(found, [record(8200)]).local_count(NONE) == 6
-
-
-def test_what_a_black_box_sees_does_not_hang_on_the_other_records() -> None:
-    slow = Experiment(record(12000).signal, OperatingPoint(motor_speed=120.0))
-    alone, beside = (IndexerModel(load_machine("reference"), some) for some in ([slow], [slow, record(8200)]))
-    mine = beside.features()[beside.groups == 0]
-    assert mine[:, :1000] == pytest.approx(alone.features()[:, :1000])
 
 
 def test_hum_takes_the_phase_of_each_window() -> None:

@@ -6,24 +6,33 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from discrepancy import Criteria
 from discrepancy.fit import fit
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import changed
-from discrepancy.model import NONE, Hypothesis
-from discrepancy.next_measurement import ENOUGH, Separation, separations
+from discrepancy.model import Hypothesis
+from discrepancy.next_measurement import Question, Separation, separations
 from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments
+from discrepancy.search import Fitted
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env import Machine, Sensor, load_machine, make_effect
 
 PAIR = {"friction.viscous": (10.0,), "drive.slip": (0.2,)}
+ENOUGH = Criteria().margin
 
 
 def fitted(model: IndexerModel, hypothesis: Hypothesis, start: tuple[float, ...]) -> Point:
     problem = Problem(model, hypothesis)
     z = np.concatenate([np.zeros(len(model.parameters)), hypothesis.coordinates(start)])
     return fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=20).place
+
+
+def separated(subject, *places: Point) -> tuple[Separation, ...]:
+    question = Question("which one it is", tuple(Fitted(place, True, 0.0) for place in places))
+    answer = SimpleNamespace(selection=SimpleNamespace(dispersion=1.0))
+    return separations(subject, answer, question)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +44,7 @@ def made(one_record) -> tuple[IndexerSubject, Machine, dict[str, Point], tuple[S
     subject = IndexerSubject(nominal, Sensor(), Experiments(records, records, (("a",), ("a",)), ()))
     library = subject.model.hypotheses()
     places = {name: fitted(subject.model, library[name][0], start) for name, start in PAIR.items()}
-    samples = subject.model.counts.sum()
-    rivals = [SimpleNamespace(name=n, place=p, level=np.sqrt(p.squares.sum() / samples)) for n, p in places.items()]
-    answer = SimpleNamespace(rounds=[SimpleNamespace(candidates=rivals, names=tuple(PAIR))])
-    return subject, truth, places, separations(subject, answer, (NONE,))  # type: ignore[arg-type]
+    return subject, truth, places, separated(subject, *places.values())
 
 
 def test_the_same_again_separates_little_and_the_proposal_much(made) -> None:
@@ -58,7 +64,8 @@ def test_a_torque_sensor_tells_friction_from_slip_at_the_same_speed(made) -> Non
 
 def test_longer_is_better_and_twice_as_long_about_twice(made) -> None:
     by_name = {one.measurement: one.separation for one in made[3]}
-    one, two = (by_name[f"1500 rpm, 22 N m, {turns} of the table"] for turns in ("1 turn", "2 turns"))
+    loaded = sorted({name.split(", ")[1] for name in by_name}, key=lambda load: float(load.split()[0]))[1]
+    one, two = (by_name[f"1500 rpm, {loaded}, {turns} of the table"] for turns in ("1 turn", "2 turns"))
     assert 1.5 * one < two < 3.0 * one
 
 
@@ -92,10 +99,8 @@ def test_no_measurement_separates_an_effect_from_itself(made, name: str, values:
     problem = Problem(model, hypothesis)
     z = np.concatenate([np.zeros(len(model.parameters)), hypothesis.coordinates(values)])
     place = problem.point(z, np.zeros((len(model.counts), model.local_count(hypothesis))))
-    alike = [SimpleNamespace(name=n, place=place, level=1.0) for n in (name, "the same")]
-    answer = SimpleNamespace(rounds=[SimpleNamespace(candidates=alike, names=(name, "the same"))])
-    subject = SimpleNamespace(model=model, measurements=lambda effects: imagined(model, effects)[::36])
-    found = separations(subject, answer, (NONE,))  # type: ignore[arg-type]
+    subject = SimpleNamespace(model=model, measurements=lambda: imagined(model)[::36])
+    found = separated(subject, place, place)
     assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
 
 
@@ -103,7 +108,7 @@ def test_a_table_of_two_stations_is_measured_for_more_turns(one_record) -> None:
     """Seed 32: three turns of such a table are six cam turns; the shortest measurement imagined holds five or more."""
     machine = dataclasses.replace(load_machine("reference"), stations=2)
     record = one_record(machine, Sensor(), np.random.default_rng(32), 1500.0, 2.0, 3.0)
-    found = imagined(IndexerModel(machine, [record]), ())
+    found = imagined(IndexerModel(machine, [record]))
     assert {one.name.split(", ")[2].split(" with")[0] for one in found} == {
         "3 turns of the table", "6 turns of the table",
     }  # fmt: skip

@@ -40,10 +40,10 @@ def seen(machine: Machine, local: np.ndarray, turn: float) -> dict[str, np.ndarr
 def playing(request, reference) -> Machine:
     """Play of 5 degrees at the motor, play and hardening at the output, a cracked roller where the windows start."""
     effects = {
-        "input.backlash": {"play": 3e-3},
-        "output.backlash": {"play": 2e-4},
+        "input.backlash": {"backlash": 3e-3},
+        "output.backlash": {"backlash": 2e-4},
         "output.cubic_stiffness": {"stiffness": 5e11},
-        "roller.crack_single": {"severity": 0.4, "station": 2},
+        "roller.crack_single": {"stiffness_loss": 0.4, "station": 2},
     }
     machine = dataclasses.replace(reference, contact_law=request.param)
     return machine.with_effects(*(make_effect(name, values) for name, values in effects.items()))

@@ -182,7 +182,45 @@ def test_completion_offers_verbs_keys_and_names():
     assert candidates(["help", "tr"]) == ["train ", "transfer "]
     assert candidates(["nothing", "x"]) == [] and candidates(["train", "data=x"]) == []
     for name in VERBS:
-        assert {f"{key}=" for key in keys_of(name)} == set(candidates([name, ""]))
+        alone = {f"{word} " for word in VERBS[name].words}
+        assert {f"{key}=" for key in keys_of(name)} | alone == set(candidates([name, ""]))
+
+
+def test_completion_offers_lone_words_and_flags():
+    assert candidates(["new", "mach"])[0] == "machine " and "machine=" in candidates(["new", "mach"])
+    assert "machine " not in candidates(["new", "machine", "mach"])
+    assert candidates(["train", "-"]) == ["-m ", "--multirun ", "--help "] and candidates(["train", "--h"]) == [
+        "--help "
+    ]
+    assert candidates(["--v"]) == ["--version "] and candidates(["--completion", "z"]) == ["zsh "]
+
+
+def test_a_mistake_in_a_file_is_told_with_the_file(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (CONF / "machine" / "smooth.yaml").read_text()
+    Path("mine.yaml").write_text(text.replace("stations: 8", "stations: 1"))
+    code, _, err = call("simulate", "machine=mine.yaml", "out=x")
+    assert code == 2 and err.startswith("error: mine.yaml: machine.stations must be a whole number >= 2")
+    code, _, err = call("simulate", "machine=mine.yaml", "machine.stations=-1", "out=x")
+    assert code == 2 and err.startswith("error: machine.stations must be a whole number >= 2")
+
+
+def test_a_key_in_degrees_is_refused_in_degrees(call):
+    code, _, err = call("simulate", "faults.backlash_deg=200", "out=x")
+    assert (
+        code == 2
+        and "faults.backlash_deg must be a finite number >= 0 and <= 114.592 deg at the motor shaft, got 200" in err
+    )
+    code, _, err = call("simulate", "operating_point.motor_speed_rpm=-5", "out=x")
+    assert code == 2 and "operating_point.motor_speed_rpm must be a finite number > 0 rpm, got -5." in err
+
+
+def test_the_station_of_no_crack_is_told(call):
+    code, _, err = call("simulate", "faults.cracked_station=3", "out=x")
+    assert (
+        code == 2
+        and "faults.cracked_station must be left out where no roller is cracked, got 3; add faults.roller=" in err
+    )
 
 
 @pytest.mark.skipif(not Path("/bin/bash").exists(), reason="needs bash")

@@ -50,6 +50,13 @@ def test_jobs_results_and_reasons_stand_in_one_table(launcher, tmp_path):
     assert {"0", "1", TABLE} <= {path.name for path in (tmp_path / "sw").iterdir()}
 
 
+def test_a_sweep_over_its_own_folder_is_refused(tmp_path):
+    """Its table would lie in pieces."""
+    done = sweep(tmp_path, "seed=1", "out=a,b")
+    assert done.returncode == 2 and "out must be one folder in a sweep, for OUT/<job number>" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path):
     assert sweep(tmp_path, "seed=0,1,2", "out=sw").returncode == 0
     done = sweep(tmp_path, "seed=7,8", "out=sw", "overwrite=true")

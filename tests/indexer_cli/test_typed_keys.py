@@ -72,6 +72,22 @@ def test_a_parameter_of_an_object_is_named_by_its_key(command, owner):
                 assert as_typed(f"{owner}.{field.name} must", command, keys) == f"{found[0]} must"
 
 
+@pytest.mark.parametrize("owner", CLASSES)
+def test_every_object_has_a_key_in_some_command(owner):
+    """Else the test above would look at nothing."""
+    features = ["features=fft"] if owner == "Fft" else []
+    names = {field.name for field in dataclasses.fields(CLASSES[owner])}
+    held = {
+        key
+        for command in COMMANDS
+        for key in keys_of(command, *(features if "features" in keys_of(command) else []))
+        for section in OWNERS[owner]
+        if key.removeprefix(f"{section}.").removesuffix("_rpm").removesuffix("_deg") in names
+        and key.startswith(f"{section}.")
+    }
+    assert held
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_s_own_keys_stand_alone(command):
     for key in keys_of(command):

@@ -62,12 +62,12 @@ EFFECT_CASES = {
     "drive.mesh_stiffness": Case({"depth": 0.3, "phase": 0.2}),
     "cam.profile_error": Case({"height": 5e-4}),
     "cam.station_spacing": Case({"error": 1e-3, "station": 2}, start_angle=6.0),
-    "roller.crack": Case({"severity": 0.3}, tolerance=WITH_EDGES),
-    "roller.crack_single": Case({"severity": 0.5, "station": 1}, start_angle=5.8, tolerance=WITH_EDGES),
-    "input.backlash": Case({"play": 5e-3}, tolerance=WITH_EDGES),
-    "output.backlash": Case({"play": 1e-3}, tolerance=WITH_EDGES),
+    "roller.crack": Case({"stiffness_loss": 0.3}, tolerance=WITH_EDGES),
+    "roller.crack_single": Case({"stiffness_loss": 0.5, "station": 1}, start_angle=5.8, tolerance=WITH_EDGES),
+    "input.backlash": Case({"backlash": 5e-3}, tolerance=WITH_EDGES),
+    "output.backlash": Case({"backlash": 1e-3}, tolerance=WITH_EDGES),
     "output.cubic_stiffness": Case({"stiffness": 1e10}),
-    "base.looseness": Case({"compliance": 1e-6, "play": 2e-4}, tolerance=WITH_EDGES),
+    "base.looseness": Case({"compliance": 1e-6, "backlash": 2e-4}, tolerance=WITH_EDGES),
 }
 
 

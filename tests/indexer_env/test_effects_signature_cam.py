@@ -132,7 +132,7 @@ def test_cracked_rollers_lower_the_ringing_in_the_dwell(smooth, visible):
         crossings = up - values[up] / (values[up + 1] - values[up])
         return float(np.diff(crossings).mean()) / 1000.0
 
-    plain, cracked = period(smooth), period(smooth.with_effects(visible("roller.crack", severity=severity)))
+    plain, cracked = period(smooth), period(smooth.with_effects(visible("roller.crack", stiffness_loss=severity)))
     assert plain == pytest.approx(1.0 / 15.0, rel=0.01)
     assert cracked / plain == pytest.approx(0.5 * (1.0 + (1.0 - severity) ** -0.5), rel=0.02)
 

@@ -36,7 +36,7 @@ def test_play_frees_its_joint_over_its_width(smooth, visible, name, number, own)
     """The effect's play adds to the joint's own; the dead zone is ±g/2, and in it no torque acts."""
     field = {1: "input_joint", 2: "output_joint"}[number]
     plain = dataclasses.replace(smooth, **{field: dataclasses.replace(getattr(smooth, field), backlash=own)})
-    effect = visible(name, play=4e-3)
+    effect = visible(name, backlash=4e-3)
     r = motion(plain.with_effects(effect))
     free = r[f"region_{number}"] == 0.0
     width = own + 4e-3
@@ -63,7 +63,7 @@ def test_the_other_joints_keep_contact(smooth, visible):
 
 def test_play_lets_the_table_be_free(smooth, visible):
     """Inside the play of joint 2 nothing but the load torque turns the table: φ̈ = -T_L/J_t."""
-    r = motion(smooth.with_effects(visible("output.backlash", play=4e-3)))
+    r = motion(smooth.with_effects(visible("output.backlash", backlash=4e-3)))
     free = r["region_2"] == 0.0
     assert free.sum() > 20
     np.testing.assert_allclose(r["table_acceleration"][free], -2.0 / 5.0, rtol=1e-12)
@@ -138,7 +138,7 @@ def test_a_loose_base_rings_at_the_new_mode(smooth, visible):
 
 
 def test_a_loose_base_moves_as_its_stiffness_damping_and_play_say(smooth, visible):
-    effect = visible("base.looseness", compliance=1.0 / 2e5, damping_ratio=0.1, play=1e-3)
+    effect = visible("base.looseness", compliance=1.0 / 2e5, damping_ratio=0.1, backlash=1e-3)
     r = motion(smooth.with_effects(effect))
     damping = 2.0 * 0.1 * math.sqrt(2e5 * (smooth.housing_inertia + smooth.follower_inertia))
     d, v = r["deflection_3"], r["deflection_rate_3"]

@@ -84,7 +84,7 @@ def test_roller_crack_is_the_stiffness_ratio_of_joint_2(reference):
 
 def test_a_cracked_station_is_the_single_crack(reference, visible):
     machine = Faults(roller_crack=0.4, cracked_station=2).applied_to(reference)
-    assert machine.effects == (visible("roller.crack_single", severity=0.4, station=2),)
+    assert machine.effects == (visible("roller.crack_single", stiffness_loss=0.4, station=2),)
     with pytest.raises(ParameterError, match=r"^roller\.crack_single\.station must be below the machine's 8 "):
         coefficients(Faults(roller_crack=0.4, cracked_station=8).applied_to(reference), POINT)
 
@@ -123,8 +123,8 @@ def test_faults_come_on_top_of_what_the_machine_has():
     worn = Faults(backlash=0.1, roller_crack=0.5, screw_looseness=0.5).applied_to(machine)
     worse = Faults(backlash=0.1, roller_crack=0.5, screw_looseness=0.5).applied_to(worn)
     first, second = ({effect.name: effect for effect in one.effects} for one in (worn, worse))
-    assert second["input.backlash"].play == pytest.approx(2.0 * first["input.backlash"].play)
-    assert second["roller.crack"].severity == pytest.approx(0.75)
+    assert second["input.backlash"].backlash == pytest.approx(2.0 * first["input.backlash"].backlash)
+    assert second["roller.crack"].stiffness_loss == pytest.approx(0.75)
     assert second["base.looseness"].compliance == pytest.approx(2.0 * first["base.looseness"].compliance)
 
 

@@ -37,7 +37,7 @@ def cases() -> dict[str, tuple[Machine, OperatingPoint]]:
             "load.process": {"torque": 20.0, "centre": 0.2}, "drive.slip": {"compliance": 1.0},
             "drive.speed_ripple": {"depth": 0.02}, "drive.transmission_error": {"amplitude": 1e-4},
             "drive.mesh_stiffness": {"depth": 0.1}, "cam.profile_error": {"height": 1e-4},
-            "cam.station_spacing": {"error": 1e-3}, "roller.crack_single": {"severity": 0.2},
+            "cam.station_spacing": {"error": 1e-3}, "roller.crack_single": {"stiffness_loss": 0.2},
             "output.cubic_stiffness": {"stiffness": 1e8}, "base.looseness": {"compliance": 1e-6},
         }.items()
     ]  # fmt: skip

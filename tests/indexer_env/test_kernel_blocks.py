@@ -40,10 +40,10 @@ SIZES = {
     "drive.mesh_stiffness": {"depth": 0.3},
     "cam.profile_error": {"height": 1e-2, "centre": 0.26},
     "cam.station_spacing": {"error": 0.02, "station": 1},
-    "roller.crack": {"severity": 0.4},
-    "roller.crack_single": {"severity": 0.4, "station": 0},
-    "input.backlash": {"play": 1e-4},
-    "output.backlash": {"play": 1e-4},
+    "roller.crack": {"stiffness_loss": 0.4},
+    "roller.crack_single": {"stiffness_loss": 0.4, "station": 0},
+    "input.backlash": {"backlash": 1e-4},
+    "output.backlash": {"backlash": 1e-4},
     "output.cubic_stiffness": {"stiffness": 1e10},
 }
 STEPS = 200

@@ -166,7 +166,7 @@ def test_rigid_joints_are_in_region_one_and_undeflected(machine: Machine) -> Non
 
 
 def test_cracked_roller_is_soft_in_its_cam_turn_only(machine: Machine) -> None:
-    effect = make_effect("roller.crack_single", {"severity": 0.5, "station": 1})
+    effect = make_effect("roller.crack_single", {"stiffness_loss": 0.5, "station": 1})
     point = OperatingPoint(start_angle=4.0)
     names = ("cam_angle", "deflection_2", "deflection_rate_2", "torque_2")
     alpha, delta, speed, torque = channels_of(machine.with_effects(effect), point, *names, samples=900)

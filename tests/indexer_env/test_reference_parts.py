@@ -139,7 +139,7 @@ def sheet(delta: float, rate: float) -> tuple[float, ...]:
 
 
 def joint_guards(region: int, law: str = "kelvin_voigt") -> Guards:
-    contact = Contact(stiffness=100.0, damping=1.0, play=0.2, ratio=0.5, law=law, edged=True)
+    contact = Contact(stiffness=100.0, damping=1.0, backlash=0.2, ratio=0.5, law=law, edged=True)
     stretch = Stretch(0.0, 2.0, lambda alpha: (0.0, 0.0, 0.0), lambda alpha: 0.0)
     return Guards(stretch, (contact, contact, contact), (region, 1, 1), (0,))
 

@@ -45,7 +45,7 @@ def test_unknown_effect_is_refused(machine: Machine) -> None:
 
 @pytest.mark.parametrize("name", ["roller.crack_single", "cam.station_spacing"])
 def test_station_that_the_machine_has_not_is_refused(machine: Machine, name: str) -> None:
-    size = {"roller.crack_single": "severity", "cam.station_spacing": "error"}[name]
+    size = {"roller.crack_single": "stiffness_loss", "cam.station_spacing": "error"}[name]
     effect = make_effect(name, {size: 0.01, "station": 8})
     with pytest.raises(ParameterError, match="below the machine's 8 stations"):
         simulate_reference(machine.with_effects(effect), samples=10)

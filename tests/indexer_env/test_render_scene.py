@@ -68,9 +68,9 @@ def test_plays_are_halves_of_the_machines(smooth, smooth_record):
     sample = at(smooth_record, 0)
     assert scene_from(smooth, sample).half_plays == (0.0, 0.0, 0.0)
     worn = smooth.with_effects(
-        make_effect("input.backlash", play=4e-3),
-        make_effect("output.backlash", play=2e-3),
-        make_effect("base.looseness", compliance=1e-5, play=6e-3),
+        make_effect("input.backlash", backlash=4e-3),
+        make_effect("output.backlash", backlash=2e-3),
+        make_effect("base.looseness", compliance=1e-5, backlash=6e-3),
     )
     assert scene_from(worn, sample).half_plays == pytest.approx((2e-3, 1e-3, 3e-3))
 
@@ -96,7 +96,7 @@ def test_faults_show(smooth, smooth_record, faults, cracked, loose):
 
 def test_effects_at_their_null_value_do_not_show(smooth, smooth_record):
     null = smooth.with_effects(
-        make_effect("roller.crack_single", severity=0.0), make_effect("base.looseness", compliance=0.0)
+        make_effect("roller.crack_single", stiffness_loss=0.0), make_effect("base.looseness", compliance=0.0)
     )
     scene = scene_from(null, at(smooth_record, 0))
     assert (scene.cracked_stations, scene.loose_screws) == ((), False)

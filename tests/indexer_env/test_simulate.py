@@ -204,7 +204,7 @@ def test_light_damping_takes_more_turns(smooth):
 
 @pytest.mark.parametrize("samples", [None, 2000, 12000, 16400])
 def test_big_play_never_settles_and_the_bound_holds(reference, visible, samples):
-    machine = reference.with_effects(visible("input.backlash", play=0.0136), visible("output.backlash"))
+    machine = reference.with_effects(visible("input.backlash", backlash=0.0136), visible("output.backlash"))
     report = simulate(machine, run=Run(samples=samples)).warmup
     assert report is not None
     assert report.turns == 2 and not report.settled and report.difference > 1e-3
@@ -212,7 +212,7 @@ def test_big_play_never_settles_and_the_bound_holds(reference, visible, samples)
 
 def test_a_coarse_sample_rate_is_no_proof_of_settling(reference, visible):
     """Fewer samples in a turn than stations: there is nothing in its last cam turn to compare."""
-    machine = reference.with_effects(visible("input.backlash", play=0.0136), visible("output.backlash"))
+    machine = reference.with_effects(visible("input.backlash", backlash=0.0136), visible("output.backlash"))
     report = simulate(machine, run=Run(sample_rate=0.5)).warmup
     assert report is not None and not report.settled
 

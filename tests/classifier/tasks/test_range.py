@@ -6,12 +6,12 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from classifier.compare.recipes import drawn
 from classifier.dataset import Dataset
-from classifier.study.recipes import Recipe, make
 from classifier.tasks.need import NotAvailable
 from classifier.tasks.range import LEAST, MARGIN, REFUSED, Range, octaves
 from datagen.shard import read_shards
+from indexer_experiments.compare.recipes import drawn
+from indexer_experiments.recipes import Recipe, make
 
 NOTHING = np.empty(0)
 

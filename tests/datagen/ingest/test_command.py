@@ -67,6 +67,11 @@ def test_a_labels_table(call, tmp_path):
         ((*GOOD, "labels=none.csv"), "the labels table none.csv cannot be read"),
         ((*GOOD, "known.sensor_radius=-1"), "known.sensor_radius must be"),
         ((*GOOD, "split.calibration=-1"), "split.calibration must be"),
+        ((*GOOD, "split.calibration=60"), "split.calibration must be a finite number >= 0 and <= 1, got 60"),
+        (
+            (*GOOD, "split.calibration=0", "split.control=0", "split.validation=0"),
+            "split.calibration must be > 0 where control and validation are 0",
+        ),
         ((*GOOD, "split.by=day"), "split.by must be one of file"),
         ((*GOOD, "sample_rate=5000"), "sample_rate must be at most 1.1 times"),
         ((*GOOD, "overwrite=2"), "overwrite must be true or false"),

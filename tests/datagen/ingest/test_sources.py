@@ -98,7 +98,7 @@ def test_a_labels_table_gives_severities_in_the_units_of_the_data_set(bench):
     ("column", "cell", "words"),
     [
         ("faults.backlsh_deg", "3", "faults has no parameter 'backlsh_deg'; did you mean"),
-        ("faults.backlash_deg", "-3", "faults.backlash must be"),
+        ("faults.backlash_deg", "-3", "faults.backlash_deg must be"),
         ("faults.screw_looseness", "loose", "faults.screw_looseness must be a number, got 'loose'"),
     ],
 )

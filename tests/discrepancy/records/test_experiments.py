@@ -127,7 +127,7 @@ def test_strong_effects_do_not_make_another_machine(record, nominal) -> None:
     machines = [
         dataclasses.replace(nominal, input_joint=loose),
         nominal.with_effects(make_effect("drive.slip", compliance=1.5)),
-        nominal.with_effects(make_effect("output.backlash", play=1e-3)),
+        nominal.with_effects(make_effect("output.backlash", backlash=1e-3)),
     ]
     for machine in machines:
         run = simulate(machine, OperatingPoint(start_angle=1.3), Run(samples=18000))

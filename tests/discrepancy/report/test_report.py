@@ -1,73 +1,129 @@
-"""The report of a drive with hidden friction: every key, a page without the network, a machine with what was found."""
+"""The report for each answer: its sentence, its keys, a page without the network, and whatever fails behind it."""
 
 import dataclasses
 import json
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 import yaml
 
+from discrepancy import Criteria, chain
 from discrepancy.chain import STAGES, Outcome, run_chain
-from discrepancy.emps import EmpsModel, Motion
-from discrepancy.findings import Estimate
-from discrepancy.report import headline, report_files
+from discrepancy.estimates import Estimate
+from discrepancy.grades import RULES
+from discrepancy.report import headline, report_files, to_do
+from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
-from discrepancy.subjects.emps import EmpsSubject
+from tests.discrepancy.toy import ChordSubject
 
-KEYS = {"verdict", "effects", "ranking", "gap", "where", "calibration", "seed", "version"}
+KEYS = {
+    "verdict", "headline", "findings", "effects", "remains", "ranking", "gap", "where", "where_after", "calibration",
+    "question", "next", "search", "criteria", "failures", "seed", "version",
+}  # fmt: skip
+TWINS = ("tone", "twin", "beat")
 
-
-def drives(friction: float) -> EmpsSubject:
-    """Seed 2: two motions of 7 s at 1 kHz, 95 kg, 200 N s/m known, dry friction, 0.3 N of noise."""
-    rng = np.random.default_rng(2)
-    time = np.arange(7000) * 1e-3
-    made = []
-    for shift in (0.0, 0.7):
-        position = 0.1 * np.sin(1.3 * time + shift) + 0.03 * np.sin(4.1 * time)
-        rate = np.gradient(position, 1e-3)
-        motion = Motion(position, rate, np.gradient(rate, 1e-3), 1e-3)
-        force = 95.0 * motion.acceleration + 200.0 * rate + friction * motion.sign
-        made.append(EmpsModel(motion, force + 0.3 * 3.0 * rng.standard_normal(len(time)), 0.3, ("friction.viscous",)))
-    return EmpsSubject(made[0], made[1])
+Made = Callable[[str], Outcome]
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
-    seen: list[str] = []
-    found = run_chain(drives(20.0), 5, seen.append)
-    assert tuple(seen) == STAGES
-    return found
+def made() -> Made:
+    """The outcome of a case by its name, each made once."""
+    subjects = {
+        "found": lambda: ChordSubject({"tone": 10.0}),
+        "two": lambda: ChordSubject({"tone": 10.0, "beat": 6.0, "rest": 2.0}),
+        "family": lambda: ChordSubject({"tone": 10.0}, TWINS),
+        "stands in": lambda: ChordSubject({"half": 8.0}),
+        "nothing": lambda: ChordSubject({}),
+        "remainder": lambda: ChordSubject({"rest": 5.0}),
+    }
+    kept: dict[str, Outcome] = {}
+
+    def make(name: str) -> Outcome:
+        if name not in kept:
+            kept[name] = run_chain(subjects[name](), 5)
+        return kept[name]
+
+    return make
 
 
-@pytest.fixture(scope="module")
-def files(outcome: Outcome) -> dict[str, str]:
-    return report_files(outcome)
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("found", r"^Tone \d+\.?\d* N \(9\.\d+ to 10\.\d+\) closes \d+\.?\d* % of the gap; nothing else remains"),
+        ("two", r"^Tone .* and beat .* close \d+\.?\d* % of the gap; 1\.\d\d times the noise remains"),
+        ("family", r"^One of (tone|twin) .* or (tone|twin) .*, which these records cannot tell apart, closes"),
+        ("stands in", r"^Something is missing to which no .*: \d\.\d times the noise .*; tone stands in for a part"),
+        ("nothing", r"^Nothing is missing: the calibrated model comes .* \((0\.9|1\.0)\d times it\)\.$"),
+        ("remainder", r"^Something is missing to which no effect of the library gives a name: 3\.\d times the"),
+    ],
+)  # fmt: skip
+def test_each_answer_has_its_sentence(made: Made, name: str, said: str) -> None:
+    assert re.search(said, headline(made(name))), headline(made(name))
 
 
-def test_json_has_every_key_and_the_friction(files: dict[str, str]) -> None:
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("found", "Nothing is open"),
+        ("family", "Record a telling one: it would show which one of"),
+        ("stands in", "Record .*: it would show what tone stands in for"),
+        ("nothing", "Nothing is open"),
+        ("remainder", "with which of them the remainder grows"),
+    ],
+)
+def test_each_answer_says_what_to_do_next(made: Made, name: str, said: str) -> None:
+    assert re.search(said, to_do(made(name))), to_do(made(name))
+
+
+def test_a_search_cut_short_says_so() -> None:
+    outcome = run_chain(ChordSubject({"tone": 10.0}), 5, criteria=Criteria(seconds=1e-9))
+    assert "time allowed ran out" in headline(outcome)
+    assert json.loads(report_files(outcome)["report.json"])["search"]["complete"] is False
+
+
+def test_json_has_every_key_and_the_finding(made: Made) -> None:
+    files = report_files(made("found"))
     report = json.loads(files["report.json"])
-    assert report.keys() >= KEYS
-    assert (report["verdict"], report["seed"]) == ("named", 5)
-    (effect,) = report["effects"]
-    (force,) = effect["parameters"]
-    assert (effect["name"], force["name"], force["unit"]) == ("friction.coulomb", "force", "N")
-    assert force["interval"][0] < 20.0 < force["interval"][1] and force["value"] == pytest.approx(20.0, rel=0.02)
+    assert report.keys() >= KEYS and (report["verdict"], report["seed"]) == ("found", 5)
+    (finding,) = report["findings"]
+    (size,) = finding["effects"][0]["parameters"]
+    assert (finding["grade"], finding["name"], size["name"], size["unit"]) == ("established", "tone", "size", "N")
+    assert size["interval"][0] < 10.0 < size["interval"][1]
+    assert report["effects"] == finding["effects"]
     gap = report["gap"]
-    assert {"metric", "noise_floor", "before", "after", "closed_share"} <= gap.keys()
     assert gap["noise_floor"] < gap["after"] * 1.2 < gap["before"] and gap["closed_share"] > 0.98
     low, high = gap["intervals"]["closed_share"]
     assert low <= gap["closed_share"] <= high
-    names = [row["name"] for row in report["ranking"]]
-    assert names[0] == "friction.coulomb" and "none" in names
-    assert sum(row["probability"] for row in report["ranking"]) == pytest.approx(1.0)
+    assert report["remains"]["times_noise"] == pytest.approx(1.0, abs=0.05)
     assert report["where"] and {"axis", "cell", "level", "p"} <= report["where"][0].keys()
+    assert report["where_after"] == [] and report["failures"] == []
     assert "NaN" not in files["report.json"] and "Infinity" not in files["report.json"]
 
 
-def test_the_page_opens_offline_and_says_the_verdict_first(outcome: Outcome, files: dict[str, str]) -> None:
-    page = files["report.html"]
+def test_json_holds_all_criteria_and_the_rule_table(made: Made) -> None:
+    report = json.loads(report_files(made("found"))["report.json"])
+    assert report["criteria"]["numbers"] == dataclasses.asdict(Criteria())
+    assert [row["rule"] for row in report["criteria"]["rules"]] == [rule.name for rule in RULES]
+    outcome = run_chain(ChordSubject({}), 5, criteria=Criteria(margin=44.0))
+    assert json.loads(report_files(outcome)["report.json"])["criteria"]["numbers"]["margin"] == 44.0
+
+
+@pytest.mark.parametrize("name", ["found", "family", "stands in", "nothing", "remainder"])
+def test_every_ranking_has_none_of_these(made: Made, name: str) -> None:
+    for ranking in json.loads(report_files(made(name))["report.json"])["ranking"]:
+        rows = {row["name"]: row for row in ranking["rows"]}
+        assert NONE_OF_THESE in rows
+        shares = [row["probability"] for row in rows.values() if row["probability"] is not None]
+        assert not shares or sum(shares) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", ["found", "two", "family", "stands in", "nothing", "remainder"])
+def test_the_page_opens_offline_and_says_first_what_is_missing(made: Made, name: str) -> None:
+    outcome = made(name)
+    page = report_files(outcome)["report.html"]
 
     class Links(HTMLParser):
         found: tuple[str, ...] = ()
@@ -79,68 +135,81 @@ def test_the_page_opens_offline_and_says_the_verdict_first(outcome: Outcome, fil
     reader = Links()
     reader.feed(page)
     assert reader.found == ()
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 4
     text = re.sub(r"<(style|svg).*?</\1>", "", page, flags=re.DOTALL)
-    assert text.index(headline(outcome)) < text.index("What was found") < text.index("What was compared")
+    order = [headline(outcome), "What remains", "What to do next", "Evidence", "What competed"]
+    assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
+    for finding in outcome.answer.findings:
+        assert finding.grade in text and finding.why in text
     assert "url(http" not in page and "{{" not in page
 
 
-def test_a_name_with_dollars_is_no_formula(outcome: Outcome, monkeypatch) -> None:
-    view = EmpsSubject.view
-    odd = ("run_$1_{$2.csv",)
-    monkeypatch.setattr(EmpsSubject, "view", lambda self, model: dataclasses.replace(view(self, model), names=odd))
+def test_a_name_with_dollars_is_no_formula(made: Made, monkeypatch) -> None:
+    outcome, view = made("found"), ChordSubject.view
+    odd = ("run_$1_{$2.csv", "b")
+    monkeypatch.setattr(ChordSubject, "view", lambda self, model: dataclasses.replace(view(self, model), names=odd))
     assert "run_$1_{$2.csv" in report_files(outcome)["report.html"]
 
 
-def test_a_report_is_the_same_for_the_same_seed(outcome: Outcome, files: dict[str, str]) -> None:
-    again = report_files(run_chain(drives(20.0), 5))
-    assert again["report.json"] == files["report.json"] and again["report.html"] == files["report.html"]
+def test_a_report_is_the_same_for_the_same_seed(made: Made) -> None:
+    seen: list[str] = []
+    again = run_chain(ChordSubject({"tone": 10.0}), 5, seen.append)
+    assert tuple(seen) == STAGES
+    assert report_files(again) == report_files(made("found"))
 
 
-def test_the_machine_says_what_was_found(files: dict[str, str]) -> None:
-    machine = yaml.safe_load(files["machine.yaml"])
-    assert machine["mass"] == pytest.approx(95.0, rel=0.02)
-    assert machine["effects"]["friction.coulomb"]["force"] == pytest.approx(20.0, rel=0.02)
+@pytest.mark.parametrize(
+    ("stage", "function"), [(STAGES[1], "locate"), (STAGES[2], "gap_of"), (STAGES[3], "separations")]
+)
+def test_a_stage_that_fails_takes_no_answer_away(stage: str, function: str, monkeypatch, caplog) -> None:
+    def fails(*_):
+        raise np.linalg.LinAlgError("Singular matrix")
 
-
-def test_nothing_is_named_where_nothing_is_missing() -> None:
-    outcome = run_chain(drives(0.0), 5)
+    monkeypatch.setattr(chain, function, fails)
+    outcome = run_chain(ChordSubject({"tone": 10.0}, TWINS), 5)
     files = report_files(outcome)
     report = json.loads(files["report.json"])
-    assert (report["verdict"], report["effects"], report["where"]) == ("none", [], [])
-    assert headline(outcome).startswith("Nothing is missing")
-    assert "is enough" in re.search(r"<b>none</b>.*?</tr>", files["report.html"], flags=re.DOTALL)[0]  # type: ignore[index]
-    assert report["gap"]["closed_share"] is None and "no gap to close" in files["report.html"]
-    assert "friction.coulomb" not in yaml.safe_load(files["machine.yaml"])["effects"]
-
-
-@pytest.mark.parametrize("verdict", ["unexplained", "not_converged"])
-def test_a_refusal_adds_nothing(outcome: Outcome, verdict: str) -> None:
-    answer = dataclasses.replace(outcome.answer, verdict=verdict, reason="nothing fits")
-    refused = dataclasses.replace(
-        outcome, answer=answer, effects=(), after=outcome.before, where_after=outcome.where, next=()
+    assert report["verdict"] == "found" and report["findings"][0]["name"] in ("tone or twin", "twin or tone")
+    (said,) = report["failures"]
+    assert (
+        stage in said and "LinAlgError: Singular matrix" in said and said in files["report.html"].replace("&#39;", "'")
     )
-    files = report_files(refused)
-    assert json.loads(files["report.json"])["effects"] == []
-    assert "nothing fits" in headline(refused) and "What was found" not in files["report.html"]
-    assert yaml.safe_load(files["machine.yaml"])["effects"].keys() == {"friction.viscous"}
+    assert "Singular matrix" in caplog.text, "the log has the traceback"
+    assert headline(outcome) in files["report.html"]
 
 
-def test_what_was_fitted_in_any_round_was_not_ruled_out_before(outcome: Outcome) -> None:
-    """The last round of a refused answer is one of another model, beside an effect found before."""
-    answer = outcome.answer
-    last = dataclasses.replace(answer.first, candidates=answer.first.candidates[-1:])
-    again = dataclasses.replace(
-        answer, verdict="unexplained", rounds=(answer.first, last), effects=(answer.effects[0], answer.effects[0])
+def test_a_figure_that_fails_leaves_the_page(made: Made, monkeypatch, caplog) -> None:
+    def fails(*_):
+        raise ValueError("nothing to draw")
+
+    monkeypatch.setattr("discrepancy.report.figures.averaged", fails)
+    assert report_files(made("found"))["report.html"].count("<svg") == 3
+    assert "the figure torque cannot be drawn" in caplog.text
+
+
+def test_the_machine_holds_what_is_established_and_no_hint(made: Made) -> None:
+    assert yaml.safe_load(report_files(made("found"))["machine.yaml"])["tone.size"] == pytest.approx(10.0, abs=0.3)
+    assert "tone.size" not in report_files(made("stands in"))["machine.yaml"]
+
+
+def test_a_machine_that_is_held_back_is_written_as_nominal(made: Made) -> None:
+    answer = dataclasses.replace(made("found").answer, held_back="it predicts record 1 worse")
+    text = report_files(dataclasses.replace(made("found"), answer=answer))["machine.yaml"]
+    assert text.startswith(
+        "# This is the nominal machine. The calibrated one is held back: it predicts record 1 worse."
     )
-    refused = dataclasses.replace(outcome, answer=again, effects=(), after=outcome.before, next=())
-    files = report_files(refused)
-    said = re.search(r"Ruled out before a full fit.*?</p>", files["report.html"], flags=re.DOTALL)
-    fitted = {candidate.name for candidate in answer.first.candidates}
-    assert "friction.coulomb" in fitted and said is not None
-    assert not any(name in said[0] for name in fitted)
-    assert "with friction.coulomb in place, found before" in files["report.html"]
-    assert json.loads(files["report.json"])["ranking_beside"] == ["friction.coulomb"]
+    assert yaml.safe_load(text) == {"offset": 0.0}
+
+
+def test_a_parameter_at_its_bound_is_written_as_nominal(made: Made) -> None:
+    outcome = made("found")
+    calibration = dataclasses.replace(outcome.answer.calibration, bounds_hit=("offset",))
+    answer = dataclasses.replace(outcome.answer, calibration=calibration)
+    files = report_files(dataclasses.replace(outcome, answer=answer))
+    assert files["machine.yaml"].startswith("# offset is nominal: the fit holds it at the bound")
+    machine = yaml.safe_load(files["machine.yaml"])
+    assert machine["offset"] == 0.0 and machine["tone.size"] == pytest.approx(10.0, abs=0.3)
+    assert "offset is nominal" in files["report.html"]
 
 
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:

@@ -96,8 +96,8 @@ def test_an_option_that_cannot_be(options, said):
         ({"hypotheses": {**TWO, "odd": 1.0}}, "diagnosis.hypotheses.odd must be a mapping of faults to their laws"),
         ({"hypotheses": {**TWO, "odd": {"crak": 1}}}, "diagnosis.hypotheses.odd: faults has no parameter 'crak';"),
         (
-            {"hypotheses": {**TWO, "wears": {"wear_deg": {"choice": [0.0, 0.01]}}}},
-            "diagnosis.hypotheses.wears.wear must be 0, as a fault does not change during a diagnosis, got",
+            {"hypotheses": {**TWO, "wears": {"backlash_per_joule_deg": {"choice": [0.0, 0.01]}}}},
+            "diagnosis.hypotheses.wears.backlash_per_joule must be 0, as a fault does not change during a diagnosis",
         ),
         (
             {"hypotheses": {**TWO, "stiff": {"screw_looseness": {"uniform": [0.001, 0.1]}}}},

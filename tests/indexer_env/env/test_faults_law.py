@@ -9,7 +9,8 @@ import pytest
 from indexer_env import Faults, OperatingPoint, ParameterError, Run, load_machine, simulate
 from indexer_env.control import ControlTask
 from indexer_env.env import IndexerEnv
-from indexer_env.fault_law import MOST_BACKLASH, TIGHT_LOOSENESS, Course, FaultLaw, fault_law
+from indexer_env.fault_law import TIGHT_LOOSENESS, Course, FaultLaw, fault_law
+from indexer_env.faults import MOST_BACKLASH
 from indexer_env.laws import Choice, Fixed, Uniform
 from indexer_env.vector_env import IndexerVectorEnv
 
@@ -27,9 +28,9 @@ def test_the_forms_a_law_may_have():
     law = fault_law({"backlash_deg": {"uniform": [0, 20]}, "roller_crack": {"choice": [0, 0.4]}, "crack_at": 3})
     assert law.backlash == Uniform(0.0, math.radians(20.0))
     assert law.roller_crack == Choice((0.0, 0.4)) and law.crack_at == Fixed(3.0)
-    named = fault_law({"roller": {"choice": ["intact", "cracked"]}, "screws": "loose", "wear_deg": 1})
+    named = fault_law({"roller": {"choice": ["intact", "cracked"]}, "screws": "loose", "backlash_per_joule_deg": 1})
     assert named.roller_crack == Choice((0.0, 0.4)) and named.screw_looseness == Fixed(1.0)
-    assert named.wear == Fixed(math.radians(1.0))
+    assert named.backlash_per_joule == Fixed(math.radians(1.0))
     assert fault_law(law) is law
     assert fault_law(None) == FaultLaw() == fault_law(Faults()) == fault_law(Course())
     faults = Faults(roller_crack=0.2, cracked_station=3)
@@ -68,16 +69,19 @@ def test_draws_follow_their_law():
         ({"roller": "broken"}, "faults.roller must be one of intact, cracked, got 'broken'."),
         ({"roller": {"uniform": [0, 1]}}, "faults.roller must be one of intact, cracked or a choice of them"),
         ({"rolle": "cracked"}, "faults has no parameter 'rolle'; did you mean 'roller'."),
-        ({"roller": "cracked", "roller_crack": 0.2}, "faults.roller_crack must be left out where roller_crack is"),
+        (
+            {"roller": "cracked", "roller_crack": 0.2},
+            "faults.roller_crack must be left out where faults.roller is",
+        ),
         ({"backlash_deg": "much"}, "faults.backlash_deg must be a finite number, got 'much'."),
         ({"cracked_station": 1.5}, "faults.cracked_station must be a whole number >= 0, got 1.5."),
         ({"cracked_station": {"choice": [0, {"uniform": [1, 3]}]}}, "faults.cracked_station must be a station or a"),
         ({"cracked_station": {"uniform": [0, 3]}}, "faults.cracked_station must be a station or a choice of stations"),
         ({"crack_at": -1.0}, "faults.crack_at must be a finite number >= 0 s, got -1.0."),
-        ({"wear": -1.0}, "faults.wear must be a finite number >= 0 rad/J, got -1.0."),
+        ({"backlash_per_joule": -1.0}, "faults.backlash_per_joule must be a finite number >= 0 rad/J, got -1.0."),
         (
             {"backlash": 0.1, "backlash_deg": 5.0},
-            "faults.backlash_deg must be left out where backlash is given by another key",
+            "faults.backlash_deg must be left out where faults.backlash is given, which says the same",
         ),
         (0.3, "faults must be a mapping of faults to their values or laws, got 0.3."),
     ],
@@ -141,7 +145,7 @@ def test_waiting_screws_are_all_but_tight(reference):
 
 
 def test_play_wears_with_the_work_done():
-    env = IndexerEnv(period=PERIOD, faults={"wear": 1e-4}, reveal=True)
+    env = IndexerEnv(period=PERIOD, faults={"backlash_per_joule": 1e-4}, reveal=True)
     seen = truths(env, 350, seed=1, options={"start_angle": 0.0})
     backlash = np.array([truth["backlash"] for truth in seen])
     changes = np.flatnonzero(np.diff(backlash))
@@ -152,14 +156,14 @@ def test_play_wears_with_the_work_done():
 
 
 def test_wear_ends():
-    assert Course(wear=1.0).at(1.0, 1e9).backlash == MOST_BACKLASH
-    assert Course(wear=1.0).worst.backlash == MOST_BACKLASH and Course().worst == Faults()
+    assert Course(backlash_per_joule=1.0).at(1.0, 1e9).backlash == MOST_BACKLASH
+    assert Course(backlash_per_joule=1.0).worst.backlash == MOST_BACKLASH and Course().worst == Faults()
 
 
 def test_a_machine_whose_model_lacks_the_fault_is_refused():
     one_mass = dataclasses.replace(load_machine("smooth"), model="A")
     with pytest.raises(ParameterError, match=r"input\.backlash needs Machine.model B or B_on_base, got 'A'"):
-        IndexerEnv(machine=one_mass, faults={"wear": 1e-4}).reset(seed=0)
+        IndexerEnv(machine=one_mass, faults={"backlash_per_joule": 1e-4}).reset(seed=0)
 
 
 @pytest.mark.parametrize(
@@ -200,9 +204,10 @@ def test_wear_is_tried_where_it_ends(reference):
     """A reducer of 5 to 1 turns the largest play at the motor into more than the model's 0.2 rad at the cam."""
     machine = dataclasses.replace(reference, reduction_ratio=5.0)
     with pytest.raises(
-        ParameterError, match=r"faults\.wear can be 0\.001, but input\.backlash\.play must be .* <= 0\.2 rad"
+        ParameterError,
+        match=r"backlash_per_joule can be 0\.0572958 deg/J, but input\.backlash\.backlash must be .* <= 0\.2 rad",
     ):
-        IndexerEnv(machine=machine, faults={"wear": 0.001})
+        IndexerEnv(machine=machine, faults={"backlash_per_joule": 0.001})
 
 
 def test_the_ends_of_a_law_are_tried_once_each_and_no_fault_not_at_all():

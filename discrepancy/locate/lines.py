@@ -1,0 +1,47 @@
+"""Lines at any frequency: those that stand out of every record, beside the ones that are looked at in any case.
+
+A line found this way stands out so far (`indexer.lines`: thirty times the median of its surroundings) that chance does
+it once in some 10⁸ bins. So the test over all cells and lines may take it like one that was named beforehand.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from discrepancy.indexer.lines import lines
+from discrepancy.subjects.base import Line, View
+
+_MOTOR, _CAM = "motor shaft", "cam"
+
+_SAME = 1.5
+"""Widths 1/T within which two lines of one kind are one."""
+
+
+def with_found_lines(view: View, residual: np.ndarray) -> View:
+    """The view with the lines that stand out of residuals (w, n) in every record added to its own."""
+    records = range(len(view.noise))
+    parts = [(view.groups == k)[:, None] & view.inside for k in records]
+    steps = [float(np.median(np.diff(view.time[part]))) for part in parts]
+    width = np.array([1.0 / float(np.ptp(view.time[part])) for part in parts])
+    motor = view.shafts.get(_MOTOR, np.ones(len(parts)))
+    orders, hums = lines([residual[part] for part in parts], 1.0 / steps[0], motor.tolist())
+    found = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(parts), f)) for f in hums]
+    if _MOTOR in view.shafts:
+        found += [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]
+    new = [line for line in found if not _cam_repeats(line, view, width)]
+    known = list(view.lines)
+    for line in new:
+        same = [other for other in known if other.kind == line.kind]
+        if not any((np.abs(line.frequency - other.frequency) < _SAME * width).all() for other in same):
+            known.append(line)
+    return dataclasses.replace(view, lines=tuple(known))
+
+
+def _cam_repeats(line: Line, view: View, width: np.ndarray) -> bool:
+    """Whether a line is one of the cam's own orders in every record: what repeats with the cam has all of them."""
+    if _CAM not in view.shafts:
+        return False
+    cam = view.shafts[_CAM]
+    return bool((np.abs(line.frequency - np.round(line.frequency / cam) * cam) < _SAME * width).all())

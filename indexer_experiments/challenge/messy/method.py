@@ -1,0 +1,77 @@
+"""The method under test: the files of a case -> a neutral answer. All that the messy challenge knows of `explain`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Estimate
+from discrepancy.explain import Explanation, explain
+from discrepancy.locate import Where, locate
+from discrepancy.locate.result import Cell
+from discrepancy.records.experiments import experiments
+from discrepancy.records.quality import check_records
+from discrepancy.records.reading import read_records
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env.errors import ParameterError, SignalError
+from indexer_env.machine import Machine
+from indexer_env.sensors import Sensor
+from indexer_experiments.challenge.messy.answer import CaseAnswer, Finding, Interval, Remains, Solved
+from indexer_records.conditions import Pulse
+
+_KINDS = {
+    "cam phase": "phase", "sign of the torque": "phase", "station": "station", "motor speed": "speed", "load": "speed",
+    "fixed frequency": "frequency", "table": "station", "cam": "phase", "motor shaft": "frequency",
+}  # fmt: skip
+"""Axes of cells and kinds of lines in the challenge's words."""
+
+
+def solved_by_explain(
+    folder: Path, nominal: Machine, uncertainty: Mapping[str, float], criteria: Criteria | None = None
+) -> Solved:
+    """The answer of `indexer explain` to the files of a folder."""
+    try:
+        records = read_records(str(folder), None, {}, Pulse(), [])
+        check_records(records, nominal)
+        given = experiments(records, nominal, Sensor())
+    except (SignalError, ParameterError) as error:
+        return Solved(CaseAnswer("turned away", str(error)))
+    subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
+    answer = explain(subject.model, subject.held_out, criteria)
+    model, place = subject.model, answer.accepted.place
+    where = locate(model, place, subject.view(model), np.random.default_rng(0))
+    machine, sensor = model.machine_at(place.hypothesis, place.z)
+    if answer.held_back:
+        machine, sensor = nominal, Sensor()
+    return Solved(_neutral(answer, where), machine, sensor)
+
+
+def _neutral(answer: Explanation, where: Where) -> CaseAnswer:
+    findings = []
+    for finding in answer.findings:
+        first = finding.effects[0]
+        findings.append(Finding(
+            finding.grade, tuple(effect.name for effect in finding.effects),
+            ", ".join(f"{name} {value:g}" for name, value in first.choices), finding.probability,
+            tuple(_interval(f"{e.name}.{p.name}", p) for e in finding.effects for p in e.parameters),
+        ))  # fmt: skip
+    machine = tuple(_interval(e.name, e) for e in answer.calibration.estimates)
+    why = " ".join(finding.why for finding in answer.findings)
+    return CaseAnswer(answer.verdict, why, tuple(findings), _remains(answer, where), machine)
+
+
+def _interval(name: str, estimate: Estimate) -> Interval:
+    return Interval(name, estimate.low, estimate.high)
+
+
+def _remains(answer: Explanation, where: Where) -> Remains | None:
+    """The joint at which the effect acts that looks most like what is left, and the kind of the most extreme cell or
+    line."""
+    if answer.remains.times_noise**2 - 1.0 < answer.criteria.at_noise:
+        return None
+    first = where.significant[0] if where.significant else None
+    kind = "" if first is None else _KINDS[first.axis if isinstance(first, Cell) else first.kind]
+    return Remains(answer.remains.joint, kind)

@@ -1,0 +1,242 @@
+"""A drawn case with its sizes: each disturbance and effect is scaled until it leaves what was drawn for it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from indexer_env.effects import Effect, MachineEffect, SensorEffect, make_effect
+from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.machine import Machine
+from indexer_env.sensors import Sensor
+from indexer_experiments.challenge.draw import HIDDEN
+from indexer_experiments.challenge.messy.disturbances import Scene
+from indexer_experiments.challenge.messy.draw import MessyDraw, RecordDraw, Wanted, unit_size
+from indexer_experiments.challenge.messy.leftover import RATE, LinearFit, coarse_run
+from indexer_experiments.challenge.messy.reading import Reader
+from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
+
+_CLOSE = 0.1
+"""Relative error of a level at which its size is settled."""
+
+_ROUNDS, _FARTHEST = 8, 30.0
+"""Most trials of a size, and the largest factor between two of them."""
+
+
+@dataclass(frozen=True)
+class Sized:
+    """A disturbance with its size, and what it leaves alone, over the noise."""
+
+    wanted: Wanted
+    size: float
+    level: float
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """An effect with its size, and what it leaves alone, over the noise."""
+
+    effect: Effect
+    level: float
+
+
+@dataclass(frozen=True, eq=False)
+class MessyCase:
+    """A case whose records can be made.
+
+    Attributes
+    ----------
+    drawn : MessyDraw
+    noise : float
+        Standard deviation of the sensor's noise [rad/s²].
+    disturbances : tuple of Sized
+    disturbed : float
+        What all of them leave together, over the noise; 0 without any.
+    hidden : tuple of Hidden
+    """
+
+    drawn: MessyDraw
+    noise: float
+    disturbances: tuple[Sized, ...]
+    disturbed: float
+    hidden: tuple[Hidden, ...]
+
+    @property
+    def machine(self) -> Machine:
+        """The true machine with the effects hidden in it."""
+        return with_effects(self.drawn.machines.truth, [hidden.effect for hidden in self.hidden])[0]
+
+    @property
+    def sensor(self) -> Sensor:
+        """The true chain, without its noise and quantiser."""
+        return with_effects(self.drawn.machines.truth, [hidden.effect for hidden in self.hidden])[1]
+
+    def unlisted(self, record: RecordDraw) -> Unlisted:
+        """All disturbances and the drift of the speed in one record."""
+        duration = record.turns * self.drawn.machines.truth.turn_duration(record.point)
+        chosen = [(d.wanted, d.size) for d in self.disturbances]
+        return unlisted_of(chosen, scene_of(self.drawn), seed_of(self.drawn))._replace(
+            drift=record.drift, drift_time=duration
+        )
+
+    def readers(self) -> list[Reader]:
+        """What the disturbances do to a reading."""
+        return readers_of([(d.wanted, d.size) for d in self.disturbances], self.drawn)
+
+
+def messy_case(drawn: MessyDraw) -> MessyCase:
+    """The case with its sizes.
+
+    Raises
+    ------
+    SimulationError
+        A machine that leaves the physical range before anything is hidden in it.
+    """
+    truth = drawn.machines.truth
+    points = [record.point for record in drawn.records]
+    counts = [record.samples(truth, RATE) for record in drawn.records]
+    motions = [coarse_run(truth, point, n) for point, n in zip(points, counts, strict=True)]
+    noise = drawn.noise * float(np.sqrt(np.mean(motions[0][0] ** 2)))
+    fit = LinearFit(truth, points, motions, noise)
+
+    def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
+        machine, sensor = with_effects(truth, effects)
+        unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
+        runs = [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
+        return fit.left([read_of(motion, readers, sensor) for motion in runs], runs)
+
+    disturbances, disturbed = _disturbances(drawn, level)
+    least = max(disturbed, 1.0)
+    hidden: list[Hidden] = []
+    for wanted in drawn.effects:
+        if len(hidden) == drawn.hidden:
+            break
+        found = _hidden(drawn, wanted, drawn.above * least, level)
+        if found is not None and found.level >= 3.0 * least:
+            hidden.append(found)
+    return MessyCase(drawn, noise, disturbances, disturbed, tuple(hidden))
+
+
+Level = Callable[[Sequence[Effect], Sequence[tuple[Wanted, float]]], float]
+
+
+def _disturbances(drawn: MessyDraw, level: Level) -> tuple[tuple[Sized, ...], float]:
+    """Each alone as large as its even share of the energy, then all by one factor until together they are right."""
+    if not drawn.disturbances:
+        return (), 0.0
+    share = drawn.disturbed / math.sqrt(len(drawn.disturbances))
+    alone = []
+    for wanted in drawn.disturbances:
+        found = sought(lambda size, w=wanted: level((), [(w, size)]), wanted.kind.unit, share, wanted.kind.most)
+        if found is not None:
+            alone.append(Sized(wanted, *found))
+    if len(alone) <= 1:
+        return tuple(alone), alone[0].level if alone else 0.0
+    most = min(one.wanted.kind.most / one.size for one in alone)
+    together = sought(lambda f: level((), [(one.wanted, f * one.size) for one in alone]), 1.0, drawn.disturbed, most)
+    if together is None:
+        return (), 0.0
+    factor, reached = together
+    return tuple(dataclasses.replace(one, size=factor * one.size, level=factor * one.level) for one in alone), reached
+
+
+def _hidden(drawn: MessyDraw, wanted: Wanted, target: float, level: Level) -> Hidden | None:
+    field = next(iter(HIDDEN[wanted.name]))
+
+    def effect(size: float) -> Effect:
+        return make_effect(wanted.name, {field: size, **_typed(wanted.shape)})
+
+    found = sought(lambda size: level((effect(size),), ()), unit_size(wanted.name, drawn.machines.size), target)
+    return None if found is None else Hidden(effect(found[0]), found[1])
+
+
+def sought(
+    level: Callable[[float], float], first: float, target: float, most: float = math.inf
+) -> tuple[float, float] | None:
+    """The size at which a level is the target's within `_CLOSE`, and the level; None where there is none.
+
+    Sizes are taken in proportion to the level, then by the secant of their logarithms. A size that breaks a range or
+    the machine counts as too large.
+    """
+    size, known, too_large = min(first, most), [], math.inf
+    for _ in range(_ROUNDS):
+        try:
+            reached = level(size)
+        except (ParameterError, SimulationError):
+            too_large = min(too_large, size)
+            size = math.sqrt(size * known[-1][0]) if known else size / 4.0
+            continue
+        if abs(reached / target - 1.0) <= _CLOSE:
+            return size, reached
+        known.append((size, reached))
+        slope = 1.0
+        if len(known) > 1 and known[-1][0] != known[-2][0]:
+            (s0, l0), (s1, l1) = known[-2:]
+            slope = min(max(math.log(max(l1, 1e-12) / max(l0, 1e-12)) / math.log(s1 / s0), 0.3), 3.0)
+        factor = (target / max(reached, 1e-12)) ** (1.0 / slope)
+        new = min(size * min(max(factor, 1.0 / _FARTHEST), _FARTHEST), most)
+        if new >= too_large:
+            new = math.sqrt(size * too_large)
+        if new == size:
+            return None
+        size = new
+    return None
+
+
+def with_effects(machine: Machine, effects: Sequence[Effect]) -> tuple[Machine, Sensor]:
+    """A machine and an ideal sensor with effects."""
+    sensor = Sensor()
+    for effect in effects:
+        if isinstance(effect, MachineEffect):
+            machine = machine.with_effects(effect)
+        elif isinstance(effect, SensorEffect):
+            sensor = effect.extend_sensor(sensor)
+    return machine, sensor
+
+
+def scene_of(drawn: MessyDraw) -> Scene:
+    """The scales of a case."""
+    truth = drawn.machines.truth
+    slowest = min(record.point.motor_speed for record in drawn.records)
+    longest = max(record.turns * truth.turn_duration(record.point) for record in drawn.records)
+    return Scene(truth, truth.reduction * slowest, longest)
+
+
+def seed_of(drawn: MessyDraw) -> float:
+    """Seed of what is random in the disturbances' equations."""
+    return float(drawn.seeds[0].generate_state(1)[0] % 1000)
+
+
+def unlisted_of(chosen: Sequence[tuple[Wanted, float]], scene: Scene, seed: float) -> Unlisted:
+    """The numbers of disturbances with their sizes."""
+    fields: dict[str, Any] = {"seed": seed}
+    for wanted, size in chosen:
+        if wanted.kind.fields is not None:
+            fields |= wanted.kind.fields(size, wanted.shape, scene)
+    return NOTHING._replace(**fields)
+
+
+def readers_of(chosen: Sequence[tuple[Wanted, float]], drawn: MessyDraw) -> list[Reader]:
+    """What disturbances do to a reading; shocks are the same ones whatever their size."""
+    found = []
+    for wanted, size in chosen:
+        if wanted.kind.reader is not None:
+            found.append(wanted.kind.reader(size, wanted.shape, scene_of(drawn), np.random.default_rng(drawn.seeds[0])))
+    return found
+
+
+def read_of(motion: np.ndarray, readers: Sequence[Reader], sensor: Sensor, rate: float = RATE) -> np.ndarray:
+    """The reading (n,) of a run (1 + STATES, n), without noise."""
+    y = motion[0]
+    for reader in readers:
+        y = reader(y, motion[3], rate)
+    return sensor.read(y, rate).values
+
+
+def _typed(shape: Mapping[str, float]) -> dict[str, float]:
+    return {name: int(value) if name == "station" else value for name, value in shape.items()}

@@ -1,0 +1,70 @@
+"""Comparison from the command line: ``indexer compare study=baselines out=DIR [seeds=5 ...]``."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import torch
+from rich.console import Console
+
+from classifier.results import RESULT_FILES, Row, chosen_methods, differences, markdown, write_results
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_env.checks import check_choice, check_integer
+from indexer_env.errors import IndexerError
+from indexer_experiments.compare.study import Setting, Study
+
+LEAST_RECORDS = 200
+"""Machines with which every class is likely to be in every subset."""
+
+
+def run(config: dict[str, Any]) -> None:
+    """The command, given its configuration as in conf/compare.yaml."""
+    started = time.perf_counter()
+    study = _study(config["study"])
+    pictures = tuple(f"{name}.png" for name in study.pictures)
+    files = (*RESULT_FILES, *pictures)
+    out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
+    check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
+    check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
+    check_integer("compare", "threads", config["threads"], low=1)
+    methods = chosen_methods("compare", config["methods"], study.methods)
+    data = path_given("compare", "data", config["data"])
+    torch.set_num_threads(config["threads"])
+
+    console = Console(highlight=False, soft_wrap=True)
+    rows: list[Row] = []
+    for seed in range(config["seeds"]):
+        rows += study.run(Setting(seed, config["records"], data, methods))
+        console.print(f"seed {seed}: {time.perf_counter() - started:.0f} s")
+    table = markdown(rows, study.metrics)
+    if study.beside is not None and study.beside[1] in methods:
+        apart = differences(rows, *study.beside)
+        table += "\n" + markdown(apart, [(row.metric, 2) for row in apart[:1]])
+    console.print(f"{study.question}\n\n{table}")
+    with output_folder(out, files, config["overwrite"]) as folder:
+        write_results(folder, rows, f"{study.question}\n\n{table}", config)
+        for name, draw in study.pictures.items():
+            draw(rows).savefig(folder / f"{name}.png")
+    console.print(f"written {out} in {time.perf_counter() - started:.1f} s")
+
+
+def _study(name: object) -> Study:
+    try:
+        from indexer_experiments.compare.studies import STUDIES
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "sklearn":
+            raise
+        raise IndexerError(
+            "compare must have the package scikit-learn, got none; run: pip install 'indexer-diagnosis[compare]'."
+        ) from None
+    check_choice("compare", "study", name, STUDIES)
+    return STUDIES[str(name)]
+
+
+main = hydra_command("compare")(run)
+
+if __name__ == "__main__":
+    main()

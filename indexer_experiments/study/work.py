@@ -1,0 +1,128 @@
+"""Working through claims: each is done once, its results kept in a folder of its own."""
+
+from __future__ import annotations
+
+import functools
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+from matplotlib.figure import Figure
+
+from classifier.style import style
+from datagen.versions import versions_of
+from indexer_cli.output_folder import output_folder
+from indexer_cli.places import StoreError
+from indexer_env.errors import refuse
+from indexer_experiments.study.claims import Claim
+from indexer_experiments.study.claims.base import Rows
+from indexer_experiments.study.lab import Lab
+from indexer_experiments.study.verdicts import Line, Verdict, conjunction
+
+STUDY_JSON = "study.json"
+RESULTS_PARQUET, FIGURE_PNG = "results.parquet", "figure.png"
+CLAIM_FILES = (RESULTS_PARQUET, FIGURE_PNG)
+"""All that a claim's folder holds."""
+
+_MINUTES = b"processor_minutes"
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What was found about one claim; all of it follows from the rows.
+
+    rows     by setting, the main one first
+    minutes  of processor time that they took
+    """
+
+    claim: Claim
+    rows: dict[str, Rows]
+    minutes: float
+
+    @functools.cached_property
+    def lines(self) -> dict[str, tuple[Line, ...]]:
+        """The claim's lines under each setting that has been studied."""
+        return {key: self.claim.judge(rows) for key, rows in self.rows.items()}
+
+    @property
+    def main(self) -> tuple[Line, ...]:
+        """Those on which the verdict rests."""
+        return next(iter(self.lines.values()))
+
+    @property
+    def verdict(self) -> Verdict:
+        """That of the main setting."""
+        return conjunction(self.main)
+
+    @property
+    def elsewhere(self) -> str:
+        """One sentence: under which settings the verdict is another one; empty where no other has been studied."""
+        others = {key: conjunction(lines) for key, lines in list(self.lines.items())[1:]}
+        changed = {verdict: [f"“{key}”" for key, own in others.items() if own is verdict] for verdict in Verdict}
+        told = [
+            f"{verdict}: {', '.join(keys)}" for verdict, keys in changed.items() if keys and verdict != self.verdict
+        ]
+        if not others:
+            return ""
+        return f"Otherwise {'; '.join(told)}." if told else "The same under all other settings."
+
+    def picture(self) -> Figure:
+        """The claim's figure under the main setting."""
+        with style():
+            size = (11, 3.6) if self.claim.panels > 1 else (6.4, 3.9)
+            figure = Figure(figsize=size, layout="constrained")
+            axes = figure.subplots(1, self.claim.panels, squeeze=False).flatten()
+            self.claim.draw(list(axes), next(iter(self.rows.values())))
+        return figure
+
+
+def open_study(lab: Lab) -> None:
+    """Make the study's folder, or see that it is one of the same size and seed. Raises ParameterError, StoreError."""
+    marked = {"size": asdict(lab.size), "seed": lab.seed}
+    mark = lab.folder / STUDY_JSON
+    if mark.is_file():
+        held = json.loads(mark.read_text(encoding="utf-8"))
+        if {key: held.get(key) for key in marked} != marked:
+            rule = "a new folder, an empty one or that of a study of the same size and seed"
+            raise refuse("study", "out", rule, str(lab.folder), "it holds one of another size or seed; name another")
+        return
+    if lab.folder.is_dir() and any(lab.folder.iterdir()):
+        rule, remedy = "a new folder, an empty one or that of an earlier study", "it holds other files; name another"
+        raise refuse("study", "out", rule, str(lab.folder), remedy)
+    try:
+        lab.folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"out {lab.folder} cannot be made ({error.strerror}); choose another folder.") from None
+    marked["versions"] = versions_of(("indexer-diagnosis", "numpy", "scipy", "torch"))
+    mark.write_text(json.dumps(marked, indent=1) + "\n", encoding="utf-8")
+
+
+def stored(claim: Claim, folder: Path) -> Finding | None:
+    """What an earlier run found about a claim, None where it has not been done."""
+    path = folder / claim.key / RESULTS_PARQUET
+    if not path.is_file():
+        return None
+    table = pq.read_table(path)
+    rows: dict[str, Rows] = {}
+    for row in table.to_pylist():
+        rows.setdefault(row["setting"], []).append(row)
+    return Finding(claim, rows, float((table.schema.metadata or {})[_MINUTES]))
+
+
+def work_on(claim: Claim, lab: Lab) -> Finding:
+    """Do a claim under its settings; keep its results and its picture."""
+    began = time.process_time()
+    main, *others = claim.settings
+    rows = {main.key: claim.collect(lab, main)}
+    if lab.size.others:
+        rows |= {setting.key: claim.collect(lab.for_others(), setting) for setting in others}
+    finding = Finding(claim, rows, (time.process_time() - began) / 60)
+    table = pa.Table.from_pylist([row for own in rows.values() for row in own])
+    table = table.replace_schema_metadata({_MINUTES: str(finding.minutes)})
+    with output_folder(lab.folder / claim.key, CLAIM_FILES) as folder:
+        pq.write_table(table, folder / RESULTS_PARQUET)
+        finding.picture().savefig(folder / FIGURE_PNG)
+    return finding

@@ -1,0 +1,62 @@
+"""Each row of the rule table decides a case of its own, which gets another grade or sentence without that row."""
+
+import dataclasses
+
+import pytest
+
+from discrepancy import grades
+from discrepancy.criteria import Criteria
+from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, GRADES, RULES, STANDS_IN, Evidence, graded
+from indexer_env.errors import ParameterError
+
+CLEAR = Evidence("tone", 0.95, 3.0, 1.0, "size 3 N, 2.9 to 3.1", False, "", ())
+CASES = {
+    "size zero": ({"zero": True}, DISMISSED, "The interval of its size (size 3 N, 2.9 to 3.1) holds zero."),
+    "closes nothing": (
+        {"closes": 0.05}, DISMISSED, "It closes 5 % of the gap on records held out; a hint needs 10 %.",
+    ),
+    "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "size 9 N is held at the bound of what is possible"),
+    "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
+    "not steady": ({"better": 0.4}, STANDS_IN, "It makes 40 % of the cam turns of one record better"),
+    "family": ({"alike": ("twin", "echo")}, FAMILY, "These records cannot tell it from twin or echo."),
+    "established": ({}, ESTABLISHED, "It closes 95 % of the gap on records that were never fitted."),
+}  # fmt: skip
+
+
+def test_every_row_has_a_case() -> None:
+    assert list(CASES) == [rule.name for rule in RULES]
+    assert {rule.grade for rule in RULES} == set(GRADES)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_row_decides_its_case(name: str, monkeypatch) -> None:
+    changes, grade, said = CASES[name]
+    evidence = dataclasses.replace(CLEAR, **changes)
+    found = graded(evidence, Criteria())
+    assert found[0] == grade and found[1].startswith(said)
+    monkeypatch.setattr(grades, "RULES", tuple(rule for rule in RULES if rule.name != name))
+    if name == "established":
+        with pytest.raises(StopIteration):
+            graded(evidence, Criteria())
+    else:
+        assert graded(evidence, Criteria()) != found, "the row is what decides"
+
+
+@pytest.mark.parametrize(("name", "changes"), [("closes a part", {"closes": 0.5}), ("not steady", {"better": 0.4})])
+def test_at_the_noise_a_part_is_all_there_is_to_close(name: str, changes: dict) -> None:
+    evidence = dataclasses.replace(CLEAR, remains=1.05, **changes)
+    assert graded(evidence, Criteria())[0] == ESTABLISHED, name
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"closes": 1.5}, r"Criteria\.closes must be .* 1"),
+        ({"margin": 0.0}, r"Criteria\.margin must be .* > 0"),
+        ({"most": 0}, r"Criteria\.most must be a whole number >= 1"),
+        ({"seconds": -1.0}, r"Criteria\.seconds must be .* > 0"),
+    ],
+)
+def test_criteria_that_cannot_be_are_refused(changes: dict, said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        Criteria(**changes)

@@ -1,0 +1,186 @@
+"""Stepwise selection and the race for starts: each step is needed by a case that goes wrong without it. Seed 5."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from discrepancy import race as racing
+from discrepancy.criteria import Criteria
+from discrepancy.linearised import neighbours
+from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
+from discrepancy.problem import Point, Problem
+from discrepancy.race import race
+from discrepancy.search import Search, autocorrelation_time
+from tests.discrepancy import toy
+from tests.discrepancy.toy import Chord, Stateless
+
+
+def selected(model: Chord, **criteria: float) -> set[str]:
+    return set(Search(model, Criteria(**criteria)).run().best.place.hypothesis.names)  # type: ignore[arg-type]
+
+
+LIKE = {"a": 5.0, "b": 4.5}
+"""What their sum and half a third shape explains best alone."""
+
+OFFERED = ("a", "b", "a and b")
+
+
+@pytest.mark.parametrize(("drops", "names"), [(True, {"a", "b"}), (False, set(OFFERED))])
+def test_what_came_first_is_dropped_once_it_is_not_needed(drops: bool, names: set, monkeypatch) -> None:
+    if not drops:
+        monkeypatch.setattr(Search, "_pruned", lambda self, fitted: fitted)
+    assert selected(Chord(LIKE, 5, OFFERED)) == names
+
+
+@pytest.mark.parametrize("swaps", [True, False])
+def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypatch) -> None:
+    if not swaps:
+        monkeypatch.setattr(Search, "_exchanged", lambda self, fitted, rivals: (fitted, ((),) * len(fitted.effects)))
+    model = Chord(LIKE, 5, OFFERED)
+    model.library["a and b"] = (toy.effect("a and b", ("a", "b")),)
+    names = selected(model, most=2)
+    assert (names == {"a", "b"}) == swaps and ("a and b" in names) == (not swaps)
+
+
+def test_an_effect_enters_only_by_the_margin() -> None:
+    """A tone of 0.3 wins some 20: enough at a margin of 10, too little at 30."""
+    model = Chord({"tone": 0.3}, 5)
+    assert selected(model, margin=8.0) == {"tone"}
+    assert selected(model, margin=60.0) == set()
+
+
+def test_at_most_so_many_effects_are_selected() -> None:
+    hidden = {"tone": 10.0, "beat": 9.0, "rest": 8.0}
+    model = Chord(hidden, 5, ("tone", "beat", "rest"))
+    assert selected(model) == set(hidden)
+    assert selected(model, most=1) == {"tone"}
+
+
+def test_no_further_effect_is_looked_for_at_the_noise(monkeypatch) -> None:
+    added, rounds = Search._added, []
+    monkeypatch.setattr(Search, "_added", lambda self, current: rounds.append(current.name) or added(self, current))
+    assert selected(Chord({"tone": 10.0}, 5)) == {"tone"} and rounds == ["none"]
+
+
+@pytest.mark.parametrize(("memory", "expected"), [(0.0, 1.0), (0.5, 3.0), (0.9, 19.0)])
+def test_noise_with_a_memory_tells_less(memory: float, expected: float) -> None:
+    """Seed 1: (1 + ρ)/(1 - ρ) samples of an AR(1) noise tell as much as one of white noise."""
+    rows = np.random.default_rng(1).standard_normal((12, 1500))
+    for k in range(1, rows.shape[1]):
+        rows[:, k] += memory * rows[:, k - 1]
+    assert autocorrelation_time(rows, np.full(12, 1500)) == pytest.approx(expected, rel=0.15)
+
+
+def effect(name: str, *starts: float) -> Hypothesis:
+    return Hypothesis(name, (Parameter(f"{name}.size", "-", 0.0, 1.0, -90.0, 90.0),), {}, tuple((s,) for s in starts))
+
+
+class Shaken(Stateless):
+    """y = 4 sin(5 (1 + rate) x + s) in 8 windows of 60 samples, noise 1, the start state s of each window unknown.
+
+    An effect `shake` changes the rate, so that every window starts elsewhere: linearised around the states of the base
+    it promises little. An effect `patch` adds to two windows that are not among the worst.
+    """
+
+    def __init__(self, rate: float, patch: float, spoilt: float = 0.0) -> None:
+        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
+        self.counts, self.groups = np.full(8, 60), np.zeros(8, dtype=np.int64)
+        self.x = np.linspace(0.0, 24.0, 480).reshape(8, 60)
+        self.patch = np.cos(9.0 * self.x) * np.isin(np.arange(8), (6, 7))[:, None]
+        self.y = 4.0 * np.sin(5.0 * (1.0 + rate) * self.x + 0.4) + patch * self.patch
+        self.y += spoilt * np.sin(13.0 * self.x) * (np.arange(8) < 3)[:, None]
+        self.y += np.random.default_rng(5).standard_normal((8, 60))
+        self.library = {
+            "shake": (effect("shake", 0.02, 0.05, 0.1),),
+            "patch": (effect("patch", 3.0, 9.0),),
+            "wave": (effect("wave", 2.0, 5.0),),
+        }
+
+    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return self.library
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        points, x = jobs.points[jobs.point], self.x[jobs.window]
+        size = dict(zip(hypothesis.names, points[:, 1:].T, strict=True))
+        rate = size.get("shake", np.zeros(len(points)))[:, None]
+        made = 0.1 * points[:, :1] + 4.0 * np.sin(5.0 * (1.0 + rate) * x + jobs.states)
+        if "patch" in size:
+            made = made + size["patch"][:, None] * self.patch[jobs.window]
+        if "wave" in size:
+            made = made + size["wave"][:, None] * np.sin(5.0 * x + 2.0)
+        return made - self.y[jobs.window]
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        return 1
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
+        return np.linspace(-np.pi, np.pi, 13)[:, None]
+
+
+def base(model: Shaken) -> Point:
+    problem = Problem(model, NONE)
+    return problem.searched(problem.point(np.zeros(1), np.zeros((8, 1))))
+
+
+@pytest.mark.parametrize("judged", [True, False])
+def test_the_worst_windows_see_what_the_linearisation_overlooks(judged: bool, monkeypatch) -> None:
+    if not judged:
+        monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [s.promised for s in starts])
+    model = Shaken(0.1, 0.0)
+    found = race(model, base(model), [h for of in model.library.values() for h in of], Criteria(fits=1))
+    assert (found[0].hypothesis.name == "shake") == judged
+
+
+@pytest.mark.parametrize("judged", [True, False])
+def test_the_linearisation_sees_what_spares_the_worst_windows(judged: bool, monkeypatch) -> None:
+    if not judged:
+        monkeypatch.setattr(racing, "_promised", lambda start: 0.0)
+        monkeypatch.setattr(racing, "_in_turns", lambda a, b: list(a))
+    model = Shaken(0.0, 5.0, spoilt=20.0)
+    found = race(model, base(model), [h for of in model.library.values() for h in of], Criteria(fits=2))
+    assert (found[0].hypothesis.name == "patch") == judged
+
+
+@pytest.mark.parametrize(
+    ("value", "ladder", "expected"),
+    [
+        (2.0, [1.0, 2.0, 8.0], [2.0**0.5, 4.0]),
+        (0.0, [-1.0, 0.0, 1.0], [-0.5, 0.5]),
+        (8.0, [1.0, 2.0, 8.0], [4.0]),
+        (3.0, [3.0], [3.0 * 0.5**0.5, 3.0 * 2.0**0.5]),
+        (8.0 * (1.0 - 1e-15), [1.0, 2.0, 8.0], [4.0]),
+    ],
+)
+def test_proposals_lie_halfway_to_the_neighbours(value: float, ladder: list, expected: list) -> None:
+    assert neighbours(value, ladder) == pytest.approx(expected)
+
+
+class Waves(Stateless):
+    """y = 5 sin(rate x) in 4 windows of 50 samples, noise 1; the library's list of rates has a gap at the true one."""
+
+    def __init__(self, rate: float) -> None:
+        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
+        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
+        self.x = np.linspace(0.0, 10.0, 200).reshape(4, 50)
+        self.y = 5.0 * np.sin(rate * self.x) + np.random.default_rng(4).standard_normal((4, 50))
+        rates = Parameter("wave.rate", "rad/s", 2.0, 1.0, 0.5, 20.0)
+        self.wave = Hypothesis("wave", (rates,), {}, ((2.0,), (4.2,), (8.0,)))
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        points = jobs.points[jobs.point]
+        made = 0.1 * points[:, :1] - self.y[jobs.window]
+        if hypothesis.parameters:
+            rate = np.array([self.wave.parameters[0].value(z) for z in points[:, 1]])
+            made = made + 5.0 * np.sin(rate[:, None] * self.x[jobs.window])
+        return made
+
+
+@pytest.mark.parametrize("proposes", [True, False])
+def test_a_place_in_a_gap_of_the_list_is_found_by_proposals(proposes: bool, monkeypatch) -> None:
+    if not proposes:
+        monkeypatch.setattr(racing, "_proposals", lambda around, leader: [])
+    model = Waves(2.9)
+    start = Problem(model, NONE).point(np.zeros(1), np.zeros((4, 0)))
+    (place,) = race(model, start, [model.wave], Criteria())
+    assert (place.level(model) < 1.2) == proposes

@@ -1,0 +1,89 @@
+"""The comparison's command: bad input in a sentence, and what it leaves."""
+
+import json
+
+import pyarrow.parquet as pq
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from classifier.results import Row
+from indexer_env.errors import ParameterError
+from indexer_env.presets import config_dir
+from indexer_experiments.compare import __main__ as command
+from indexer_experiments.compare import studies
+from indexer_experiments.compare.draw import dots, matrix
+from indexer_experiments.compare.study import Study
+
+
+def configured(**given):
+    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+        config = OmegaConf.to_container(compose("compare", [f"{key}={value}" for key, value in given.items()]))
+    assert isinstance(config, dict)
+    return {str(key): value for key, value in config.items()}
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """A study of two methods that costs nothing."""
+
+    def run(setting):
+        return [
+            Row("toy", "data", name, "error [%]", setting.seed, setting.seed + len(name)) for name in setting.methods
+        ]
+
+    pictures = {"dots": lambda rows: dots(rows, "error [%]"), "matrix": lambda rows: matrix(rows, ["error [%]"])}
+    monkeypatch.setitem(
+        studies.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures, ("error [%]", "a"))
+    )
+
+
+def test_methods_are_set_beside_one_of_them(study, tmp_path):
+    command.run(configured(study="toy", out=tmp_path / "out", seeds=3))
+    text = (tmp_path / "out" / "table.md").read_text()
+    assert "error [%] minus a" in text and "| data | bb | 1.00 ± 0.00 |" in text
+
+
+def test_it_leaves_rows_a_table_pictures_and_its_configuration(study, tmp_path, capsys):
+    out = tmp_path / "out"
+    command.run(configured(study="toy", out=out, seeds=3, methods="[bb]"))
+    assert {path.name for path in out.iterdir()} == {
+        "results.parquet",
+        "table.md",
+        "config.json",
+        "dots.png",
+        "matrix.png",
+    }
+    assert pq.read_table(out / "results.parquet").column("value").to_pylist() == [2.0, 3.0, 4.0]
+    assert "| data | bb | 3.0 ± 2.5 |" in (out / "table.md").read_text()
+    assert json.loads((out / "config.json").read_text())["seeds"] == 3
+    assert "Which?" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"study": "severty"}, "did you mean 'severity'"),
+        ({"study": "toy", "methods": "[c]"}, "methods must be one of a, bb"),
+        ({"study": "toy", "methods": "a"}, "null or a list of some of a, bb"),
+        ({"study": "toy", "seeds": 0}, "seeds must be a whole number >= 1"),
+        ({"study": "toy", "records": 10}, "records must be a whole number >= 200"),
+    ],
+)
+def test_bad_input_is_one_sentence_before_anything_is_made(study, tmp_path, given, said):
+    with pytest.raises(ParameterError, match="compare") as caught:
+        command.run(configured(out=tmp_path / "out", **given))
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", ["baselines", "severity", "novelty", "robustness"])
+def test_every_study_runs(study, tmp_path_factory, tmp_path):
+    data = tmp_path_factory.getbasetemp() / "compare"
+    methods = {"baselines": "[logistic]", "robustness": "['logistic, log']"}.get(study, "null")
+    command.run(configured(study=study, out=tmp_path / "out", data=data, seeds=2, records=300, methods=methods))
+    rows = pq.read_table(tmp_path / "out" / "results.parquet").to_pylist()
+    assert {row["seed"] for row in rows} == {0, 1}
+    shown = {metric for metric, _ in studies.STUDIES[study].metrics}
+    assert shown <= {row["metric"] for row in rows}
