@@ -81,9 +81,7 @@ def bristle(q, z0, q0, distance):
 @compiled
 def dry_level(c, q, v, side):
     """Level [F] of dry friction against a motion in the direction `side`."""
-    level = c[COULOMB] + c[TILTED] * (q - c[MIDDLE]) / c[STROKE]
-    if side > 0.0:
-        level += c[ASYMMETRIC]
+    level = c[COULOMB] + c[ASYMMETRIC] * side + c[TILTED] * (q - c[MIDDLE]) / c[STROKE]
     if c[STRIBECK] != 0.0:
         s = v / c[STRIBECK_SPEED]
         level += c[STRIBECK] / (1.0 + s * s)

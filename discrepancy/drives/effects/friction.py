@@ -31,17 +31,18 @@ standard(
         "F += F_c sign(v); at rest any force in ±F_c", CoulombFriction.source,
         (Size("force", "dry friction F_c", "F", (0.1, 0.3, 0.8), 0.0, 20.0, 0.0),),
         lambda m, p, base, direction: np.full_like(m.v, p.force), acts="dry",
-        alike=("friction.presliding", "friction.asymmetric", "friction.stribeck"), forward="coulomb",
+        alike=("friction.presliding", "friction.stribeck"), forward="coulomb",
     )
 )  # fmt: skip
 
 standard(
     DriveEffect(
         "friction.asymmetric", "Dry friction is larger in one direction than in the other.",
-        "F += F_a for v > 0, nothing for v < 0", "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), section 2.2",
-        (Size("force", "what is added forwards F_a", "F", (0.1, 0.3, -0.1, -0.3), -20.0, 20.0, 0.0),),
-        lambda m, p, base, direction: p.force * (direction > 0.0), acts="dry",
-        alike=(CoulombFriction.name, "offset"), forward="asymmetric",
+        "F += F_a sign(v)² beside a larger F_c sign(v): F_c + F_a forwards, F_c - F_a backwards",
+        "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), section 2.2",
+        (Size("force", "half of the difference F_a", "F", (0.1, 0.3, -0.1, -0.3), -20.0, 20.0, 0.0),),
+        lambda m, p, base, direction: p.force * direction, acts="dry",
+        alike=("offset",), forward="asymmetric",
     )
 )  # fmt: skip
 

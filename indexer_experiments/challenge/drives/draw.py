@@ -29,12 +29,13 @@ _BANDWIDTH = 60.0
 
 @dataclass(frozen=True)
 class Sizes:
-    """rms force F, stroke's half Q, rms speed V and mass of a drive without anything hidden."""
+    """rms force F, stroke's half Q, rms speed V, mass and dry friction of a drive without anything hidden."""
 
     F: float
     Q: float
     V: float
     mass: float
+    coulomb: float
 
 
 Hidden = Callable[[Sizes, float, np.random.Generator], dict[str, float]]
@@ -63,7 +64,7 @@ def _soft(s: Sizes, size: float, rng: np.random.Generator) -> dict[str, float]:
 HIDDEN: Mapping[str, Hidden] = {
     "friction.coulomb": lambda s, x, r: {"coulomb": x * s.F},
     "friction.quadratic": lambda s, x, r: {"quadratic": 1.5 * x * s.F / s.V**2},
-    "friction.asymmetric": lambda s, x, r: {"asymmetric": x * s.F},
+    "friction.asymmetric": lambda s, x, r: {"asymmetric": 0.6 * x * s.coulomb},
     "friction.stribeck": lambda s, x, r: {"stribeck": 1.5 * x * s.F, "stribeck_speed": r.uniform(0.1, 0.3) * s.V},
     "friction.position": lambda s, x, r: {"tilted": 1.5 * x * s.F},
     "friction.presliding": lambda s, x, r: {"presliding": x * s.F, "presliding_distance": r.uniform(0.01, 0.06) * s.Q},
@@ -85,7 +86,8 @@ HIDDEN: Mapping[str, Hidden] = {
 """Effects of the library as the plant has them, given sizes, a share of the rms force and a stream of chance."""
 
 ALSO: Mapping[str, tuple[str, ...]] = {
-    "play.contact": ("play",), "loop_lag": ("delay",), "delay": ("loop_lag",), "offset": (), "load.imbalance": (),
+    "play.contact": ("play",), "loop_lag": ("delay",), "delay": ("loop_lag",), "offset": ("friction.asymmetric",),
+    "friction.asymmetric": ("offset",),
 }  # fmt: skip
 """Other names that are right for the same physics."""
 
@@ -146,10 +148,11 @@ def draw(seed: int, number: int, kinds: Sequence[str] = tuple(UNKNOWN)) -> Case:
     base = {"mass": mass, "viscous": 0.4 * strength / speed, "coulomb": 0.3 * strength if rng.random() < 0.5 else 0.0}
     plain = [_run(base, motion) for motion in motions]
     force = float(np.sqrt(np.mean(np.concatenate([run.force for run in plain]) ** 2)))
-    sizes = Sizes(force, 0.5 * stroke, speed, mass)
+    sizes = Sizes(force, 0.5 * stroke, speed, mass, base["coulomb"])
     noise = 10.0 ** rng.uniform(np.log10(0.003), np.log10(0.03))
     able = [name for name in HIDDEN if rotary or name != "load.imbalance"]
     able = [name for name in able if not (name == "friction.coulomb" and base["coulomb"])]
+    able = [name for name in able if base["coulomb"] or name != "friction.asymmetric"]
     hidden = _chosen(rng, able, int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2])))
     unknown = tuple(
         str(k) for k in rng.choice(list(kinds), int(rng.integers(0, min(3, len(kinds) + 1))), replace=False)
@@ -179,8 +182,8 @@ def _chosen(rng: np.random.Generator, names: Sequence[str], count: int) -> tuple
     while len(found) < count:
         name = str(rng.choice(list(names)))
         masses = {"play.contact", "compliance"}
-        times = {"delay", "loop_lag"}
-        clash = any(name == f or {name, f} <= masses or {name, f} <= times for f in found)
+        times, even = {"delay", "loop_lag"}, {"offset", "friction.asymmetric"}
+        clash = any(name == f or {name, f} <= masses or {name, f} <= times or {name, f} <= even for f in found)
         if not clash:
             found.append(name)
     return tuple(found)

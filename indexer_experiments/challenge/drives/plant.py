@@ -116,8 +116,7 @@ def _level(c, q, v, rested):
     """Level of dry friction at the motor."""
     share = (q - c[MIDDLE]) / c[STROKE]
     level = c[COULOMB] + c[TILTED] * share + c[BENDING] * math.sin(3.0 * share) ** 2
-    if v > 0.0:
-        level += c[ASYMMETRIC]
+    level += c[ASYMMETRIC] if v > 0.0 else -c[ASYMMETRIC]
     if c[STRIBECK] != 0.0:
         s = v / c[STRIBECK_SPEED]
         level += c[STRIBECK] / (1.0 + s * s)

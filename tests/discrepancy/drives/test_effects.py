@@ -39,7 +39,7 @@ MADE = {
     "friction.viscous": (lambda t, q, v, a: 40.0 * v, {"coefficient": 40.0}),
     "friction.quadratic": (lambda t, q, v, a: 150.0 * np.abs(v) * v, {"coefficient": 150.0}),
     "friction.coulomb": (lambda t, q, v, a: 8.0 * np.sign(v), {"force": 8.0}),
-    "friction.asymmetric": (lambda t, q, v, a: 8.0 * (v > 0.0), {"force": 8.0}),
+    "friction.asymmetric": (lambda t, q, v, a: 8.0 * np.sign(v) ** 2, {"force": 8.0}),
     "friction.stribeck": (lambda t, q, v, a: 9.0 * np.sign(v) / (1.0 + (v / 0.03) ** 2), {"force": 9.0, "speed": 0.03}),
     "friction.load": (lambda t, q, v, a: 0.2 * np.abs(95.0 * a) * np.sign(v), {"coefficient": 0.2}),
     "friction.presliding": (lambda t, q, v, a: 8.0 * dahl(q, 0.004), {"force": 8.0, "distance": 0.004}),
