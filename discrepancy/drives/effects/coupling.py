@@ -90,7 +90,7 @@ def carried(
 
 
 def _contact(m: Track, p, base) -> np.ndarray:
-    if p.share <= 0.0:
+    if p.play <= 0.0:
         return np.zeros_like(m.q)
     size = float(np.std(m.a))
     mass = p.share * float(np.median(base(m.q, m.v, m.a + size) - base(m.q, m.v, m.a))) / size
@@ -107,8 +107,8 @@ standard(
         "F += M - s m a - F_l sign(v), s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
         "the joint of the indexing machine: docs/physics.md, section Joints",
         (
-            Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.0, 1.0, 0.0, 0.2),
-            Size("play", "total play g", "Q", (0.003, 0.02), 1e-4, 1.0, step=0.005),
+            Size("play", "total play g", "Q", (0.003, 0.02), 0.0, 1.0, 0.0, 0.005),
+            Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),
             Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
         _contact, of_base=True, alike=("play", "compliance"),
