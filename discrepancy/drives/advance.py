@@ -3,9 +3,9 @@
     ẋ = rates(x, u, t; p),   at each joint  v̇ = rates_v·m/(m + m_e) - (F_e(q, v, t) + F_dry)/(m + m_e)
 
 F_e is the sum of the smooth effects, F_dry Coulomb's law as it is: against the motion while v ≠ 0; where v is 0 the
-joint stays at rest as long as the levels of dry friction hold the force that acts (Moreau's law). A step in which a speed
-passes 0, a joint breaks loose, or a contact opens or closes is cut there: the event is bracketed by halving until the
-bracket is `_BRACKET` of the step. u is linear between samples.
+joint stays at rest as long as the levels of dry friction hold the force that acts (Moreau's law). A step in which a
+speed passes 0, a joint breaks loose, or a contact opens or closes is cut there: the event is bracketed by halving until
+the bracket is `_BRACKET` of the step. u is linear between samples.
 
 The integrator is compiled once per installation; a user's `rates` is handed to it as a function pointer.
 """

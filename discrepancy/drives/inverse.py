@@ -274,8 +274,8 @@ def _check_slopes(drive: Drive, slopes: np.ndarray) -> None:
     for parameter, size in zip(drive.parameters, sizes, strict=True):
         if size <= 1e-9 * max(float(sizes.max()), 1e-300):
             raise ParameterError(
-                f"{drive.path.name}: the parameter {parameter.name} must change the force on these records, but it does "
-                "nothing; leave it out or use it."
+                f"{drive.path.name}: the parameter {parameter.name} must change the force on these records, but it "
+                "does nothing; leave it out or use it."
             )
 
 

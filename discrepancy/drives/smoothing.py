@@ -96,7 +96,8 @@ def holding(row: np.ndarray, rate: float, share: float) -> float:
 
 
 def quiet(row: np.ndarray, rate: float, cutoff: float, order: int) -> float:
-    """A cut-off [Hz] lowered until the noise of a row's n-th derivative is a tenth of it, or a hundredth of the rate."""
+    """A cut-off [Hz], lowered until the noise of a row's n-th derivative is a tenth of that, but not below a hundredth
+    of the rate."""
     found = density(row, rate, cutoff)
     while cutoff > 0.01 * rate:
         strength = float(np.std(smoothed(row, cutoff, rate, order)[margin(cutoff, rate) : -margin(cutoff, rate)]))

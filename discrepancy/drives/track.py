@@ -41,8 +41,8 @@ _LEAST_NOISE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Scales:
-    """What a drive's records are measured by: rms force F, half the stroke Q and its middle, rms speed V, rms acceleration
-    A, T = V/A; and the units of force and position."""
+    """What a drive's records are measured by: rms force F, half the stroke Q and its middle, rms speed V, rms
+    acceleration A, T = V/A; and the units of force and position."""
 
     F: float
     Q: float
@@ -219,7 +219,7 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     part = slice(edge, -edge, inner)
     if len(rows["force"]) - 2 * edge < 20 * inner:
         raise SignalError(
-            f"{record.name} must be longer than its low-pass at {cutoff:.3g} Hz needs, got {len(rows['force'])} samples; "
+            f"{record.name} must be longer than its low-pass at {cutoff:.3g} Hz, got {len(rows['force'])} samples; "
             "record longer or set a higher cutoff."
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -69,6 +70,6 @@ def _cut(spans: Sequence[tuple[int, int, int]], length: int, most: bool) -> Wind
     for track, start, stop in spans:
         fitting = max(1, (stop - start) // length)
         edges = np.linspace(start, stop, (fitting if most else min(each, fitting)) + 1).astype(int)
-        rows += [(track, a, b - a) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        rows += [(track, a, b - a) for a, b in itertools.pairwise(edges)]
     track, first, count = np.array(rows, dtype=np.int64).T
     return Windows(track, first, count)

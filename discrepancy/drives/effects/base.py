@@ -109,10 +109,6 @@ class DriveEffect:
     forward: str = ""
     choices: tuple[Mapping[str, float], ...] = field(default=({},))
 
-    def unit_of(self, dimension: str, scales: Scales) -> str:
-        """Unit of a dimension."""
-        return scales.unit(dimension)
-
 
 def exponents(dimension: str) -> list[tuple[str, int]]:
     """("F", 1), ("V", -1) of "F V-1"."""

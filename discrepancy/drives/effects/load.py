@@ -13,8 +13,8 @@ _QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
 
 standard(
     DriveEffect(
-        "offset", "A constant force acts, as of a tilted guide, a weight or an amplifier's offset.", "F += F_0",
-        "statics", (Size("force", "force F_0", "F", (0.1, -0.1, 0.4, -0.4), -20.0, 20.0, 0.0),),
+        "offset", "A constant force acts, as of a tilted guide or an amplifier's offset.", "F += F_0", "statics",
+        (Size("force", "force F_0", "F", (0.1, -0.1, 0.4, -0.4), -20.0, 20.0, 0.0),),
         lambda m, p, base: np.full_like(m.v, p.force), alike=("friction.asymmetric", "sensor.offset_drift"), forward="offset",
     )
 )  # fmt: skip

@@ -1,9 +1,9 @@
 """A case of the messy challenge: a drive of random size, what is hidden in it, and what no library has.
 
 Everything is drawn from the seed and the case's number alone. Laws: force scale log-uniform over 10^±2, stroke over
-10^-2 … 10^0.5 m or 0.6 … 3 rad; rate of 50 to 1000 Hz; 1 to 3 records of 12 s, each another motion; noise of 0.3 to 3 % of
-the rms force; mass off by ± 15 %, viscous drag by ± 30 %. Hidden: 0, 1 or 2 effects of the library (20, 60, 20 %), each
-0.1 to 0.5 of the rms force. Beside them 0 to 2 disturbances that are in no library, each 0.5 to 3 times the noise.
+10^-2 … 10^0.5 m or 0.6 … 3 rad; rate of 50 to 1000 Hz; 1 to 3 records of 12 s, each another motion; noise of 0.3 to 3 %
+of the rms force; mass off by ± 15 %, viscous drag by ± 30 %. Hidden: 0, 1 or 2 effects of the library (20, 60, 20 %),
+each 0.1 to 0.5 of the rms force. Beside them 0 to 2 disturbances that are in no library, each 0.5 to 3 times the noise.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from indexer_experiments.challenge.drives.motions import KINDS, reference
-from indexer_experiments.challenge.drives.plant import Run, simulate_plant
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Channel, Drive, known_parameter
 from discrepancy.drives.effects import EFFECTS
+from indexer_experiments.challenge.drives.motions import KINDS, reference
+from indexer_experiments.challenge.drives.plant import Run, simulate_plant
 
 _RATE = 1000.0
 _SECONDS = 12.0

@@ -19,8 +19,8 @@ _RATE = 1000.0
 def feed_axis(rng: np.random.Generator) -> dict[str, Columns]:
     """A ball screw with 0.5 mm of play moves a slide that its guides hold; motor encoder in m, force in N."""
     truth = {
-        "mass": 22.0, "load": 61.0, "stiffness": 8e6, "damping": 6e3, "play": 5e-4, "coulomb": 9.0, "load_coulomb": 33.0,
-        "viscous": 160.0,
+        "mass": 22.0, "load": 61.0, "stiffness": 8e6, "damping": 6e3, "play": 5e-4, "coulomb": 9.0,
+        "load_coulomb": 33.0, "viscous": 160.0,
     }  # fmt: skip
     found = {}
     for name, kind, turns in (("back_and_forth", "point_to_point", 5.0), ("places", "steps", 6.0)):
@@ -30,7 +30,7 @@ def feed_axis(rng: np.random.Generator) -> dict[str, Columns]:
 
 
 def robot_joint(rng: np.random.Generator) -> dict[str, Columns]:
-    """A geared joint lifts an arm; its bearings' friction builds up over 0.02 rad. Output angle in rad, torque in N m."""
+    """A geared joint lifts an arm; its bearings' friction builds up over 0.02 rad. Angle in rad, torque in N m."""
     truth = {
         "mass": 2.1, "viscous": 3.2, "gravity": 38.0, "presliding": 11.0, "presliding_distance": 0.02,
     }  # fmt: skip

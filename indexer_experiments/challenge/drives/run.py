@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from indexer_experiments.challenge.drives.draw import ALSO, Case
 from discrepancy.drives.door import subject_of
 from discrepancy.explain import explain
+from indexer_experiments.challenge.drives.draw import ALSO, Case
 
 NAMED = ("established", "family")
 """Grades that give a name."""

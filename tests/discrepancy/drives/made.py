@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from discrepancy.drives.advance import WORK, run
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.door import subject_of
+from discrepancy.drives.forward import ForwardModel
 from discrepancy.model import Hypothesis, together
 from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Subject
@@ -42,9 +44,17 @@ def motion(seconds: float = 12.0, rate: float = 500.0, shift: float = 0.0) -> tu
 
 
 def record(
-    force: Callable[..., np.ndarray], *, noise: float = 0.05, seed: int = 3, rate: float = 500.0, units: Mapping | None = None,
-    scale: tuple[float, float] = (1.0, 1.0), name: str = "a.csv", shift: float = 0.0, **told: object,
-) -> Record:  # fmt: skip
+    force: Callable[..., np.ndarray],
+    *,
+    noise: float = 0.05,
+    seed: int = 3,
+    rate: float = 500.0,
+    units: Mapping | None = None,
+    scale: tuple[float, float] = (1.0, 1.0),
+    name: str = "a.csv",
+    shift: float = 0.0,
+    **told: object,
+) -> Record:
     """A record whose force is `force(t, q, v, a)` with white noise; `scale` multiplies force and position."""
     t, q, v, a = motion(rate=rate, shift=shift)
     given = force(t, q, v, a)
@@ -72,3 +82,21 @@ def start_of(subject: Subject, *hypotheses: Hypothesis, start: int = 0) -> tuple
 def values(problem: Problem, place: Point) -> dict[str, float]:
     """Values of all parameters at a place."""
     return {p.name: float(p.value(z)) for p, z in zip(problem.parameters, place.z, strict=True)}
+
+
+def run_plain(
+    model: ForwardModel, hypothesis: Hypothesis, point: np.ndarray, start: np.ndarray, k: int = 0
+) -> np.ndarray:
+    """Measured channels (channels, n) of the k-th record at a global point, simulated from one start state."""
+    parameters = model.parameters + hypothesis.parameters
+    told = [p.value(z) for p, z in zip(parameters, point, strict=True)]
+    joints, command = model.set_up(hypothesis, told)
+    course = model.courses[k]
+    out = np.zeros((model.channels, len(course.u)))
+    work = np.zeros((WORK, max(len(start), len(joints), course.u.shape[1])))
+    scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
+    run(
+        model.rates, np.asarray(start, dtype=float), np.zeros(len(joints)), model.command(k, command), 0.0, course.rate,
+        model.substeps, np.array(told[: model.own]), model.places, joints, model.measured, scale, work, out,
+    )  # fmt: skip
+    return out

@@ -117,7 +117,7 @@ def test_a_late_force_is_found(tmp_path) -> None:
 
 def test_friction_at_rest_takes_what_holds(tmp_path) -> None:
     """While the drive stands still the force may be anything up to the dry friction; beyond it counts."""
-    t, q, v, a = motion()
+    t, q, *_ = motion()
     still = (t > 5.0) & (t < 8.0)
     k = int(np.argmax(still))
     q = np.where(still, q[k], np.where(t >= 8.0, q - q[int(8.0 * 500)] + q[k], q))
@@ -127,7 +127,7 @@ def test_friction_at_rest_takes_what_holds(tmp_path) -> None:
         one = record(lambda *_: given)
         rows = {"q": q, "force": one.rows["force"]}
         made = subject_of(drive(tmp_path, WIDE), [dataclasses.replace(one, rows=rows, noise=0.05)])
-        problem, place = start_of(made, made.model.hypotheses()["friction.coulomb"][0])
+        place = start_of(made, made.model.hypotheses()["friction.coulomb"][0])[1]
         z = np.array([made.model.parameters[0].coordinate(95.0), place.hypothesis.coordinates([8.0])[0]])
         residual = made.model._residual(place.hypothesis, z, 0)
         at = made.model.tracks[0].t[made.model.tracks[0].at]

@@ -9,11 +9,10 @@ from scipy.integrate import solve_ivp
 
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
-from discrepancy.drives.plain import run_plain
 from discrepancy.fit import fit
 from discrepancy.model import NONE
 from indexer_env.errors import IndexerError
-from tests.discrepancy.drives.made import drive, start_of, values
+from tests.discrepancy.drives.made import drive, run_plain, start_of, values
 
 FILE = """
 from math import sin
@@ -56,11 +55,10 @@ def solved(friction: float) -> np.ndarray:
         def rates(t: float, y: np.ndarray, side: float = side) -> list[float]:
             return [y[1], (push(t) - math.sin(y[0]) - 0.02 * y[1] - side * friction) / 0.05]
 
-        def stops(t: float, y: np.ndarray, side: float = side) -> float:
+        def stops(t: float, y: np.ndarray, side: float = side, begun: float = at) -> float:
             return y[1] * side + (1.0 if t < begun + 1e-6 else 0.0)
 
         stops.terminal, stops.direction = True, -1.0
-        begun = at
         found = solve_ivp(
             rates, (at, T[-1] + 1e-9), state, events=stops, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True
         )
