@@ -15,7 +15,8 @@ standard(
     DriveEffect(
         "offset", "A constant force acts, as of a tilted guide or an amplifier's offset.", "F += F_0", "statics",
         (Size("force", "force F_0", "F", (0.1, -0.1, 0.4, -0.4), -20.0, 20.0, 0.0),),
-        lambda m, p, base: np.full_like(m.v, p.force), alike=("friction.asymmetric", "sensor.offset_drift"), forward="offset",
+        lambda m, p, base: np.full_like(m.v, p.force), alike=("friction.asymmetric", "sensor.offset_drift"),
+        forward="offset",
     )
 )  # fmt: skip
 
