@@ -15,6 +15,7 @@ In reading order:
     explain    the answer: findings with their grades, and what remains
     indexer/   the cam indexing machine as such a model
     records/   measured files of an indexing machine, checked against the nominal one before any fit
+    drives/    any drive as such a model, by a Python function of its owner
     subjects/  what the chain needs of a machine beyond its model
     locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
     gap        the gap before and after on records never fitted, with intervals

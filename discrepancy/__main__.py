@@ -14,7 +14,8 @@ from discrepancy.subjects.base import Subject
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder
 from indexer_cli.output_folder import check_output_folder, output_folder
-from indexer_env.checks import check_choice, check_integer
+from indexer_env.checks import check_integer
+from indexer_env.errors import refuse
 
 FILES = ("report.json", "report.html", "machine.yaml", "sensor.yaml")
 """All that the command leaves in its folder."""
@@ -23,11 +24,14 @@ _CHECK, _WRITE = "read and check the records", "write the report"
 
 
 def _subject(config: dict[str, Any]) -> Subject:
-    check_choice("discrepancy", "system", config["system"], ("indexer", "emps"))
-    if config["system"] == "emps":
-        from discrepancy.subjects.emps import emps_subject
+    system = config["system"]
+    if isinstance(system, str) and system.endswith(".py"):
+        from discrepancy.drives.door import drive_subject
 
-        return emps_subject(config)
+        return drive_subject(config)
+    if system != "indexer":
+        rule = "indexer, or a Python file that describes a drive"
+        raise refuse("discrepancy", "system", rule, system, "docs/drives.md shows one")
     from discrepancy.subjects.from_config import indexer_subject
 
     return indexer_subject(config)

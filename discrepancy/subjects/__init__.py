@@ -5,5 +5,4 @@ In reading order:
     indexer  the cam indexing machine, from measured files and a machine YAML
     imagined what could be measured of that machine next
     from_config  that machine from the command's configuration
-    emps     the measured drive
 """

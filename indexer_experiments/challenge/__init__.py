@@ -13,6 +13,7 @@ In reading order:
     criteria    what must be shown, beside what the cases show so far
     score       all tables: by kind, size, play and effect
     messy/      the same with machines of any size and disturbances that are in no library
+    drives/     simulated drives with effects hidden, and a messy challenge of them
     plan        which cases a run solves, all groups in turns
     run         all cases, resumable one by one, on one process, several or Ray
     __main__    indexer challenge

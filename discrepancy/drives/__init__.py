@@ -1,0 +1,23 @@
+"""Any drive as a model: a Python function of one's own, records of it, and standard effects that may be missing.
+
+In reading order:
+    description  what a user's file says: `force` or `rates`, parameters, channels, effects
+    channels     measured files -> channels of a record by their roles
+    smoothing    differentiation, low-pass and noise: one choice for all channels
+    track        a record as the equations see it; the scales of a drive
+    effects/     the standard effects of drives
+    library      effects as hypotheses, sized by the record itself
+    windows      which samples are fitted, which are held out
+    inverse      the model of `force(q, v, a, u, t, p)`
+    forward      the model of `rates(x, u, t, p)`
+    advance      its integrator: Runge-Kutta, landing on events, with true sticking
+    motions      motions that could be asked of a drive next
+    subject      what locating and reporting need of a drive
+    door         all of it from the command's configuration
+
+The unit of force F and of position Q are the user's own; rates are per second. Arrays are (n,) over a record's samples.
+"""
+
+from discrepancy.drives.effects.base import DriveEffect, Size
+
+__all__ = ["DriveEffect", "Size"]

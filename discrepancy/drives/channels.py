@@ -1,0 +1,198 @@
+"""Measured files -> the channels of each record by their roles, all on one time grid, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.description import Channel, Drive
+from indexer_env.checks import check_number, did_you_mean
+from indexer_env.errors import SignalError, refuse
+from indexer_records.file_table import FILE, common_folder, files_found, table_rows
+from indexer_records.formats import read_table
+from indexer_records.formats.table import Column, MeasuredTable
+from indexer_records.time_grid import even_rate
+
+TABLES = ("records.csv",)
+LEAST_SAMPLES = 200
+"""Samples below which a record says nothing of twenty effects."""
+
+_FACTORS = {
+    "deg": (math.pi / 180.0, "rad"), "°": (math.pi / 180.0, "rad"), "deg/s": (math.pi / 180.0, "rad/s"),
+    "rpm": (math.pi / 30.0, "rad/s"), "mm": (1e-3, "m"), "mm/s": (1e-3, "m/s"), "um": (1e-6, "m"), "µm": (1e-6, "m"),
+    "kN": (1e3, "N"), "Nm": (1.0, "N m"), "N*m": (1.0, "N m"), "N·m": (1.0, "N m"), "mNm": (1e-3, "N m"),
+    "mm/s^2": (1e-3, "m/s^2"), "deg/s^2": (math.pi / 180.0, "rad/s^2"),
+}  # fmt: skip
+"""Units as files write them: what they are worth in the unit that is used here."""
+
+_FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+_KEYS = ("held_out", "motion", "noise", "sample_rate")
+"""Columns of the table beside the files, besides those that name channels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One file.
+
+    Attributes
+    ----------
+    name : str
+    rate : float
+        [Hz]
+    rows : mapping of str to ndarray (n,)
+        By role, without `time`.
+    units : mapping of str to str
+    held_out : bool
+    motion : str
+        Which motion it is of; "" where nothing says it.
+    noise : float or None
+    """
+
+    name: str
+    rate: float
+    rows: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    held_out: bool = False
+    motion: str = ""
+    noise: float | None = None
+
+
+def read_drive_records(
+    drive: Drive, measured: str | Sequence[str], table: Path | None, known: Mapping[str, Any], held_out: Sequence[str]
+) -> list[Record]:
+    """All records, those to hold out marked: named in `held_out` (a file or a motion) or in the table.
+
+    Raises
+    ------
+    SignalError, ParameterError
+    """
+    paths, root = _paths(measured)
+    table = table or next((root / name for name in TABLES if (root / name).is_file()), None)
+    paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
+    if not paths:
+        raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
+    rows = {} if table is None else _rows(table, drive)
+    records = []
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(name, {})}
+        records.append(_record(drive, path, name, told))
+    return _kept(records, held_out)
+
+
+def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
+    if isinstance(measured, str):
+        root, paths = files_found("discrepancy", "measured", measured)
+        return paths, root
+    paths = [Path(name).absolute() for name in measured]
+    for path in paths:
+        if not path.is_file():
+            raise refuse("discrepancy", "measured", "files that exist", str(path), "check the path")
+    return paths, common_folder(paths)
+
+
+def _rows(table: Path, drive: Drive) -> dict[str, dict[str, Any]]:
+    """Cells by file: of `_KEYS`, and columns of channels by their roles."""
+    found: dict[str, dict[str, Any]] = {}
+    for line, row in table_rows(table, "table of records", (FILE,)):
+        name = row.pop(FILE).replace("\\", "/").removeprefix("./")
+        cells: dict[str, Any] = {}
+        for key, cell in row.items():
+            if key not in _KEYS and key not in drive.channels:
+                hint = (
+                    did_you_mean(key, (*_KEYS, *drive.channels)) or f"known are {', '.join((*_KEYS, *drive.channels))}"
+                )
+                raise SignalError(f"{table} must have columns that say something of a record, got {key!r}; {hint}.")
+            if not cell:
+                continue
+            if key == "held_out" and cell.lower() not in _FLAGS:
+                raise SignalError(f"{table}, line {line}: held_out must be yes or no, got {cell!r}; correct the cell.")
+            cells[key] = _FLAGS[cell.lower()] if key == "held_out" else cell
+            if key in ("noise", "sample_rate"):
+                try:
+                    cells[key] = float(cell)
+                except ValueError:
+                    raise SignalError(f"{table}, line {line}: {key} must be a number, got {cell!r}.") from None
+        found[name] = cells
+    return found
+
+
+def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Record:
+    table = read_table(path)
+    channels = {
+        role: Channel(told[role], c.factor, c.unit) if role in told else c for role, c in drive.channels.items()
+    }
+    columns = {role: _column(table, channel.column, role) for role, channel in channels.items()}
+    rows, units = {}, {}
+    for role, column in columns.items():
+        if role == "time":
+            continue
+        rows[role], units[role] = _values(table, column, channels[role], role)
+    lengths = {len(row) for row in rows.values()}
+    if len(lengths) > 1:
+        raise SignalError(f"{path}: all channels must be sampled together, got {sorted(lengths)} samples.")
+    first = next(iter(rows))
+    rate = _rate(table, columns.get("time"), columns[first], rows[first], told.get("sample_rate"))
+    size = lengths.pop()
+    if size < LEAST_SAMPLES:
+        raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
+    if told.get("noise") is not None:
+        check_number("known", "noise", told["noise"], low=0.0, low_open=True, unit="of the record")
+    return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), told.get("noise"))
+
+
+def _column(table: MeasuredTable, name: str, role: str) -> Column:
+    exact = [c for c in table.columns if c.name == name]
+    found = exact or [c for c in table.columns if c.name.rpartition("/")[2] == name]
+    if len(found) != 1:
+        names = [c.name for c in table.columns]
+        hint = did_you_mean(name, names) or f"it has {', '.join(map(repr, names))}"
+        raise SignalError(f"{table.path} must have one numeric column {name!r} for {role!r}, got {len(found)}; {hint}.")
+    return found[0]
+
+
+def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -> tuple[np.ndarray, str]:
+    stated = channel.unit or column.unit
+    if stated is None:
+        remedy = f"write channels = {{{role!r}: ({column.name!r}, 1.0, 'm')}} with the unit that it has"
+        raise SignalError(f"{table.path}: the channel {column.name!r} ({role}) must have a unit; {remedy}.")
+    factor, unit = _FACTORS.get(stated, (1.0, stated.replace("²", "^2")))
+    values = column.numbers() * (factor * (1.0 if channel.factor is None else channel.factor))
+    if not np.ptp(values) and role in ("q", "v", "force"):
+        raise SignalError(
+            f"{table.path}: the channel {column.name!r} ({role}) must vary, got {values[0]:g} throughout."
+        )
+    return values, unit
+
+
+def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:
+    if time is not None:
+        return even_rate(table, time, column, values)
+    rate = column.rate if column.rate is not None else given
+    if rate is None:
+        remedy = "map the role 'time' to a column, or give known.sample_rate=HZ"
+        raise SignalError(f"{table.path} must have a sampling rate; {remedy}.")
+    check_number("known", "sample_rate", rate, low=0.0, low_open=True, unit="Hz")
+    return float(rate)
+
+
+def _kept(records: list[Record], wanted: Sequence[str]) -> list[Record]:
+    """The records, those that are named, by file or by motion, marked as held out."""
+    import dataclasses
+
+    kept = set()
+    for name in wanted:
+        meant = [r.name for r in records if name in (r.name, r.motion) or name.endswith(f"/{r.name}")]
+        if not meant:
+            names = ", ".join(dict.fromkeys(n for r in records for n in (r.name, r.motion) if n))
+            raise refuse("discrepancy", "held_out", f"files or motions among {names}", name)
+        kept |= set(meant)
+    marked = [dataclasses.replace(r, held_out=r.held_out or r.name in kept) for r in records]
+    if all(r.held_out for r in marked):
+        raise refuse("discrepancy", "held_out", "fewer than all records", len(marked), "one must be left to fit")
+    return marked

@@ -1,0 +1,107 @@
+"""A user's `rates` for the integrator: compiled where numba can, called back as Python where it cannot."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections import namedtuple
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.description import Drive, said_by_user
+from indexer_env.errors import ParameterError
+
+
+def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray, row: np.ndarray) -> tuple[Any, bool]:
+    """The drive's `rates` as the integrator calls it, f(x, u, t, row, out), and whether numba could compile it.
+
+    Parameters
+    ----------
+    drive : Drive
+    inputs : sequence of str
+        Names of the inputs.
+    x, u, row : ndarray
+        States, inputs and values of the parameters for a trial call.
+
+    Raises
+    ------
+    ParameterError
+        It raises, or gives another number of rates than there are states, or none that is finite.
+    """
+    arguments = _arguments(drive, inputs)
+    _check(drive, arguments, x, u, row)
+    import numba
+
+    from discrepancy.drives.advance import SIGNATURE
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", numba.core.errors.NumbaWarning)
+            fast = _wrapped(drive, numba.njit(drive.function), arguments)
+            return numba.cfunc(SIGNATURE)(fast), True
+    except numba.core.errors.NumbaError:
+        return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False
+
+
+def _arguments(drive: Drive, inputs: Sequence[str]) -> dict[str, Any]:
+    """What the generated wrapper refers to, and its three expressions."""
+    names = [p.name for p in drive.parameters]
+    given = {
+        "X": namedtuple("x", drive.states), "P": namedtuple("p", names), "U": namedtuple("u", list(inputs) or ["none"]),
+        "x": f"X({', '.join(f'x[{k}]' for k in range(len(drive.states)))})",
+        "p": f"P({', '.join(f'row[{k}]' for k in range(len(names)))})",
+        "u": "0.0" if not inputs else "u[0]" if len(inputs) == 1
+        else f"U({', '.join(f'u[{k}]' for k in range(len(inputs)))})",
+    }  # fmt: skip
+    return given
+
+
+def _wrapped(drive: Drive, function: Any, given: dict[str, Any]) -> Any:
+    lines = [
+        "def wrapped(x, u, t, row, out):",
+        f"    found = function({given['x']}, {given['u']}, t, {given['p']})",
+        *(f"    out[{k}] = found[{k}]" for k in range(len(drive.states))),
+    ]
+    scope = {"function": function, "X": given["X"], "P": given["P"], "U": given["U"]}
+    exec("\n".join(lines), scope)
+    return scope["wrapped"]
+
+
+def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
+    """The same, called in Python from the compiled integrator. What it raises there could not be passed on: its rates
+    are then no numbers, and the run counts as lost."""
+    import numba
+
+    plain = _wrapped(drive, drive.function, given)
+    size = len(drive.states)
+
+    def python(x: np.ndarray, u: np.ndarray, t: float, row: np.ndarray) -> np.ndarray:
+        out = np.full(size, np.nan)
+        with contextlib.suppress(ArithmeticError, ValueError):
+            plain(x, u, t, row, out)
+        return out
+
+    def wrapped(x, u, t, row, out):
+        with numba.objmode(found="float64[:]"):
+            found = python(x, u, t, row)
+        out[:] = found
+
+    return numba.njit(wrapped)
+
+
+def _check(drive: Drive, given: dict[str, Any], x: np.ndarray, u: np.ndarray, row: np.ndarray) -> None:
+    kinds = {key: given[key] for key in "XPU"}
+    values = {"x": x, "u": u, "row": row}
+    arguments = [eval(given[key], {**kinds, **values}) for key in "xup"]
+    try:
+        found = drive.function(arguments[0], arguments[1], 0.0, arguments[2])
+        rates = [float(one) for one in found]
+    except Exception as error:
+        raise said_by_user(drive, error) from None
+    name = f"{drive.path.name}: rates"
+    if len(rates) != len(drive.states):
+        raise ParameterError(f"{name} must give {len(drive.states)} rates, one a state, got {len(rates)}.")
+    if not np.isfinite(rates).all():
+        raise ParameterError(f"{name} must give finite numbers, got {rates} at the first sample.")

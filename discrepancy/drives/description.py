@@ -1,0 +1,277 @@
+"""What a user's file says of a drive: one function, its parameters, the channels, and which effects may be missing."""
+
+from __future__ import annotations
+
+import fnmatch
+import inspect
+import math
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from discrepancy.drives.effects import EFFECTS, DriveEffect
+from discrepancy.model import Parameter
+from indexer_env.checks import check_number, did_you_mean
+from indexer_env.errors import ParameterError, refuse
+
+INVERSE, FORWARD = ("q", "v", "a", "u", "t", "p"), ("x", "u", "t", "p")
+"""Arguments of the two forms."""
+
+MOTION = ("q", "v", "a")
+"""Roles of channels that hold the motion: position, speed, acceleration."""
+
+_KEYS = (
+    "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
+    "windows", "known", "force", "rates",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Where a role's samples stand: column of the file, what one of its numbers is worth, in which unit; None where
+    the file says it."""
+
+    column: str
+    factor: float | None = None
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Where a force of an effect enters the forward form: states of position and speed, inertia as a parameter's name
+    or a number."""
+
+    name: str
+    position: str
+    speed: str
+    inertia: str | float
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """A drive as its file describes it.
+
+    Attributes
+    ----------
+    path : Path
+    name : str
+    function : callable
+        `force` or `rates`.
+    parameters : tuple of Parameter
+        Their scale is how well they are known.
+    channels : mapping of str to Channel
+        By role: `time`, `q`, `v`, `a`, `force`; any other name is an input.
+    effects : tuple of DriveEffect
+        That may be missing.
+    cutoff : float or None
+        Where the comparison's low-pass is down by 3 dB [Hz]; None: by the record.
+    noise : float or None
+        Standard deviation of the measured force [F], or of each measured state; None: by the record.
+    held_out : float
+        Share of each record, its end, that is held out where no whole record is.
+    states : tuple of str
+        Of the forward form.
+    joints : tuple of Joint
+    windows : float or None
+        Length of a window of the forward form [s]; None: by the record.
+    known : mapping
+        Standard effects that the model has from the start, by name: their parameters' values.
+    """
+
+    path: Path
+    name: str
+    function: Callable[..., Any]
+    parameters: tuple[Parameter, ...]
+    channels: Mapping[str, Channel]
+    effects: tuple[DriveEffect, ...]
+    cutoff: float | None = None
+    noise: float | None = None
+    held_out: float = 1.0 / 3.0
+    states: tuple[str, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    windows: float | None = None
+    known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    @property
+    def forward(self) -> bool:
+        """Whether the function gives rates of states."""
+        return bool(self.states)
+
+    def p(self, values: Sequence[float]) -> Any:
+        """Values of the parameters [units] as the function takes them: a named tuple."""
+        return namedtuple("p", [p.name for p in self.parameters])(*map(float, values))  # type: ignore[misc]
+
+
+def load_drive(path: Path) -> Drive:
+    """Read a drive's file.
+
+    Raises
+    ------
+    ParameterError
+        There is no such file, it raises when it is read, or something in it breaks its rule.
+    """
+    found = _executed(path)
+    name = path.name
+    forms = [form for form in ("force", "rates") if callable(found.get(form))]
+    if len(forms) != 1:
+        rule = "one function, force(q, v, a, u, t, p) or rates(x, u, t, p)"
+        raise ParameterError(f"{name} must define {rule}, got {' and '.join(forms) or 'none'}.")
+    form = forms[0]
+    _check_arguments(name, form, found[form])
+    _check_names(name, found)
+    states, joints = _states(name, form, found)
+    share = found.get("held_out", 1.0 / 3.0)
+    check_number(name, "held_out", share, low=0.05, high=0.8, unit="of each record")
+    for key, unit in (("cutoff", "Hz"), ("noise", "of the force"), ("windows", "s")):
+        if found.get(key) is not None:
+            check_number(name, key, found[key], low=0.0, low_open=True, unit=unit)
+    return Drive(
+        path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
+        _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
+        found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
+    )  # fmt: skip
+
+
+def _executed(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise refuse("discrepancy", "system", "'indexer' or a Python file that describes a drive", str(path))
+    module = ModuleType(path.stem)
+    module.__file__ = str(path)
+    try:
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
+    except ParameterError:
+        raise
+    except Exception as error:
+        raise ParameterError(f"{path.name} must run as Python, got {_said(error)}.") from None
+    return module.__dict__
+
+
+def _said(error: Exception) -> str:
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    walk = error.__traceback__
+    while line is None and walk is not None:
+        if walk.tb_next is None:
+            line = walk.tb_lineno
+        walk = walk.tb_next
+    words = " ".join(str(error).split()) or "no message"
+    return f"{type(error).__name__} in line {line} ({words})"
+
+
+def said_by_user(drive: Drive, error: Exception) -> ParameterError:
+    """The sentence for an exception that the user's function has raised."""
+    return ParameterError(
+        f"{drive.path.name}: {drive.function.__name__} must take arrays and give numbers, got {_said(error)}."
+    )
+
+
+def _check_arguments(name: str, form: str, function: Callable[..., Any]) -> None:
+    wanted = INVERSE if form == "force" else FORWARD
+    given = tuple(inspect.signature(function).parameters)
+    if given != wanted:
+        raise ParameterError(f"{name}: {form} must take ({', '.join(wanted)}), got ({', '.join(given)}).")
+
+
+def _check_names(name: str, found: Mapping[str, Any]) -> None:
+    """Refuse a name that is one letter off a known one: an option that is not read would do nothing."""
+    for key, value in found.items():
+        if key.startswith("_") or key in _KEYS or callable(value) or isinstance(value, ModuleType):
+            continue
+        if hint := did_you_mean(key, [k for k in _KEYS if abs(len(k) - len(key)) < 3]):
+            raise ParameterError(f"{name}.{key} is no name that is read here; {hint}, or begin your own names with _.")
+
+
+def _parameters(name: str, given: Any) -> tuple[Parameter, ...]:
+    if not isinstance(given, Mapping) or not given:
+        raise refuse(name, "parameters", "a mapping of names to (value, unit, uncertainty)", given)
+    found = []
+    for key, row in given.items():
+        if not str(key).isidentifier() or not isinstance(row, list | tuple) or len(row) != 3:
+            raise refuse(name, f"parameters[{key!r}]", "(value, unit, uncertainty) under a Python name", row)
+        value, unit, uncertainty = row
+        check_number(name, f"{key} (value)", value, unit=str(unit))
+        check_number(name, f"{key} (uncertainty)", uncertainty, low=0.0, low_open=True, unit=str(unit))
+        found.append(known_parameter(str(key), str(unit), float(value), float(uncertainty)))
+    return tuple(found)
+
+
+def known_parameter(name: str, unit: str, value: float, uncertainty: float) -> Parameter:
+    """A parameter known to ± uncertainty (one standard deviation). Where the value is above 0 and more than twice its
+    uncertainty it cannot change its sign: its logarithm is what moves."""
+    if value > 2.0 * uncertainty:
+        return Parameter(
+            name, unit, value, uncertainty / value, 1e-3 * value, 1e3 * value, known=True, logarithmic=True
+        )
+    return Parameter(name, unit, value, uncertainty, known=True)
+
+
+def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[str, Channel]:
+    if not isinstance(given, Mapping) or not given:
+        raise refuse(name, "channels", "a mapping of roles to columns of the files", given)
+    found = {}
+    for role, row in given.items():
+        row = (row,) if isinstance(row, str) else row
+        usable = isinstance(row, list | tuple) and 1 <= len(row) <= 3 and isinstance(row[0], str)
+        if not usable or not str(role).isidentifier() or (len(row) > 2 and not isinstance(row[2], str)):
+            raise refuse(name, f"channels[{role!r}]", "'column' or ('column', factor, 'unit')", given[role])
+        if len(row) > 1:
+            check_number(name, f"channels[{role!r}] (factor)", row[1])
+            if not row[1] or not math.isfinite(row[1]):
+                raise refuse(name, f"channels[{role!r}] (factor)", "a number other than 0", row[1])
+        found[str(role)] = Channel(row[0], *row[1:])
+    if form == "force":
+        if "force" not in found:
+            raise refuse(name, "channels", "a mapping with the role 'force', which is what is predicted", list(found))
+        if not {"q", "v"} & set(found):
+            raise refuse(name, "channels", "a mapping with the role 'q' or 'v', the measured motion", list(found))
+    elif not {*states, "a"} & set(found):
+        raise refuse(name, "channels", f"a mapping with one of the states {', '.join(states)} or 'a'", list(found))
+    return found
+
+
+def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Joint, ...]]:
+    if form == "force":
+        return (), ()
+    states = found.get("states", ("q", "v"))
+    if not isinstance(states, list | tuple) or not states or not all(isinstance(s, str) for s in states):
+        raise refuse(name, "states", "a tuple of names, ('q', 'v')", states)
+    joints = found.get("joints")
+    if not isinstance(joints, Mapping) or not joints:
+        rule = "a mapping of joints to (position state, speed state, inertia), {'joint': ('q', 'v', 'inertia')}"
+        raise refuse(name, "joints", rule, joints, "it says where a missing force enters")
+    rows = []
+    for key, row in joints.items():
+        if not isinstance(row, list | tuple) or len(row) != 3 or row[0] not in states or row[1] not in states:
+            raise refuse(name, f"joints[{key!r}]", f"(position, speed, inertia), both of {', '.join(states)}", row)
+        named = isinstance(row[2], str) and row[2] in (found.get("parameters") or {})
+        if not named:
+            check_number(name, f"joints[{key!r}] (inertia)", row[2], low=0.0, low_open=True)
+        rows.append(Joint(str(key), *row))
+    return tuple(states), tuple(rows)
+
+
+def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:
+    if not isinstance(given, Mapping) or not all(isinstance(values, Mapping) for values in given.values()):
+        rule = "a mapping of effects to their parameters, {'friction.coulomb': {'force': 4.0}}"
+        raise refuse(name, "known", rule, given)
+    return given
+
+
+def _effects(name: str, found: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
+    own = found.get("own_effects", ())
+    if not isinstance(own, list | tuple) or not all(isinstance(one, DriveEffect) for one in own):
+        raise refuse(name, "own_effects", "a tuple of discrepancy.drives.DriveEffect", own)
+    patterns = found.get("effects", ("*",))
+    if not isinstance(patterns, list | tuple) or not all(isinstance(one, str) for one in patterns):
+        raise refuse(name, "effects", "a tuple of names or patterns, ('friction.*', 'delay')", patterns)
+    for pattern in patterns:
+        if not fnmatch.filter(EFFECTS, pattern):
+            hint = did_you_mean(pattern, EFFECTS) or f"they are {', '.join(EFFECTS)}"
+            raise refuse(name, "effects", "names or patterns of standard effects", pattern, hint)
+    for one in own:
+        if one.name in EFFECTS:
+            raise refuse(name, "own_effects", "effects with names of their own", one.name)
+    standard = [e for key, e in EFFECTS.items() if any(fnmatch.fnmatch(key, pattern) for pattern in patterns)]
+    return (*standard, *own)

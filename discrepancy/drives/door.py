@@ -1,0 +1,122 @@
+"""The subject of a drive from the command's configuration: all that refuses its file or its records is here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from discrepancy.drives.channels import Record, read_drive_records
+from discrepancy.drives.description import Drive, load_drive
+from discrepancy.drives.inverse import InverseModel
+from discrepancy.drives.second_look import KEY, known_effects, looked_at
+from discrepancy.drives.subject import DriveSubject
+from discrepancy.drives.track import Track, tracks_of
+from discrepancy.drives.windows import Windows, split
+from discrepancy.subjects.base import Subject
+from indexer_cli.job_paths import path_given
+from indexer_env.errors import refuse
+
+ENDING = ".py"
+"""Of a value of `system` that is a drive's file."""
+
+_KEYS = (
+    "system",
+    "measured",
+    "records",
+    "held_out",
+    "machine",
+    "known",
+    "out",
+    "overwrite",
+    "seed",
+    "seconds",
+    "tolerance",
+)
+"""Keys of conf/explain.yaml that a drive takes; the others belong to the indexing machine."""
+
+_KNOWN = ("noise", "sample_rate")
+"""Of those under `known`, beside the names of channels."""
+
+_LEAST = 20
+"""Samples of a window."""
+
+
+def drive_subject(config: Mapping[str, Any]) -> Subject:
+    """The subject of a composed conf/explain.yaml with system=FILE.py.
+
+    Raises
+    ------
+    ParameterError, SignalError
+        What keeps the drive's file or its records from being used, before any fit.
+    """
+    _refuse_others()
+    drive = load_drive(Path(config["system"]))
+    machine = config["machine"] if KEY in config["machine"] else {}
+    table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
+    known = {key: value for key, value in config["known"].items() if value is not None}
+    for key in known:
+        if key not in _KNOWN:
+            raise refuse("known", key, f"left out for a drive, which takes {' and '.join(_KNOWN)}", known[key])
+    records = read_drive_records(drive, _measured(config["measured"]), table, known, _texts(config["held_out"]))
+    return subject_of(drive, records, machine)
+
+
+def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, Any] | None = None) -> Subject:
+    """The subject of a drive and its records; `machine` is what a first look has left (machine.yaml), if any."""
+    drive = looked_at(drive, machine) if machine else drive
+    if drive.forward:
+        from discrepancy.drives.forward_subject import forward_subject
+
+        return forward_subject(drive, records, machine or {})
+    tracks, scales = tracks_of(drive, records)
+    lengths, kept = [len(t.measured) for t in tracks], [r.held_out for r in records]
+    fitted, held, parts = split(lengths, kept, drive.held_out, _LEAST)
+    model = InverseModel(drive, tracks, scales, fitted)
+    library = model.hypotheses()
+    if stated := {**drive.known, **((machine or {}).get("effects") or {})}:
+        known = known_effects(drive, stated, library)
+        model = InverseModel(drive, tracks, scales, fitted, known)
+        library = model.hypotheses()
+    other = InverseModel(drive, tracks, scales, held, model.known, library)
+    return DriveSubject(drive, model, other, _notes(model, tracks, held, parts))
+
+
+def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: bool) -> tuple[str, ...]:
+    track = tracks[0]
+    notes = [
+        f"Motion and force are compared below {track.cutoff:.3g} Hz; the noise of the force there is "
+        f"{model.noise[0]:.2g} {model.scales.force_unit}."
+    ]
+    if parts:
+        notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
+    if len(model.tracks) > 1:
+        notes.append("Each record has an offset of its own, as sensors are zeroed anew.")
+    if model.left_out:
+        names = ", ".join(model.left_out)
+        notes.append(f"Not looked for, as the drive's own parameters do the same: {names}.")
+    return tuple(notes)
+
+
+def _measured(given: Any) -> str | Sequence[str]:
+    if isinstance(given, list) and given and all(isinstance(name, str) for name in given):
+        return given
+    return str(path_given("discrepancy", "measured", given))
+
+
+def _texts(given: Any) -> Sequence[str]:
+    given = [given] if isinstance(given, str) else given
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        raise refuse("discrepancy", "held_out", "a list of files or motions, [a.csv,b.csv]", given)
+    return given
+
+
+def _refuse_others() -> None:
+    from hydra.core.hydra_config import HydraConfig
+
+    if not HydraConfig.initialized():
+        return
+    for override in HydraConfig.get().overrides.task:
+        key = override.lstrip("+~").partition("=")[0]
+        if key.partition(".")[0] not in _KEYS:
+            raise refuse("discrepancy", key, "left out for a drive, which has no such thing", override)

@@ -1,0 +1,18 @@
+"""The standard effects of drives, each sized by the record itself.
+
+In reading order:
+    base        what an effect is; the registry
+    friction    viscous, quadratic, dry in five forms, presliding
+    load        offset, imbalance, inertia, springs, end stops
+    coupling    play, compliance, transmission error
+    ripple      cogging and ripple, a line at a fixed frequency
+    reading     delay, lags, gain, saturation, quantisation, drift
+
+A new effect is one `standard(DriveEffect(...))` in one of these files; to act in the forward form too it needs its line
+in `advance`.
+"""
+
+from discrepancy.drives.effects import coupling, friction, load, reading, ripple
+from discrepancy.drives.effects.base import EFFECTS, DriveEffect, Size
+
+__all__ = ["EFFECTS", "DriveEffect", "Size", "coupling", "friction", "load", "reading", "ripple"]

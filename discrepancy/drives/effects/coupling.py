@@ -1,0 +1,164 @@
+"""What lies between the measured motion and the load: play, a soft coupling, a transmission that wavers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from indexer_env.effects.drive import TransmissionError
+from indexer_env.filters import BRACKET_LIMIT, bracket_sections, filtered
+from indexer_env.kernels.joints import line_torque, region_line
+
+if TYPE_CHECKING:
+    from discrepancy.drives.track import Track
+
+_EIGHTHS = tuple(0.5 * math.pi * k for k in range(4))
+_CONTACT = 0.25
+"""Frequency of the load on its contact over that of the inner rate's Nyquist: stiff beside all that is compared."""
+
+LAWS = ("clipped", "kelvin_voigt", "damped_in_play")
+"""Contact laws of play, as the joints of the indexing machine have them."""
+
+
+@njit(cache=True)
+def dragged(q: np.ndarray, play: float) -> np.ndarray:
+    """Where a load stands in its play, q - x (n,) within ±play/2, if friction holds it until it is pushed."""
+    inside = np.zeros_like(q)
+    for k in range(1, len(q)):
+        inside[k] = min(max(inside[k - 1] + q[k] - q[k - 1], -0.5 * play), 0.5 * play)
+    return inside
+
+
+def _held(m: Track, p, base) -> np.ndarray:
+    """The share that lies behind the play is not felt while it is crossed; smooth over 5 % of the play at its edges, so
+    that a fit sees which way to go."""
+    if p.play <= 0.0:
+        return np.zeros_like(m.q)
+    free = np.clip((0.5 * p.play - np.abs(dragged(m.q, p.play))) / (0.05 * p.play), 0.0, 1.0)
+    return -p.share * base(m.q, m.v, m.a) * free
+
+
+standard(
+    DriveEffect(
+        "play", "Part of the load is not felt while the play is crossed after a reversal; friction holds it meanwhile.",
+        "F -= s f inside the play g, x(t) = min(max(x, q - g/2), q + g/2)",
+        "play operator, e.g. Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989)",
+        (
+            Size("play", "total play g", "Q", (0.005, 0.03, 0.1), 0.0, 1.0, 0.0),
+            Size("share", "share s of the force that lies behind it", "", (0.5,), 0.05, 1.0, step=0.2),
+        ),
+        _held, of_base=True, alike=("friction.presliding", "play.contact"),
+    )
+)  # fmt: skip
+
+
+@njit(cache=True)
+def carried(
+    q: np.ndarray, v: np.ndarray, step: float, play: float, dry: float, omega: float, damping: float, law: int
+) -> np.ndarray:
+    """Contact force over mass of a load behind play (n,): ẍ = M(q - x, q̇ - ẋ) - d sign(ẋ), advanced by Moreau's
+    time-stepping, four steps to a sample; the contact is that of `indexer_env.kernels.joints`, with stiffness ω² and
+    damping 2 ζ ω per mass."""
+    out = np.zeros_like(q)
+    x, y, sub = q[0], v[0], 4
+    h = step / sub
+    stiffness_1, damping_1, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
+    for k in range(len(q) - 1):
+        total = 0.0
+        for i in range(sub):
+            share = i / sub
+            d = q[k] + share * (q[k + 1] - q[k]) - x
+            rate = v[k] + share * (v[k + 1] - v[k]) - y
+            region = 1.0 if d > edge else (-1.0 if d < -edge else 0.0)
+            stiffness, offset, r = region_line(
+                region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0
+            )
+            force = line_torque(stiffness, offset, r, d, rate, 0.0)
+            if law == 0 and region * force < 0.0:
+                force = 0.0
+            y += h * force
+            y = max(y - h * dry, 0.0) if y > 0.0 else min(y + h * dry, 0.0)
+            x += h * y
+            total += force
+        out[k] = total / sub
+    out[-1] = out[-2]
+    return out
+
+
+def _contact(m: Track, p, base) -> np.ndarray:
+    if p.play <= 0.0:
+        return np.zeros_like(m.q)
+    size = float(np.std(m.a))
+    mass = p.share * float(np.median(base(m.q, m.v, m.a + size) - base(m.q, m.v, m.a))) / size
+    if mass <= 0.0:
+        return np.zeros_like(m.q)
+    omega = 2.0 * math.pi * _CONTACT * 0.5 / m.step
+    felt = mass * carried(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law))
+    return felt - mass * m.a - p.friction * m.direction
+
+
+standard(
+    DriveEffect(
+        "play.contact", "Part of the mass, with some of the dry friction, lies behind play and strikes its flanks.",
+        "F += M - s m a - F_l sign(v), s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
+        "the joint of the indexing machine: docs/physics.md, section Joints",
+        (
+            Size("play", "total play g", "Q", (0.003, 0.02), 0.0, 1.0, 0.0, 0.005),
+            Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),
+            Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
+        ),
+        _contact, of_base=True, alike=("play", "compliance"),
+        choices=tuple({"law": float(k)} for k in range(len(LAWS))),
+    )
+)  # fmt: skip
+
+
+def _compliance(m: Track, p, base) -> np.ndarray:
+    frequency = 1.0 / (2.0 * math.pi * math.sqrt(p.inverse_square))
+    limit = 0.5 * BRACKET_LIMIT / m.step
+    if p.share <= 0.0 or frequency >= limit:
+        return np.zeros_like(m.q)
+    felt = filtered(bracket_sections(frequency, p.damping, 1.0 / m.step), m.a[None])[0]
+    return p.share * (base(m.q, m.v, felt) - base(m.q, m.v, m.a))
+
+
+standard(
+    DriveEffect(
+        "compliance", "Part of the mass hangs on a spring behind the measured motion.",
+        "F += s (f(q, v, ẍ) - f(q, v, a)), ẍ + 2 ζ ω (ẋ - v) + ω² (x - q) = 0",
+        "two-mass drive, e.g. Leonhard, Control of Electrical Drives (2001), chapter on coupled masses",
+        (
+            Size("share", "share s of the mass on the spring", "", (0.3, 0.7), 0.0, 1.0, 0.0, 0.2),
+            Size("inverse_square", "1/ω² of the mass on its spring", "T2", (0.001, 0.01, 0.06, 0.3), 1e-6, 4.0,
+                 step=0.003),
+            Size("damping", "damping ratio ζ", "", (0.05,), 0.005, 0.9, step=0.05),
+        ),
+        _compliance, of_base=True, alike=("delay", "play.contact"),
+    )
+)  # fmt: skip
+
+
+def _wavering(m: Track, p, base) -> np.ndarray:
+    n = p.order
+    s, c = np.sin(n * m.q + p.phase), np.cos(n * m.q + p.phase)
+    e, first, second = p.amplitude * s, p.amplitude * n * c, -p.amplitude * n * n * s
+    moved = base(m.q + e, m.v * (1.0 + first), m.a * (1.0 + first) + second * m.v**2)
+    return moved - base(m.q, m.v, m.a)
+
+
+standard(
+    DriveEffect(
+        TransmissionError.name, "The load's angle wavers about the measured one at an order of the gears.",
+        "F += f at q + e sin(n q + φ) - f at q", TransmissionError.source,
+        (
+            Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
+            Size("phase", "phase φ at q = 0", "", _EIGHTHS, -20.0, 20.0, step=0.5),
+        ),
+        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"),
+        choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),
+    )
+)  # fmt: skip

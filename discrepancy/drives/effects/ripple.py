@@ -1,0 +1,103 @@
+"""Forces that waver: with the position, and with time. The record itself proposes their wavelengths."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.smoothing import holding
+from indexer_env.effects.sensor import SensorMainsHum
+
+if TYPE_CHECKING:
+    from discrepancy.drives.track import Track
+
+_QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
+_PEAKS = 3
+"""Wavelengths that a record proposes."""
+
+_MOVING = 0.99
+"""Share of the speed's variance that the band of the motion holds."""
+
+_FINENESS = 4
+"""Trial wavelengths per one that the record can resolve."""
+
+
+def _lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> list[tuple[float, float, float]]:
+    """The strongest lines a sin(k x + φ) of a row over x, as (a, k, φ): peaks of its periodogram, at least two
+    resolved widths apart, k between `lowest` and `highest`."""
+    width = 2.0 * math.pi / float(np.ptp(x))
+    trials = np.arange(max(lowest, 1.5 * width), highest, width / _FINENESS)[:8000]
+    if not len(trials):
+        return []
+    # samples are weighted by how fast x passes, so that standing at one place counts as one look at it
+    weight = np.abs(np.gradient(x))
+    weight, left = weight / weight.sum(), left - np.average(left, weights=weight + 1e-300)
+    spectrum = np.array([np.exp(-1j * k * x) @ (weight * left) for k in trials])
+    found: list[tuple[float, float, float]] = []
+    power = np.abs(spectrum)
+    while len(found) < _PEAKS and power.max() > 0.0:
+        best = int(power.argmax())
+        # a sin(k x + φ) has the coefficient a e^{i(φ - π/2)}/2
+        phase = float(np.angle(spectrum[best])) + 0.5 * math.pi
+        found.append((2.0 * float(power[best]), float(trials[best]), phase))
+        power[max(0, best - 2 * _FINENESS) : best + 2 * _FINENESS + 1] = 0.0
+    return found
+
+
+def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
+    q = m.q[m.at]
+    fastest = math.pi / (np.abs(m.v).max() * m.step * m.every)
+    return _lines(q, left, 0.0, min(fastest, 400.0 * math.pi / float(np.ptp(q))))
+
+
+def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
+    """Above the band of the motion: within it, a line in time is not told from what the motion does."""
+    slowest = holding(m.v, 1.0 / m.step, _MOVING)
+    found = _lines(m.t[m.at], left, 2.0 * math.pi * slowest, 2.0 * math.pi * m.cutoff)
+    return [(a, k / (2.0 * math.pi), phase) for a, k, phase in found]
+
+
+standard(
+    DriveEffect(
+        "cogging", "The force wavers with the position, as of magnets, rollers or a pitch.", "F += A sin(k q + φ)",
+        "first harmonic of a cogging force, e.g. Krause, Analysis of Electric Machinery",
+        (
+            Size("force", "amplitude A", "F", (), 0.0, 20.0, 0.0, 0.1),
+            Size("wavenumber", "wavenumber k = 2π/pitch", "Q-1", (), 0.5, 2000.0, step=0.2),
+            Size("phase", "phase φ at q = 0", "", (), -20.0, 20.0, step=0.5),
+        ),
+        lambda m, p, base: p.force * np.sin(p.wavenumber * m.q + p.phase), alike=("ripple",), starts=_over_position,
+        forward="cogging",
+    )
+)  # fmt: skip
+
+standard(
+    DriveEffect(
+        "ripple", "The torque ripples at an order of the shaft.", "F += A sin(n q + φ)",
+        "torque ripple by order, e.g. Jahns and Soong, IEEE Trans. Ind. Electron. 43 (1996) 321",
+        (
+            Size("torque", "amplitude A", "F", (0.1, 0.3), 0.0, 20.0, 0.0),
+            Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
+        ),
+        lambda m, p, base: p.torque * np.sin(p.order * m.q + p.phase), rotary=True,
+        alike=("cogging", "drive.transmission_error"), choices=tuple({"order": float(n)} for n in (2, 3, 4, 6)),
+        forward="ripple",
+    )
+)  # fmt: skip
+
+standard(
+    DriveEffect(
+        SensorMainsHum.name, "A line stands at one frequency, whatever the drive does.", "reading += A sin(2π f t + φ)",
+        SensorMainsHum.source,
+        (
+            Size("amplitude", "amplitude A", "F", (), 0.0, 20.0, 0.0, 0.05),
+            Size("frequency", "frequency f", "T-1", (), 1e-4, 1000.0, step=0.01),
+            Size("phase", "phase φ at the record's first sample", "", (), -20.0, 20.0, step=0.5),
+        ),
+        lambda m, p, base, f: f + p.amplitude * np.sin(2.0 * math.pi * p.frequency * m.t + p.phase), acts="reading",
+        starts=_over_time,
+    )
+)  # fmt: skip

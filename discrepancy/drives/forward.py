@@ -1,0 +1,258 @@
+"""The forward form: how a drive moves, simulated from unknown start states.
+
+    ẋ = rates(x, u, t; p) + effects at the joints,   residual = (x(t) - measured)/noise in every measured channel
+
+A record is cut into windows; the state in which one starts is unknown but near to what the measured motion says, so
+that its local parameters are deviations from that in units of its own uncertainty.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.advance import COLUMNS, WORK, run_all
+from discrepancy.drives.course import Course
+from discrepancy.drives.description import Drive
+from discrepancy.drives.library import hypotheses_of, values_of
+from discrepancy.drives.readings import commanded
+from discrepancy.drives.track import Scales
+from discrepancy.drives.windows import Windows
+from discrepancy.model import NONE, Hypothesis, Jobs, Model
+
+LOST = 1e3
+"""Residual of a run that is lost, in units of the noise."""
+
+_ACCURACY = 0.05
+"""Change of a residual, in units of the noise, by halving the step below which the step is fine enough."""
+
+_MOST_SUBSTEPS = 32
+
+
+class ForwardModel(Model):
+    """A drive in its forward form with records.
+
+    Parameters
+    ----------
+    drive : Drive
+    courses : sequence of Course
+    windows : Windows
+    scales : sequence of Scales
+        Of each joint.
+    measured : ndarray (channels,) of int
+        State of each channel, or -1 - j for the acceleration of joint j.
+    rates : callable
+        As the integrator takes it.
+    known, library
+        As of `InverseModel`.
+    """
+
+    def __init__(
+        self,
+        drive: Drive,
+        courses: Sequence[Course],
+        windows: Windows,
+        scales: Sequence[Scales],
+        measured: np.ndarray,
+        rates: Any,
+        known: tuple[Hypothesis, ...] = (),
+        library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
+        substeps: int = 0,
+    ) -> None:
+        self.drive, self.courses, self.windows, self.scales = drive, tuple(courses), windows, tuple(scales)
+        self.measured, self.rates, self.known = measured, rates, known
+        self.effects = {effect.name: effect for effect in drive.effects}
+        self.own = len(drive.parameters)
+        self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters))
+        self.channels = len(measured)
+        self.counts, self.groups = windows.count * self.channels, windows.groups
+        self.places = np.array(
+            [[drive.states.index(j.position), drive.states.index(j.speed)] for j in drive.joints], dtype=np.int64
+        )
+        self._commands: dict[Any, np.ndarray] = {}
+        self.readings_ = self._windowed([course.rows for course in self.courses])
+        self.substeps = substeps or self._fine()
+        self._library = self._found() if library is None else library
+
+    def _windowed(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        """Channels of every window, over their noise (w, channels, n)."""
+        out = np.zeros((len(self.windows.count), self.channels, int(self.windows.count.max())))
+        for w, (k, first, count) in enumerate(
+            zip(self.windows.track, self.windows.first, self.windows.count, strict=True)
+        ):
+            out[w, :, :count] = rows[k][:, first : first + count] / self.courses[k].noise[:, None]
+        return out
+
+    # ------------------------------------------------------------------ simulation
+
+    def simulated(self, hypothesis: Hypothesis, jobs: Jobs) -> tuple[np.ndarray, np.ndarray]:
+        """Channels of each job over their noise (n, channels, samples), 0 beyond its end; and which are not lost."""
+        size, most = len(jobs.point), int(self.windows.count.max())
+        out, good = np.zeros((size, self.channels, most)), np.zeros(size, dtype=np.bool_)
+        parameters = self.parameters + hypothesis.parameters
+        values = [[p.value(z) for p, z in zip(parameters, point, strict=True)] for point in jobs.points]
+        set_up = [self.set_up(hypothesis, row) for row in values]
+        n, joints = len(self.drive.states), len(self.drive.joints)
+        tracks = self.windows.track[jobs.window]
+        for k in np.unique(tracks).tolist():
+            mine, course = np.flatnonzero(tracks == k), self.courses[k]
+            at = jobs.window[mine]
+            first, counts = self.windows.first[at], self.windows.count[at]
+            starts = course.states[first] + course.spread * jobs.states[mine, :n]
+            z_starts = np.clip(jobs.states[mine, n:], -1.0, 1.0) if jobs.states.shape[1] > n else np.zeros(
+                (len(mine), joints))  # fmt: skip
+            us = np.zeros((len(mine), most, course.u.shape[1]))
+            for i, job in enumerate(mine):
+                whole = self.command(k, set_up[jobs.point[job]][1])
+                us[i, : counts[i]] = whole[first[i] : first[i] + counts[i]]
+            rows = np.array([values[p][: self.own] for p in jobs.point[mine]])
+            coefficients = np.array([set_up[p][0] for p in jobs.point[mine]])
+            found, fine = np.zeros((len(mine), self.channels, most)), np.zeros(len(mine), dtype=np.bool_)
+            work = np.zeros((WORK, max(n, joints, course.u.shape[1])))
+            scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
+            run_all(
+                self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
+                self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
+            out[mine], good[mine] = found / course.noise[:, None], fine
+        return out, good
+
+    def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple]:
+        """Coefficients of the joints (joints, k), and what is done to the command."""
+        p = self.drive.p(values[: self.own])
+        table = np.zeros((len(self.drive.joints), len(COLUMNS)))
+        at = {name: k for k, name in enumerate(COLUMNS)}
+        for j, (joint, scales) in enumerate(zip(self.drive.joints, self.scales, strict=True)):
+            mass = getattr(p, joint.inertia) if isinstance(joint.inertia, str) else joint.inertia
+            table[j, at["mass"]], table[j, at["middle"]], table[j, at["stroke"]] = mass, scales.middle, scales.Q
+        command = []
+        for one, mine in self._present(hypothesis, values):
+            effect = self.effects[one.name]
+            if effect.acts == "reading":
+                command.append((effect.forward, *mine))
+                continue
+            j = int(one.fixed.get("joint", 0))
+            size, *shape = _columns(effect.forward)
+            own = values_of(one, mine)
+            named = [getattr(own, s.name) for s in effect.sizes] + [
+                float(v) for k, v in one.fixed.items() if k != "joint"
+            ]
+            if effect.forward == "ripple":
+                named = [named[0], named[2], named[1]]
+            for column, value in zip((size, *shape), named, strict=True):
+                table[j, at[column]] = value
+        return table, tuple(command)
+
+    def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
+        at, found = self.own, []
+        for one in (*self.known, *hypothesis.effects):
+            found.append((one, tuple(values[at : at + len(one.parameters)])))
+            at += len(one.parameters)
+        return found
+
+    def command(self, k: int, done: tuple) -> np.ndarray:
+        """Inputs (n, inputs) of a record as they act: the first through what is done to it."""
+        if not done:
+            return self.courses[k].u
+        if (k, done) not in self._commands:
+            if len(self._commands) > 256:
+                self._commands.clear()
+            course = self.courses[k]
+            first = course.u[:, 0]
+            for name, value in done:
+                first = commanded(name, first, value, 1.0 / course.rate)
+            self._commands[k, done] = np.column_stack([first, course.u[:, 1:]])
+        return self._commands[k, done]
+
+    # ------------------------------------------------------------------ as a Model
+
+    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
+        return self._library
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Effects that are not tried, as the integrator does not have them."""
+        return tuple(name for name, effect in self.effects.items() if not effect.forward)
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        found, good = self.simulated(hypothesis, jobs)
+        left = found - self.readings_[jobs.window]
+        left[~good] = LOST
+        return self._flat(left, jobs.window)
+
+    def _flat(self, rows: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """(k, channels, n) as (k, channels·n), a window's channels one after the other, 0 beyond its end."""
+        out = np.zeros((len(rows), int(self.counts.max())))
+        for i, w in enumerate(window):
+            count = self.windows.count[w]
+            out[i, : self.counts[w]] = rows[i, :, :count].reshape(-1)
+        return out
+
+    def recording(self, readings: np.ndarray) -> ForwardModel:
+        other = copy.copy(self)
+        other.readings_ = self.readings_.copy()
+        for w, count in enumerate(self.windows.count):
+            other.readings_[w, :, :count] = readings[w, : self.counts[w]].reshape(self.channels, count)
+        return other
+
+    def local_count(self, hypothesis: Hypothesis) -> int:
+        slides = any(self.effects[one.name].forward == "presliding" for one in (*self.known, *hypothesis.effects))
+        return len(self.drive.states) + (len(self.drive.joints) if slides else 0)
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
+        return np.zeros((0, 0))
+
+    def jobs(self, values: Sequence[float] | np.ndarray) -> Jobs:
+        """Every window at one global point, started where the measured motion says."""
+        w = np.arange(len(self.counts))
+        return Jobs(np.array([values]), np.zeros_like(w), w, np.zeros((len(w), self.local_count(NONE))))
+
+    def _fine(self) -> int:
+        """Steps in a sample such that twice as many change no residual by more than `_ACCURACY`."""
+        jobs = self.jobs(np.zeros(len(self.parameters)))
+        self.substeps = 1
+        before = self.residuals(NONE, jobs)
+        while self.substeps < _MOST_SUBSTEPS:
+            self.substeps *= 2
+            after = self.residuals(NONE, jobs)
+            if float(np.abs(after - before).max()) < max(_ACCURACY, 1e-4 * float(np.abs(after).max())):
+                return self.substeps // 2
+            before = after
+        return self.substeps
+
+    def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
+        known = {one.name for one in self.known}
+        found: dict[str, tuple[Hypothesis, ...]] = {}
+        for effect in self.drive.effects:
+            if effect.name in known or not effect.forward:
+                continue
+            if effect.acts == "reading":
+                if self.courses[0].u.shape[1]:
+                    found[effect.name] = hypotheses_of(effect, _of_input(self.scales[0], self.courses))
+                continue
+            choices: list[Hypothesis] = []
+            for j, scales in enumerate(self.scales):
+                if effect.rotary and scales.position_unit != "rad":
+                    continue
+                wavelengths = [(0.1 * scales.F, k / scales.Q, 0.0) for k in (6.3, 12.6, 25.1)] if effect.starts else []
+                mine = hypotheses_of(effect, scales, wavelengths)
+                if len(self.scales) > 1:
+                    mine = tuple(dataclasses.replace(h, fixed={**h.fixed, "joint": float(j)}, effects=()) for h in mine)
+                choices += mine
+            if choices:
+                found[effect.name] = tuple(choices)
+        return found
+
+
+def _columns(name: str) -> list[str]:
+    """Columns of the integrator that belong to an effect: its own, then its shape's."""
+    return [name, *(c for c in COLUMNS if c.startswith(f"{name}_"))]
+
+
+def _of_input(scales: Scales, courses: Sequence[Course]) -> Scales:
+    """Scales for what is done to the command: F is its rms."""
+    u = np.concatenate([course.u[:, 0] for course in courses])
+    return dataclasses.replace(scales, F=float(np.sqrt(np.mean(u**2))), force_unit="unit of the input")

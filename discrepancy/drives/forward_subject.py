@@ -1,0 +1,176 @@
+"""A drive in its forward form as a subject."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.channels import Record
+from discrepancy.drives.compiled_rates import integrable
+from discrepancy.drives.course import Course, courses_of, window_length
+from discrepancy.drives.description import Drive
+from discrepancy.drives.forward import ForwardModel
+from discrepancy.drives.second_look import known_effects, machine_yaml
+from discrepancy.drives.windows import Windows, split
+from discrepancy.model import Model
+from discrepancy.problem import Point
+from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
+from indexer_env.errors import ParameterError
+
+_CELLS = 8
+_SIZES = (0.5, 2.0)
+"""Of the measured input, for motions that could be asked for next."""
+
+_RAISED = 100.0
+"""Noise of imagined records over the real one: a window's loss bounds residuals, which here are whole motions."""
+
+
+class ForwardSubject(Subject):
+    """A drive in its forward form.
+
+    Parameters
+    ----------
+    drive : Drive
+    model, held_out : ForwardModel
+    roles : sequence of str
+        Of the measured channels.
+    unit : str
+        Of the first of them.
+    notes : tuple of str
+    """
+
+    model: ForwardModel
+    held_out: ForwardModel
+
+    def __init__(
+        self, drive: Drive, model: ForwardModel, held_out: ForwardModel, roles: Sequence[str], unit: str,
+        notes: tuple[str, ...],
+    ) -> None:  # fmt: skip
+        self.drive, self.model, self.held_out, self.roles, self.unit = drive, model, held_out, tuple(roles), unit
+        self.notes, self.kind = notes, f"drive ({drive.name})"
+
+    def view(self, model: Model) -> View:
+        assert isinstance(model, ForwardModel)
+        windows, channels = model.windows, model.channels
+        joint = self.drive.joints[0]
+        q, v = (self.drive.states.index(s) for s in (joint.position, joint.speed))
+        rows: dict[str, list[np.ndarray]] = {"q": [], "v": [], "t": [], "y": [], "c": []}
+        for k, first, count in zip(windows.track, windows.first, windows.count, strict=True):
+            course, part = model.courses[k], slice(first, first + count)
+            rows["q"].append(np.tile(course.states[part, q], channels))
+            rows["v"].append(np.tile(course.states[part, v], channels))
+            rows["t"].append(np.tile(np.arange(first, first + count) / course.rate, channels))
+            # all channels in the noise of the first, which the view has one number for
+            rows["y"].append((course.rows[:, part] * (course.noise[0] / course.noise)[:, None]).reshape(-1))
+            rows["c"].append(np.repeat(np.arange(channels), count))
+        inside = np.arange(int(model.counts.max())) < model.counts[:, None]
+        over = {name: _filled(parts, inside) for name, parts in rows.items()}
+        scales = model.scales[0]
+        backwards = np.where(inside, (over["v"] < 0.0).astype(int), -1)
+        axes = [Axis("direction", ("forwards", "backwards"), backwards)]
+        for name, values, unit in (
+            ("position", over["q"], scales.unit("Q")),
+            ("speed", np.abs(over["v"]), scales.unit("V")),
+            ("time", over["t"], "s"),
+        ):
+            edges = np.linspace(float(values[inside].min()), float(values[inside].max()), _CELLS + 1)
+            labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
+            axes.append(Axis(name, labels, binned(values, edges, inside)))
+        if channels > 1:
+            axes.append(Axis("channel", self.roles, np.where(inside, over["c"].astype(int), -1)))
+        courses = [model.courses[k] for k in windows.tracks]
+        return View(
+            names=tuple(c.name for c in courses), unit=self.unit, groups=model.groups, inside=inside, time=over["t"],
+            measured=over["y"], noise=np.array([c.noise[0] for c in courses]), estimated=tuple(False for _ in courses),
+            axes=tuple(axes), map_axes=("speed", "position"),
+        )  # fmt: skip
+
+    def files(self, model: Model, place: Point) -> Mapping[str, str]:
+        assert isinstance(model, ForwardModel)
+        return {"machine.yaml": machine_yaml(self.drive, model.parameters, model.known, place)}
+
+    def meaning(self, effect: str) -> str:
+        return next(e for e in self.drive.effects if e.name == effect).sentence
+
+    def measurements(self) -> tuple[Measurement, ...]:
+        base, found = self.model, []
+        longest = max((base.courses[k] for k in base.windows.tracks), key=lambda c: len(c.u))
+        whole = base.windows
+        mine = base.windows.track == base.courses.index(longest)
+        whole = Windows(np.zeros(int(mine.sum()), dtype=np.int64), whole.first[mine], whole.count[mine])
+        for size in (1.0, *_SIZES) if longest.u.shape[1] else (1.0,):
+            words = "the same motion again" if size == 1.0 else f"the same input, {size:g} times as large"
+            course = _imagined(longest, size)
+            model = ForwardModel(
+                self.drive, [course], whole, base.scales, base.measured, base.rates, base.known,
+                base.hypotheses(), base.substeps,
+            )  # fmt: skip
+            found.append(Measurement(words, model, _RAISED))
+        return tuple(found)
+
+
+def _imagined(course: Course, size: float) -> Course:
+    """The record with its input and motion so many times as large, nothing read, and the noise raised."""
+    return dataclasses.replace(
+        course, rows=np.zeros_like(course.rows), noise=_RAISED * course.noise, u=size * course.u,
+        states=size * course.states,
+    )  # fmt: skip
+
+
+def _filled(parts: Sequence[np.ndarray], inside: np.ndarray) -> np.ndarray:
+    out = np.zeros(inside.shape)
+    for row, part in zip(out, parts, strict=True):
+        row[: len(part)] = part
+    return out
+
+
+def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[str, Any]) -> ForwardSubject:
+    """The subject of a drive in its forward form and its records.
+
+    Raises
+    ------
+    ParameterError, SignalError
+    """
+    courses, scales, measured = courses_of(drive, records)
+    lengths, kept = [len(c.u) for c in courses], [r.held_out for r in records]
+    least = max(1, round(window_length(drive, courses, scales) * courses[0].rate))
+    fitted, held, parts = split(lengths, kept, drive.held_out, least, most=True)
+    roles = [role for role in records[0].rows if role in drive.states or role == "a"]
+    inputs = [role for role in records[0].rows if role not in roles]
+    nominal = np.array([p.nominal for p in drive.parameters])
+    rates, fast = integrable(drive, inputs, courses[0].states[0], courses[0].u[0], nominal)
+    model = ForwardModel(drive, courses, fitted, scales, measured, rates)
+    if stated := {**drive.known, **(machine.get("effects") or {})}:
+        known = known_effects(drive, stated, model.hypotheses())
+        model = ForwardModel(drive, courses, fitted, scales, measured, rates, known, substeps=model.substeps)
+    other = ForwardModel(
+        drive, courses, held, scales, measured, rates, model.known, model.hypotheses(), model.substeps
+    )  # fmt: skip
+    _check_parameters(model)
+    notes = []
+    if not fast:
+        notes.append("rates could not be compiled, so every step calls Python: this takes a few hundred times longer.")
+    if parts:
+        notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
+    notes.append(f"Not looked for, as the forward form does not have them: {', '.join(model.left_out)}.")
+    return ForwardSubject(drive, model, other, roles, records[0].units[roles[0]], tuple(notes))
+
+
+def _check_parameters(model: ForwardModel) -> None:
+    """Refuse a parameter that does nothing."""
+    from discrepancy.model import NONE
+
+    zero = np.zeros(len(model.parameters))
+    at = model.residuals(NONE, model.jobs(zero))
+    for k, p in enumerate(model.drive.parameters):
+        moved = zero.copy()
+        moved[k] = 0.1
+        if float(np.abs(model.residuals(NONE, model.jobs(moved)) - at).max()) == 0.0:
+            raise ParameterError(
+                f"{model.drive.path.name}: the parameter {p.name} must change the motion on these records, but it does "
+                "nothing; leave it out or use it."
+            )

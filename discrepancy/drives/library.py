@@ -1,0 +1,75 @@
+"""The effects that may be missing from a drive as hypotheses, and which of them its own parameters can do as well."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.drives.track import Scales, Track
+from discrepancy.model import Hypothesis, Parameter
+
+SAME = 1e-3
+"""Share of an effect's force, rms, that the model's own parameters leave where they can do the same."""
+
+
+def hypotheses_of(
+    effect: DriveEffect, scales: Scales, proposed: Sequence[tuple[float, ...]] = ()
+) -> tuple[Hypothesis, ...]:
+    """An effect's hypotheses, one for each discrete choice; starts that the record proposes stand first."""
+    own: list[Parameter] = []
+    for place, size in enumerate(effect.sizes):
+        if not size.starts:
+            if not proposed:
+                return ()
+            nominal = proposed[0][place] / scales.of(size.dimension) if size.null is None else size.null
+            size = _with(size, nominal)
+        own.append(size.parameter(effect.name, scales))
+    laid = product(*([s * scales.of(size.dimension) for s in size.starts] for size in effect.sizes))
+    starts = (*proposed, *(tuple(row) for row in laid if row))
+    inside = tuple(_inside(own, row) for row in dict.fromkeys(starts))
+    return tuple(Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike) for c in effect.choices)
+
+
+def _with(size: Any, nominal: float) -> Any:
+    import dataclasses
+
+    return dataclasses.replace(size, starts=(nominal,), step=size.step)
+
+
+def _inside(parameters: Sequence[Parameter], values: Sequence[float]) -> tuple[float, ...]:
+    return tuple(min(max(v, p.low), p.high) for p, v in zip(parameters, values, strict=True))
+
+
+def values_of(hypothesis: Hypothesis, values: Sequence[float]) -> Any:
+    """An effect's values by its parameters' names, its choices among them, as its law takes them."""
+    names = [p.name.removeprefix(f"{hypothesis.name}.") for p in hypothesis.parameters]
+    pairs = {**dict(zip(names, values, strict=True)), **hypothesis.fixed}
+    return namedtuple("p", list(pairs))(**pairs)  # type: ignore[misc]
+
+
+def sensible(effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any]) -> list[DriveEffect]:
+    """Effects that make sense for the channels: those of angles only where the position is one."""
+    rotary = scales.position_unit == "rad"
+    return [e for e in effects if e.name not in known and (rotary or not e.rotary)]
+
+
+def done_by_model(response: np.ndarray, slopes: np.ndarray) -> bool:
+    """Whether the slopes (g, n) of the model's own parameters give the response (n,) of an effect."""
+    size = float(np.linalg.norm(response))
+    if size == 0.0:
+        return False
+    coefficients, *_ = np.linalg.lstsq(slopes.T, response, rcond=1e-10)
+    return float(np.linalg.norm(response - slopes.T @ coefficients)) < SAME * size
+
+
+def proposals(effect: DriveEffect, tracks: Sequence[Track], left: Sequence[np.ndarray]) -> list[tuple[float, ...]]:
+    """Starts that the longest record proposes, given what the model leaves of each."""
+    if effect.starts is None or not tracks:
+        return []
+    longest = int(np.argmax([len(row) for row in left]))
+    return effect.starts(tracks[longest], left[longest])

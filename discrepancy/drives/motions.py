@@ -1,0 +1,50 @@
+"""Motions that could be asked of a drive next: the same path at another pace, a smaller stroke, with a standstill."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from discrepancy.drives.track import Track
+
+PACES = (0.25, 0.5, 1.0, 2.0)
+"""Of the measured pace: speed grows with it, acceleration with its square."""
+
+STROKES = (0.3,)
+"""Of the measured stroke, at the measured pace."""
+
+_STANDING = 0.3
+"""Length of the standstill that is added, of the record's."""
+
+
+def imagined(track: Track) -> Iterator[tuple[str, Track]]:
+    """Motions in words, each as a track whose force is zero."""
+    for pace in PACES:
+        words = "the same motion again" if pace == 1.0 else f"the same path at {pace:g} times the speed"
+        yield words, _changed(track, track.q, pace * track.v, pace**2 * track.a, track.step / pace)
+    for share in STROKES:
+        q = track.middle + share * (track.q - track.middle)
+        yield f"the same motion with {share:.0%} of the stroke", _changed(track, q, share * track.v, share * track.a)
+    still = max(1, round(_STANDING * len(track.q)))
+    held = [np.concatenate([row, np.full(still, end)]) for row, end in
+            ((track.q, track.q[-1]), (track.v, 0.0), (track.a, 0.0))]  # fmt: skip
+    inputs = track.u
+    if inputs is not None:
+        longer = [np.concatenate([row, np.full(still, row[-1])]) for row in _rows(inputs)]
+        inputs = longer[0] if isinstance(inputs, np.ndarray) else type(inputs)(*longer)
+    standing = dataclasses.replace(track, u=inputs)
+    yield "the same motion with a standstill under control after it", _changed(standing, *held)
+
+
+def _rows(inputs: np.ndarray | tuple) -> list[np.ndarray]:
+    return [inputs] if isinstance(inputs, np.ndarray) else list(inputs)
+
+
+def _changed(track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, step: float | None = None) -> Track:
+    """The comparison's kernel keeps its length in samples, so that a faster motion is compared in a wider band."""
+    step = step or track.step
+    cutoff = track.cutoff * track.step / step
+    t = track.t[0] + step * np.arange(len(q))
+    return dataclasses.replace(track, q=q, v=v, a=a, step=step, cutoff=cutoff, t=t, force=np.zeros_like(q))

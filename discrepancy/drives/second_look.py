@@ -1,0 +1,96 @@
+"""machine.yaml of a drive: its parameters and effects as found, which a second look takes as what is known."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives.description import Drive, known_parameter
+from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.model import Hypothesis, Parameter
+from discrepancy.problem import Point
+from indexer_env.checks import check_choice, check_number
+from indexer_env.errors import refuse
+
+KEY = "drive"
+"""Key by which machine.yaml is told to be that of a drive: it holds the name of its file."""
+
+
+def machine_yaml(drive: Drive, parameters: tuple[Parameter, ...], known: tuple[Hypothesis, ...], place: Point) -> str:
+    """A fitted place as text: values of the drive's own parameters, then of the effects, those known before first."""
+    import yaml
+
+    effects = (*known, *place.hypothesis.effects)
+    every = (*parameters, *place.hypothesis.parameters)
+    values = {p.name: float(p.value(z)) for p, z in zip(every, place.z, strict=True)}
+    content: dict[str, Any] = {KEY: drive.path.name}
+    content["parameters"] = {p.name: {"value": values[p.name], "unit": p.unit} for p in drive.parameters}
+    content["effects"] = {
+        one.name: {
+            **{p.name.removeprefix(f"{one.name}."): values[p.name] for p in one.parameters},
+            **{key: float(value) for key, value in one.fixed.items()},
+        }
+        for one in effects
+    }
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
+    """The drive with its parameters' values as a machine.yaml has them; their uncertainties stay, as shares of the
+    value.
+
+    Raises
+    ------
+    ParameterError
+        It is of another drive, or names a parameter that the file does not have.
+    """
+    if mapping.get(KEY) != drive.path.name:
+        remedy = "give the machine.yaml that a look at this drive has left"
+        raise refuse("discrepancy", "machine", f"of the drive {drive.path.name}", mapping.get(KEY), remedy)
+    given = mapping.get("parameters") or {}
+    parameters = []
+    for p in drive.parameters:
+        row = given.get(p.name, {"value": p.nominal})
+        check_number("machine", p.name, row.get("value") if isinstance(row, Mapping) else row, unit=p.unit)
+        value = float(row["value"])
+        spread = p.scale * abs(value) if p.logarithmic else p.scale
+        parameters.append(known_parameter(p.name, p.unit, value, spread))
+    for name in given:
+        check_choice("machine", "parameters", name, [p.name for p in drive.parameters])
+    return dataclasses.replace(drive, parameters=tuple(parameters))
+
+
+def known_effects(
+    drive: Drive, stated: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]]
+) -> tuple[Hypothesis, ...]:
+    """Effects that a drive's file or a machine.yaml states, as hypotheses nominal at the values given.
+
+    Raises
+    ------
+    ParameterError
+        An effect or a parameter that the drive does not have.
+    """
+    found = []
+    for name, values in stated.items():
+        check_choice("machine", "effects", name, library)
+        effect = next(e for e in drive.effects if e.name == name)
+        found.append(_stated(effect, library[name], values))
+    return tuple(found)
+
+
+def _stated(effect: DriveEffect, choices: tuple[Hypothesis, ...], values: Mapping[str, Any]) -> Hypothesis:
+    own = {p.name.removeprefix(f"{effect.name}."): p for p in choices[0].parameters}
+    for key, value in values.items():
+        check_choice("machine", effect.name, key, (*own, *choices[0].fixed))
+        check_number("machine", f"{effect.name}.{key}", value)
+    chosen = next((c for c in choices if all(values.get(k) == v for k, v in c.fixed.items())), None)
+    missing = [key for key in own if key not in values]
+    if chosen is None or missing:
+        raise refuse("machine", effect.name, f"given with {', '.join((*own, *choices[0].fixed))}", dict(values))
+    parameters = tuple(
+        dataclasses.replace(p, nominal=float(np.clip(values[key], p.low, p.high))) for key, p in own.items()
+    )
+    return dataclasses.replace(chosen, parameters=parameters, starts=((),), effects=())

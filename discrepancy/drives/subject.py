@@ -1,0 +1,106 @@
+"""A drive as a subject: its force by direction, position, speed, acceleration and time."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from discrepancy.drives.description import Drive
+from discrepancy.drives.inverse import InverseModel
+from discrepancy.drives.motions import imagined
+from discrepancy.drives.second_look import machine_yaml
+from discrepancy.drives.track import Track
+from discrepancy.drives.windows import Windows
+from discrepancy.model import Model
+from discrepancy.problem import Point
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
+
+_CELLS = 8
+_MAINS = (50.0, 60.0, 100.0, 120.0)
+
+
+class DriveSubject(Subject):
+    """A drive in its inverse form.
+
+    Parameters
+    ----------
+    drive : Drive
+    model, held_out : InverseModel
+    notes : tuple of str
+    """
+
+    model: InverseModel
+    held_out: InverseModel
+
+    def __init__(self, drive: Drive, model: InverseModel, held_out: InverseModel, notes: tuple[str, ...]) -> None:
+        self.drive, self.model, self.held_out, self.notes = drive, model, held_out, notes
+        self.kind = f"drive ({drive.name})"
+
+    def view(self, model: Model) -> View:
+        assert isinstance(model, InverseModel)
+        windows, scales = model.windows, model.scales
+        samples = np.arange(int(windows.count.max()))
+        inside = samples < windows.count[:, None]
+        at = np.where(inside, windows.first[:, None] + samples, 0)
+        every = [self.model.tracks[k] for k in self.model.windows.tracks]
+
+        def over(name: str) -> np.ndarray:
+            rows = [getattr(t, name)[t.at] for t in model.tracks]
+            return np.array([rows[k][i] for k, i in zip(windows.track, at, strict=True)])
+
+        axes = [Axis("direction", ("forwards", "backwards", "at rest"), _direction(model, over("v"), inside))]
+        columns = {"position": ("q", scales.unit("Q")), "speed": ("v", scales.unit("V")),
+                   "acceleration": ("a", scales.unit("A"))}  # fmt: skip
+        for name, (row, unit) in columns.items():
+            whole = np.concatenate([getattr(t, row) for t in every])
+            values, whole = (over(row), whole) if name != "speed" else (np.abs(over(row)), np.abs(whole))
+            axes.append(_axis(name, values, whole, unit, inside))
+        time = over("t")
+        axes.append(_axis("time", time, time[inside], "s", inside))
+        records = [model.tracks[k] for k in windows.tracks]
+        return View(
+            names=tuple(t.name for t in records), unit=scales.force_unit, groups=model.groups, inside=inside, time=time,
+            measured=np.array([np.where(i, model.measured[g][a], 0.0)
+                               for g, a, i in zip(model.groups, at, inside, strict=True)]),
+            noise=model.noise, estimated=tuple(False for _ in records), axes=tuple(axes),
+            map_axes=("speed", "position"), lines=_lines(records),
+            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {
+                f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v"), "time [s]": time,
+            }),
+        )  # fmt: skip
+
+    def files(self, model: Model, place: Point) -> Mapping[str, str]:
+        assert isinstance(model, InverseModel)
+        return {"machine.yaml": machine_yaml(self.drive, model.parameters, model.known, place)}
+
+    def meaning(self, effect: str) -> str:
+        return next(e for e in self.drive.effects if e.name == effect).sentence
+
+    def measurements(self) -> tuple[Measurement, ...]:
+        base = self.model
+        longest = max((base.tracks[k] for k in base.windows.tracks), key=lambda t: len(t.t))
+        found = []
+        for words, track in imagined(longest):
+            whole = Windows(np.array([0]), np.array([0]), np.array([len(track.measured)]))
+            model = InverseModel(self.drive, [track], base.scales, whole, base.known, base.hypotheses())
+            found.append(Measurement(words, model))
+        return tuple(found)
+
+
+def _direction(model: InverseModel, v: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    still = np.array([model.tracks[k].still for k in model.windows.track])[:, None]
+    cells = np.where(np.abs(v) < still, 2, np.where(v > 0.0, 0, 1))
+    return np.where(inside, cells, -1)
+
+
+def _axis(name: str, values: np.ndarray, whole: np.ndarray, unit: str, inside: np.ndarray) -> Axis:
+    edges = np.linspace(float(whole.min()), float(whole.max()), _CELLS + 1)
+    labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
+    return Axis(name, labels, binned(values, edges, inside))
+
+
+def _lines(records: list[Track]) -> tuple[Line, ...]:
+    lowest = min(t.cutoff for t in records)
+    return tuple(Line(f"{f:g} Hz", "fixed frequency", np.full(len(records), f)) for f in _MAINS if f < lowest)

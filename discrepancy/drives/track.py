@@ -1,0 +1,270 @@
+"""A record as the equations see it: its motion smoothed and differentiated, its force through the same kernel."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from discrepancy.drives import smoothing
+from discrepancy.drives.channels import Record
+from discrepancy.drives.description import Drive
+from discrepancy.drives.effects.base import exponents
+from indexer_env.errors import SignalError
+
+_HELD = 0.999
+"""Share of the force's variance that the comparison must keep."""
+
+_WIDER = 2.0
+"""Cut-off of the motion's kernel over that of the comparison: what a kink of the equations loses to the motion's
+kernel lies within the comparison's."""
+
+_PER_CUTOFF = 5.0
+"""Samples kept per period of the comparison's cut-off, where it is down by 3 dB; at half that rate by 19 dB."""
+
+_INNER = 16.0
+"""Samples per period of the comparison's cut-off at which the equations are evaluated."""
+
+_AT_REST = 3.0
+"""Standard deviations of the speed's noise below which the drive counts as standing; never less than a thousandth of
+the rms speed."""
+
+_LEAST_NOISE = 1e-4
+"""Least noise over the rms of the force: a record without noise still has digits and a model that is not exact."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """What a drive's records are measured by: rms force F, half the stroke Q and its middle, rms speed V, rms
+    acceleration A, T = V/A; and the units of force and position."""
+
+    F: float
+    Q: float
+    V: float
+    A: float
+    middle: float
+    force_unit: str
+    position_unit: str
+
+    @property
+    def T(self) -> float:
+        """Time in which the drive changes its speed [s]."""
+        return self.V / self.A
+
+    def of(self, dimension: str) -> float:
+        """A product of scales, "F V-1", in the record's units."""
+        return math.prod(getattr(self, letter) ** power for letter, power in exponents(dimension))
+
+    def unit(self, dimension: str) -> str:
+        """Its unit, "N s/m"."""
+        powers = {"F": 0, "Q": 0, "s": 0}
+        for letter, n in exponents(dimension):
+            powers["F"] += n * (letter == "F")
+            powers["Q"] += n * (letter in "QVA")
+            powers["s"] += n * {"V": -1, "A": -2, "T": 1}.get(letter, 0)
+        if not any(powers.values()):
+            return "-"
+        names = {"F": self.force_unit, "Q": self.position_unit, "s": "s"}
+        up = [names[k] + _power(n) for k, n in powers.items() if n > 0]
+        down = [names[k] + _power(-n) for k, n in powers.items() if n < 0]
+        below = "" if not down else f"/{down[0]}" if len(down) == 1 else f"/({' '.join(down)})"
+        return (" ".join(up) or "1") + below
+
+
+def _power(n: int) -> str:
+    return "" if n == 1 else f"^{n}"
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One record at the inner rate.
+
+    Attributes
+    ----------
+    name : str
+    step : float
+        [s]
+    t, q, v, a : ndarray (n,)
+        Time since the record's first sample [s], motion.
+    u : ndarray (n,), named tuple of such, or None
+        Inputs.
+    force : ndarray (n,)
+        Measured, through the motion's kernel [F].
+    cutoff : float
+        Of the comparison [Hz].
+    every : int
+        One of so many samples is kept for the comparison.
+    noise : float
+        Standard deviation of the force's noise in the comparison [F]; of what the motion's noise adds, `motion_noise`.
+    motion_noise : tuple of float
+        Standard deviations of q, v and a in the comparison.
+    still : float
+        Speed below which it stands.
+    middle, stroke : float
+        Middle and half of the stroke of all records.
+    """
+
+    name: str
+    step: float
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    u: Any
+    force: np.ndarray
+    cutoff: float
+    every: int
+    noise: float
+    motion_noise: tuple[float, float, float]
+    still: float
+    middle: float = 0.0
+    stroke: float = 1.0
+
+    @functools.cached_property
+    def rest(self) -> np.ndarray:
+        """Where it stands (n,)."""
+        return np.abs(self.v) < self.still
+
+    @functools.cached_property
+    def direction(self) -> np.ndarray:
+        """±1 (n,), 0 at rest."""
+        return np.where(self.rest, 0.0, np.sign(self.v))
+
+    def thinned(self, row: np.ndarray) -> np.ndarray:
+        """A row (n,), or rows (k, n), through the comparison's kernel, at its rate."""
+        weights = self._weights
+        windows = np.lib.stride_tricks.sliding_window_view(row, len(weights), axis=-1)
+        return windows[..., :: self.every, :] @ weights
+
+    @functools.cached_property
+    def _weights(self) -> np.ndarray:
+        return smoothing.kernel(self.cutoff, 1.0 / self.step)
+
+    @functools.cached_property
+    def measured(self) -> np.ndarray:
+        """The force as it is compared (m,)."""
+        return self.thinned(self.force)
+
+    @functools.cached_property
+    def at(self) -> np.ndarray:
+        """Samples (m,) that the compared ones are centred on."""
+        return len(self._weights) // 2 + self.every * np.arange(len(self.measured))
+
+
+def tracks_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Track], Scales]:
+    """All records at one cut-off, and the drive's scales.
+
+    Raises
+    ------
+    SignalError
+        Units that differ between records, a motion that never moves, a record too short for the low-pass.
+    """
+    units = {(r.units.get("force", ""), _position_unit(r)) for r in records}
+    if len(units) > 1:
+        raise SignalError(f"All records must have the same units, got {' and '.join(map(str, sorted(units)))}.")
+    force_unit, position_unit = units.pop()
+    cutoff = drive.cutoff or _cutoff(records)
+    tracks = [_track(drive, record, cutoff) for record in records]
+    fitted = [t for t, r in zip(tracks, records, strict=True) if not r.held_out]
+    scales = scales_of(fitted, force_unit, position_unit)
+    return [dataclasses.replace(t, middle=scales.middle, stroke=scales.Q) for t in tracks], scales
+
+
+def scales_of(tracks: Sequence[Track], force_unit: str, position_unit: str) -> Scales:
+    """Scales over all samples of these records."""
+
+    def rms(name: str) -> float:
+        return math.sqrt(float(np.mean(np.concatenate([getattr(t, name) for t in tracks]) ** 2)))
+
+    q = np.concatenate([t.q for t in tracks])
+    middle = 0.5 * float(q.min() + q.max())
+    return Scales(rms("force"), 0.5 * float(np.ptp(q)), rms("v"), rms("a"), middle, force_unit, position_unit)
+
+
+def _position_unit(record: Record) -> str:
+    """Unit of position, by that of the channel that the motion is measured by."""
+    if "q" in record.units:
+        return record.units["q"]
+    unit = record.units["v"]
+    if not unit.endswith("/s"):
+        raise SignalError(f"{record.name}: the speed must be in UNIT/s, got {unit!r}; state it in channels.")
+    return unit.removesuffix("/s")
+
+
+def _cutoff(records: Sequence[Record]) -> float:
+    """Of the comparison [Hz]: what holds the force, within what the sampling rate and the motion's noise allow."""
+    found = []
+    for r in records:
+        wanted = smoothing.holding(r.rows["force"], r.rate, _HELD)
+        top = _WIDER * max(wanted, 10.0 * r.rate / len(r.rows["force"]))
+        top = min(top, smoothing.WIDEST * r.rate)
+        role, order = ("q", 2) if "q" in r.rows else ("v", 1)
+        if "a" not in r.rows:
+            top = smoothing.quiet(r.rows[role], r.rate, top, order)
+        found.append(top / _WIDER)
+    return min(found)
+
+
+def _track(drive: Drive, record: Record, cutoff: float) -> Track:
+    rate, rows = record.rate, record.rows
+    wide = min(_WIDER * cutoff, smoothing.WIDEST * rate)
+    edge = smoothing.margin(wide, rate)
+    inner = max(1, int(rate / (_INNER * cutoff)))
+    part = slice(edge, -edge, inner)
+    if len(rows["force"]) - 2 * edge < 20 * inner:
+        raise SignalError(
+            f"{record.name} must be longer than its low-pass at {cutoff:.3g} Hz, got {len(rows['force'])} samples; "
+            "record longer or set a higher cutoff."
+        )
+
+    def through(role: str, order: int = 0) -> np.ndarray:
+        return smoothing.smoothed(rows[role], wide, rate, order)[part]
+
+    total = 1.0 / math.sqrt(1.0 / wide**2 + 1.0 / cutoff**2)  # of both kernels one after the other
+    q, v, a, noise, speed_noise = _motion(rows, rate, wide, part, total)
+    inputs = {role: through(role) for role in rows if role not in ("q", "v", "a", "force")}
+    density = smoothing.density(rows["force"], rate, wide)
+    force = through("force")
+    stated = record.noise if record.noise is not None else drive.noise
+    # white noise of σ a sample has the density 2 σ²/rate
+    own = smoothing.passed_noise(density if stated is None else 2.0 * stated**2 / rate, total)
+    own = max(own, _LEAST_NOISE * float(np.sqrt(np.mean(force**2))))
+    step = inner / rate
+    every = max(1, int(1.0 / (step * _PER_CUTOFF * cutoff)))
+    still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
+    t = (edge + inner * np.arange(len(force))) / rate
+    return Track(record.name, step, t, q, v, a, _inputs(inputs), force, cutoff, every, own, noise, still)
+
+
+def _motion(
+    rows: Mapping[str, np.ndarray], rate: float, wide: float, part: slice, total: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[float, float, float], float]:
+    """q, v and a, each as measured where it is, else differentiated from the one before (q: added up from v); their
+    noise in the comparison; and that of v as the equations see it."""
+    made, noise, of_speed = {}, {}, 0.0
+    for order, role in enumerate(("q", "v", "a")):
+        source = next((r for r in ("a", "v", "q")[2 - order :] if r in rows), None)
+        if source is None:
+            summed = np.concatenate([[0.0], np.cumsum(0.5 * (rows["v"][1:] + rows["v"][:-1]))]) / rate
+            made[role], noise[role] = smoothing.smoothed(summed, wide, rate)[part], 0.0
+            continue
+        times = order - "qva".index(source)
+        made[role] = smoothing.smoothed(rows[source], wide, rate, times)[part]
+        found = smoothing.density(rows[source], rate, wide)
+        noise[role] = smoothing.passed_noise(found, total, times)
+        of_speed = smoothing.passed_noise(found, wide, times) if role == "v" else of_speed
+    return made["q"], made["v"], made["a"], (noise["q"], noise["v"], noise["a"]), of_speed
+
+
+def _inputs(rows: Mapping[str, np.ndarray]) -> Any:
+    if not rows:
+        return None
+    if len(rows) == 1:
+        return next(iter(rows.values()))
+    return namedtuple("u", list(rows))(*rows.values())  # type: ignore[misc]

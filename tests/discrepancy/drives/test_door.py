@@ -1,0 +1,176 @@
+"""What is wrong with a drive's file or its records is said in one sentence; what is right is read as it stands."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discrepancy.drives.channels import read_drive_records
+from discrepancy.drives.description import load_drive
+from discrepancy.drives.door import subject_of
+from discrepancy.fit import fit
+from indexer_env.errors import IndexerError
+from tests.discrepancy.drives.made import FILE, drive, motion, record, start_of, subject, values
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "drives"
+EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("def force(q, v, a, u, t, p)", "def force(q, v)"), r"force must take \(q, v, a, u, t, p\), got \(q, v\)"),
+        (("def force", "def forces"), "must define one function"),
+        (("return p.mass", "return p.mas"), "got AttributeError in line 7"),
+        (("p.mass * a", "(p.mass * a)[:5]"), "must give one number a sample"),
+        (("p.mass * a", "p.mass * a / 0.0 * 0.0"), "must give finite numbers"),
+        (('15.0)}', '15.0), "idle": (1.0, "N", 1.0)}'), "the parameter idle must change the force"),
+        (('(90.0, "kg", 15.0)', '(90.0, "kg")'), r"\(value, unit, uncertainty\)"),
+        (('"kg", 15.0', '"kg", 0.0'), "uncertainty"),
+        (('"force": "f"', '"torque": "f"'), "with the role 'force'"),
+        (('"q": "q", ', ""), "with the role 'q' or 'v'"),
+        (('"f"}', '"f"}\nnoise = 0.0'), "noise must be a finite number > 0"),
+        (('"f"}', '"f"}\neffects = ("friction.coulob",)'), "did you mean 'friction.coulomb'"),
+        (('"f"}', '"f"}\ncutof = 3.0'), "did you mean 'cutoff'"),
+        (('"f"}', '"f"}\nknown = {"friction.coulomb": {"forc": 1.0}}'), "friction.coulomb must be one of force"),
+        (('"f"}', '"f"}\nheld_out = 0.99'), "held_out must be"),
+        (('"f"}', '"f"}\nimport gone'), "must run as Python, got ModuleNotFoundError in line 4"),
+        (("def force", "def  = 3"), "must run as Python, got SyntaxError"),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_mistake_in_the_file_is_one_sentence(change: tuple[str, str], said: str, tmp_path: Path) -> None:
+    text = FILE.replace(*change)
+    assert text != FILE
+    with pytest.raises(IndexerError, match=said) as raised:
+        subject(tmp_path, lambda t, q, v, a: 95.0 * a, text)
+    assert "\n" not in str(raised.value) and str(raised.value).endswith(".")
+
+
+def _csv(folder: Path, header: str = "t [s],q [m],f [N]", spoil: int | None = None, rows: int = 400) -> Path:
+    t, q, _, a = motion(seconds=rows / 100.0, rate=100.0)
+    lines = [f"{x:.4f},{y:.9g},{95.0 * z:.9g}" for x, y, z in zip(t, q, a, strict=True)]
+    if spoil is not None:
+        lines[spoil] = lines[spoil].rpartition(",")[0] + ",nan"
+    folder.mkdir(exist_ok=True)
+    (folder / "a.csv").write_text("\n".join([header, *lines]))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"spoil": 7}, "column 'f': nan where a finite number must be|finite"),
+        ({"header": "t [s],q,f [N]"}, r"the channel 'q' \(q\) must have a unit"),
+        ({"header": "t [s],pos [m],f [N]"}, "must have one numeric column 'q'"),
+        ({"rows": 100}, "at least 200 samples"),
+    ],
+)
+def test_a_mistake_in_the_records_is_one_sentence(given: dict, said: str, tmp_path: Path) -> None:
+    folder = _csv(tmp_path / "runs", **given)
+    with pytest.raises(IndexerError, match=said):
+        read_drive_records(drive(tmp_path), str(folder), None, {}, [])
+
+
+def test_units_and_the_table_beside_the_files_are_read(tmp_path: Path) -> None:
+    folder = _csv(tmp_path / "runs", header="t [ms],q [mm],f [kN]")
+    (folder / "b.csv").write_text((folder / "a.csv").read_text())
+    (folder / "records.csv").write_text("file,motion,held_out,noise\na.csv,slow,no,2\nb.csv,fast,yes,\n")
+    with pytest.raises(IndexerError, match="files or motions among a.csv, slow, b.csv, fast".replace(".", r"\.")):
+        read_drive_records(drive(tmp_path), str(folder), None, {}, ["quick"])
+    records = read_drive_records(drive(tmp_path), str(folder), None, {}, [])
+    assert [(r.name, r.held_out, r.noise, r.motion) for r in records] == [
+        ("a.csv", False, 2.0, "slow"), ("b.csv", True, None, "fast"),
+    ]  # fmt: skip
+    assert records[0].rate == pytest.approx(1e5)
+    assert records[0].units == {"q": "m", "force": "N"}
+    assert np.ptp(records[0].rows["q"]) == pytest.approx(1e-3 * np.ptp(motion(4.0, 100.0)[1]), rel=1e-6)
+    with pytest.raises(IndexerError, match="fewer than all"):
+        read_drive_records(drive(tmp_path), str(folder), None, {}, ["slow"])
+
+
+def test_a_record_held_out_is_no_window_of_the_fit(tmp_path: Path) -> None:
+    one = record(lambda t, q, v, a: 95.0 * a)
+    other = record(lambda t, q, v, a: 95.0 * a, name="b.csv", shift=0.7, held_out=True)
+    made = subject_of(drive(tmp_path), [one, other])
+    assert made.view(made.model).names == ("a.csv",) and made.view(made.held_out).names == ("b.csv",)
+    alone = subject_of(drive(tmp_path), [one])
+    last = alone.view(alone.held_out)
+    assert last.names == ("a.csv",)
+    assert last.time[last.inside].min() > alone.view(alone.model).time.max()
+
+
+@pytest.mark.parametrize(("force", "length"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)])
+def test_units_change_nothing(force: float, length: float, tmp_path: Path) -> None:
+    """Multiplying forces or lengths leaves every start's residual the same, effect by effect."""
+
+    def law(t, q, v, a):
+        return 95.0 * a + 12.0 * np.sign(v) + 30.0 * q
+
+    def every(factors: tuple[float, float]) -> dict[str, float]:
+        text = FILE.replace("(90.0, ", f"({90.0 * factors[0] / factors[1]}, ").replace(
+            "15.0)}", f"{15.0 * factors[0] / factors[1]})}}"
+        )
+        made = subject(tmp_path, law, text, scale=factors)
+        found = {}
+        for name, hypotheses in made.model.hypotheses().items():
+            for k in range(min(3, len(hypotheses[-1].starts))):
+                place = start_of(made, hypotheses[-1], start=k)[1]
+                found[f"{name} {k}"] = place.level(made.model)
+        return found
+
+    plain, scaled = every((1.0, 1.0)), every((force, length))
+    assert list(plain) == list(scaled)
+    for name, level in plain.items():
+        assert scaled[name] == pytest.approx(level, rel=1e-3), name
+
+
+def test_a_second_look_stands_where_the_first_one_ended(tmp_path: Path) -> None:
+    import yaml
+
+    first = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 12.0 * np.sign(v) + 20.0 * v)
+    chosen = [first.model.hypotheses()[name][0] for name in ("friction.coulomb", "friction.viscous")]
+    problem, place = start_of(first, *chosen)
+    place = fit(problem, place, steps=20).place
+    machine = yaml.safe_load(first.files(first.model, place)["machine.yaml"])
+    assert machine["effects"]["friction.coulomb"]["force"] == pytest.approx(12.0, rel=0.02)
+    second = subject_of(drive(tmp_path), [record(lambda t, q, v, a: 95.0 * a + 12.0 * np.sign(v) + 20.0 * v)], machine)
+    assert {"friction.coulomb", "friction.viscous"}.isdisjoint(second.model.hypotheses())
+    assert start_of(second)[1].level(second.model) == pytest.approx(place.level(first.model), rel=1e-6)
+    with pytest.raises(IndexerError, match=r"machine must be of the drive my_drive.py, got 'other.py'"):
+        subject_of(drive(tmp_path), [record(lambda t, q, v, a: 95.0 * a)], {**machine, "drive": "other.py"})
+
+
+def test_what_the_model_can_do_itself_is_not_looked_for(tmp_path: Path) -> None:
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a)
+    assert made.model.left_out == ("inertia", "sensor.gain")
+    assert any("Not looked for" in note and "inertia" in note for note in made.notes)
+
+
+def test_an_effect_of_ones_own_takes_part(tmp_path: Path) -> None:
+    text = FILE + (
+        "\nfrom discrepancy.drives import DriveEffect, Size\n"
+        "own_effects = (DriveEffect('grease', 'Grease drags.', 'F += c sqrt|v|', 'ours',\n"
+        "    (Size('drag', 'c', 'F', (0.1,), 0.0, 5.0, 0.0),), lambda m, p, base: p.drag * abs(m.v / 0.1)**0.5),)\n"
+        "effects = ('friction.*',)\n"
+    )
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 7.0 * np.sqrt(np.abs(v) / 0.1), text)
+    assert "grease" in made.model.hypotheses() and "offset" not in made.model.hypotheses()
+    problem, place = start_of(made, made.model.hypotheses()["grease"][0])
+    assert values(problem, fit(problem, place, steps=20).place)["grease.drag"] == pytest.approx(7.0, rel=0.03)
+
+
+@pytest.mark.skipif(not EMPS.exists(), reason="the measured data are not here")
+def test_emps_takes_ten_lines(tmp_path: Path) -> None:
+    """Published: 95.1 kg, 203.5 N s/m, 20.4 N, offset -3.2 N, 4.1 % of the force left."""
+    file = EXAMPLES / "emps.py"
+    assert len([line for line in file.read_text().splitlines() if line.strip()]) <= 20
+    one = load_drive(file)
+    made = subject_of(one, read_drive_records(one, str(EMPS), None, {}, []))
+    chosen = [made.model.hypotheses()[n][0] for n in ("friction.coulomb", "friction.viscous", "offset")]
+    problem, place = start_of(made, *chosen)
+    got = values(problem, fit(problem, place, steps=20).place)
+    assert got["mass"] == pytest.approx(95.1, rel=0.005)
+    assert got["friction.viscous.coefficient"] == pytest.approx(203.5, rel=0.015)
+    assert got["friction.coulomb.force"] == pytest.approx(20.4, rel=0.015)
+    assert got["offset.force"] == pytest.approx(-3.2, abs=0.25)

@@ -1,0 +1,150 @@
+"""Each standard effect: nothing at its null, its own signature, and found again in a record that its equation made."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from discrepancy.drives.door import subject_of
+from discrepancy.drives.effects import EFFECTS
+from discrepancy.drives.effects.coupling import dragged
+from discrepancy.drives.effects.friction import dahl
+from discrepancy.fit import fit
+from discrepancy.model import NONE, Jobs
+from tests.discrepancy.drives.made import FILE, drive, motion, record, start_of, subject, values
+
+ROTARY = """
+parameters = {"mass": (90.0, "kg m^2", 15.0)}
+channels = {"time": "t", "q": "q", "force": "f"}
+
+
+def force(q, v, a, u, t, p):
+    return p.mass * a
+"""
+
+WIDE = f"{FILE}\ncutoff = 20.0\n"
+
+
+def _middle(q: np.ndarray) -> float:
+    return 0.5 * float(q.min() + q.max())
+
+
+def _every(model) -> tuple:
+    w = np.arange(len(model.counts))
+    return np.zeros_like(w), w, np.zeros((len(w), 0))
+
+
+MADE = {
+    "friction.viscous": (lambda t, q, v, a: 40.0 * v, {"coefficient": 40.0}),
+    "friction.quadratic": (lambda t, q, v, a: 150.0 * np.abs(v) * v, {"coefficient": 150.0}),
+    "friction.coulomb": (lambda t, q, v, a: 8.0 * np.sign(v), {"force": 8.0}),
+    "friction.asymmetric": (lambda t, q, v, a: 8.0 * np.sign(v) ** 2, {"force": 8.0}),
+    "friction.stribeck": (lambda t, q, v, a: 9.0 * np.sign(v) / (1.0 + (v / 0.03) ** 2), {"force": 9.0, "speed": 0.03}),
+    "friction.load": (lambda t, q, v, a: 0.2 * np.abs(95.0 * a) * np.sign(v), {"coefficient": 0.2}),
+    "friction.presliding": (lambda t, q, v, a: 8.0 * dahl(q, 0.004), {"force": 8.0, "distance": 0.004}),
+    "offset": (lambda t, q, v, a: 6.0 + 0.0 * t, {"force": 6.0}),
+    "spring.linear": (lambda t, q, v, a: 80.0 * q, {"stiffness": 80.0}),
+    "spring.cubic": (lambda t, q, v, a: 9e3 * q**3, {"stiffness": 9e3}),
+    "spring.bilinear": (lambda t, q, v, a: 400.0 * np.maximum(q - 0.05, 0.0), {"stiffness": 400.0}),
+    "end_stop": (
+        lambda t, q, v, a: 900.0 * (np.maximum(q - 0.1, 0.0) + np.minimum(q + 0.1, 0.0)), {"stiffness": 900.0}),
+    "sensor.offset_drift": (lambda t, q, v, a: 1.3 * t, {"rate": 1.3}),
+    "cogging": (lambda t, q, v, a: 5.0 * np.sin(100.0 * q + 0.7), {"force": 5.0, "wavenumber": 100.0}),
+    "sensor.mains_hum": (lambda t, q, v, a: 3.0 * np.sin(2.0 * math.pi * 5.3 * t + 0.4), {"amplitude": 3.0}),
+}  # fmt: skip
+
+
+def test_names_sizes_and_alikes_belong_together() -> None:
+    for name, effect in EFFECTS.items():
+        assert effect.name == name and effect.sentence.endswith(".") and effect.equation and effect.source
+        assert set(effect.alike) <= set(EFFECTS), name
+        assert sum(size.null is not None for size in effect.sizes) == 1, name
+        for size in effect.sizes:
+            inside = [start for start in size.starts if not size.low <= start <= size.high]
+            assert not inside, (name, size.name)
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_an_effect_at_its_null_is_nothing(name: str, tmp_path) -> None:
+    unit = {"q": "rad", "force": "N m"}
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 3.0 * np.sign(v) + 20.0 * q, ROTARY, units=unit)
+    model = made.model
+    if name in model.left_out:
+        assert name in ("inertia", "sensor.gain")
+        return
+    base = model.compared(model.tracks[0], NONE, np.zeros(1))[0]
+    size = next(k for k, s in enumerate(EFFECTS[name].sizes) if s.null is not None)
+    for hypothesis in model.hypotheses()[name]:
+        for start in hypothesis.starts[:3]:
+            there = np.concatenate([[0.0], hypothesis.coordinates(start)])
+            off = there.copy()
+            off[1 + size] = hypothesis.coordinates([hypothesis.parameters[size].nominal if k == size else s
+                                                    for k, s in enumerate(start)])[size]  # fmt: skip
+            gone = model.compared(model.tracks[0], hypothesis, off)[0]
+            np.testing.assert_allclose(gone, base, atol=1e-9)
+        starts = [np.concatenate([[0.0], hypothesis.coordinates(start)]) for start in hypothesis.starts]
+        moved = [model.compared(model.tracks[0], hypothesis, there) for there in starts]
+        assert any(np.abs(row - base).max() > 1e-3 or rest.any() for row, rest in moved), "a start is something"
+
+
+@pytest.mark.parametrize("name", sorted(MADE))
+def test_an_effect_is_found_again(name: str, tmp_path) -> None:
+    """Seed 3: 95 kg where 90 ± 15 were known; noise of 0.05 N a sample."""
+    extra, truth = MADE[name]
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + extra(t, q - _middle(q), v, a), WIDE)
+    hypothesis = made.model.hypotheses()[name][0]
+    best = None
+    for start in range(min(6, len(hypothesis.starts))):
+        problem, place = start_of(made, hypothesis, start=start)
+        found = fit(problem, place, steps=25).place
+        best = found if best is None or found.cost < best.cost else best
+    got = values(problem, best)
+    alone = made.model.residuals(NONE, Jobs(np.zeros((1, 1)), *_every(made.model)))
+    assert best.squares.sum() < 0.01 * (alone**2).sum()
+    assert got["mass"] == pytest.approx(95.0, rel=0.01)
+    for key, value in truth.items():
+        assert got[f"{name}.{key}"] == pytest.approx(value, rel=0.05), (key, got)
+
+
+def test_a_late_force_is_found(tmp_path) -> None:
+    late = 0.012
+    made = subject(tmp_path, lambda t, q, v, a: 95.0 * np.interp(t + late, t, a))
+    problem, place = start_of(made, made.model.hypotheses()["delay"][0], start=1)
+    got = values(problem, fit(problem, place, steps=25).place)
+    assert got["delay.delay"] == pytest.approx(late, rel=0.02)
+
+
+def test_friction_at_rest_takes_what_holds(tmp_path) -> None:
+    """While the drive stands still the force may be anything up to the dry friction; beyond it counts."""
+    t, q, *_ = motion()
+    still = (t > 5.0) & (t < 8.0)
+    k = int(np.argmax(still))
+    q = np.where(still, q[k], np.where(t >= 8.0, q - q[int(8.0 * 500)] + q[k], q))
+
+    def levels(push: float) -> np.ndarray:
+        given = np.where(still, push, 95.0 * np.gradient(np.gradient(q, t), t) + 8.0 * np.sign(np.gradient(q, t)))
+        one = record(lambda *_: given)
+        rows = {"q": q, "force": one.rows["force"]}
+        made = subject_of(drive(tmp_path, WIDE), [dataclasses.replace(one, rows=rows, noise=0.05)])
+        place = start_of(made, made.model.hypotheses()["friction.coulomb"][0])[1]
+        z = np.array([made.model.parameters[0].coordinate(95.0), place.hypothesis.coordinates([8.0])[0]])
+        residual = made.model._residual(place.hypothesis, z, 0)
+        at = made.model.tracks[0].t[made.model.tracks[0].at]
+        return np.abs(residual[(at > 5.5) & (at < 7.5)])
+
+    assert levels(6.0).max() == 0.0
+    assert levels(-7.5).max() == 0.0
+    assert levels(10.0).min() > 2.0
+
+
+def test_a_dragged_load_stays_in_its_play() -> None:
+    q = np.array([0.0, 1.0, 2.0, 1.5, 1.0, 0.0, 0.5])
+    np.testing.assert_allclose(dragged(q, 1.0), [0.0, 0.5, 0.5, 0.0, -0.5, -0.5, 0.0])
+
+
+def test_presliding_is_exact_along_a_path() -> None:
+    """z = 1 - exp(-q/d) from rest, however coarse the samples are."""
+    for count in (3, 30, 300):
+        q = np.linspace(0.0, 0.05, count)
+        assert dahl(q, 0.02)[-1] == pytest.approx(1.0 - math.exp(-2.5), rel=1e-12)

@@ -1,0 +1,140 @@
+"""The forward form against SciPy's solver stopped at events, and its sticking."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from discrepancy.drives.channels import Record
+from discrepancy.drives.door import subject_of
+from discrepancy.fit import fit
+from discrepancy.model import NONE
+from indexer_env.errors import IndexerError
+from tests.discrepancy.drives.made import drive, run_plain, start_of, values
+
+FILE = """
+from math import sin
+
+parameters = {"inertia": (0.05, "kg m^2", 0.005), "weight": (1.0, "N m", 0.1), "drag": (0.02, "N m s/rad", 0.01)}
+states, joints = ("q", "v"), {"pivot": ("q", "v", "inertia")}
+channels = {"time": "t", "q": "q", "u": "u"}
+noise = 0.001
+
+
+def rates(x, u, t, p):
+    return x.v, (u - p.weight * sin(x.q) - p.drag * x.v) / p.inertia
+"""
+
+RATE = 200.0
+T = np.arange(1200) / RATE
+PUSH = 0.35 * np.sin(2.0 * math.pi * 0.31 * T) + 0.2 * np.sin(2.0 * math.pi * 0.73 * T + 1.0)
+
+
+def solved(friction: float) -> np.ndarray:
+    """Angle of the pendulum with Coulomb friction: stopped where the speed is zero, stuck while friction holds."""
+
+    def push(t: float) -> float:
+        return float(np.interp(t, T, PUSH))
+
+    def held(t: float, q: float) -> float:
+        return push(t) - math.sin(q)
+
+    out, at, state = np.zeros(len(T)), 0.0, [0.3, 0.0]
+    while at < T[-1]:
+        if state[1] == 0.0 and abs(held(at, state[0])) <= friction:
+            later = [t for t in np.arange(at, T[-1] + 1e-5, 1e-5) if abs(held(t, state[0])) > friction]
+            end = later[0] if later else T[-1] + 1e-9
+            inside = (at <= T) & (end >= T)
+            out[inside] = state[0]
+            at = end
+            continue
+        side = math.copysign(1.0, state[1] if state[1] else held(at, state[0]))
+
+        def rates(t: float, y: np.ndarray, side: float = side) -> list[float]:
+            return [y[1], (push(t) - math.sin(y[0]) - 0.02 * y[1] - side * friction) / 0.05]
+
+        def stops(t: float, y: np.ndarray, side: float = side, begun: float = at) -> float:
+            return y[1] * side + (1.0 if t < begun + 1e-6 else 0.0)
+
+        stops.terminal, stops.direction = True, -1.0
+        found = solve_ivp(
+            rates, (at, T[-1] + 1e-9), state, events=stops, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True
+        )
+        inside = (at <= T) & (found.t[-1] >= T)
+        out[inside] = found.sol(T[inside])[0]
+        at, state = found.t[-1], [found.y[0, -1], 0.0 if found.status == 1 else found.y[1, -1]]
+    return out
+
+
+@pytest.fixture(scope="module")
+def truth() -> np.ndarray:
+    return solved(0.15)
+
+
+def made(folder: Path, q: np.ndarray, text: str = FILE, **more: object):
+    rows = {"q": q, "u": PUSH}
+    return subject_of(drive(folder, text), [Record("a.csv", RATE, rows, {"q": "rad", "u": "N m"}, **more)])  # type: ignore[arg-type]
+
+
+def test_the_integrator_agrees_with_scipy_stopped_at_events(truth: np.ndarray, tmp_path: Path) -> None:
+    subject = made(tmp_path, truth)
+    model = subject.model
+    coulomb = model.hypotheses()["friction.coulomb"][0]
+    z = np.concatenate([np.zeros(3), coulomb.coordinates([0.15])])
+    got = run_plain(model, coulomb, z, np.array([0.3, 0.0]))
+    assert np.abs(got[0] - truth).max() < 2e-6
+    stuck = np.flatnonzero(np.diff(truth) == 0.0)
+    assert len(stuck) > 20, "it sticks for a while"
+    assert np.abs(np.diff(got[0])[stuck]).max() < 1e-12, "and does not creep there"
+
+
+def test_hidden_friction_is_found(truth: np.ndarray, tmp_path: Path) -> None:
+    """Seed 5, noise of 1 mrad."""
+    noisy = truth + 1e-3 * np.random.default_rng(5).standard_normal(len(truth))
+    subject = made(tmp_path, noisy)
+    problem, place = start_of(subject, subject.model.hypotheses()["friction.coulomb"][0])
+    found = fit(problem, place, steps=15).place
+    assert found.level(subject.model) < 1.1
+    got = values(problem, found)
+    assert got["friction.coulomb.force"] == pytest.approx(0.15, rel=0.02)
+    assert got["inertia"] == pytest.approx(0.05, rel=0.02)
+
+
+def test_a_function_that_numba_cannot_compile_still_works(tmp_path: Path) -> None:
+    text = FILE.replace("    return x.v", "    import json\n\n    return json.loads('1.0') * x.v")
+    slow, fast = (made(tmp_path, np.interp(T, T, 0.2 * np.sin(3.0 * T)), given) for given in (text, FILE))
+    assert any("could not be compiled" in note for note in slow.notes)
+    assert not any("could not be compiled" in note for note in fast.notes)
+    rows = [one.model.residuals(NONE, one.model.jobs(np.zeros(3))) for one in (slow, fast)]
+    np.testing.assert_allclose(rows[0], rows[1], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("p.drag * x.v", "0.02 * x.v"), "the parameter drag must change the motion"),
+        (("return x.v, ", "return "), "got TypeError"),
+        (("return x.v, ", "return x.v, 0.0, "), "must give 2 rates, one a state, got 3"),
+        (("/ p.inertia", "/ p.inertia * float('nan')"), "must give finite numbers"),
+        (('"inertia")}', '"mass")}'), "joints"),
+        (('("q", "v"), {', '("q", "v", "w"), {'), "got 2|nothing measured tells of the state 'w'"),
+    ],
+)
+def test_a_mistake_is_one_sentence(change: tuple[str, str], said: str, tmp_path: Path) -> None:
+    text = FILE.replace(*change)
+    assert text != FILE
+    with pytest.raises(IndexerError, match=said) as raised:
+        made(tmp_path, 0.2 * np.sin(3.0 * T), text)
+    assert "\n" not in str(raised.value)
+
+
+def test_records_are_laid_out_for_the_report(truth: np.ndarray, tmp_path: Path) -> None:
+    subject = made(tmp_path, truth)
+    view = subject.view(subject.model)
+    assert view.measured[view.inside].size == subject.model.counts.sum()
+    assert {axis.name for axis in view.axes} == {"direction", "position", "speed", "time"}
+    names = [m.name for m in subject.measurements()]
+    assert "the same motion again" in names and len(names) == 3
+    assert "drive: my_drive.py" in subject.files(subject.model, start_of(subject)[1])["machine.yaml"]

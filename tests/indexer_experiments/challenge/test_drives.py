@@ -1,0 +1,79 @@
+"""The challenge's drives: the plant against SciPy, cases that their seed alone decides, a score that can be wrong."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from indexer_experiments.challenge.drives.draw import HIDDEN, TUNED, UNKNOWN, draw
+from indexer_experiments.challenge.drives.motions import KINDS, reference
+from indexer_experiments.challenge.drives.plant import FIELDS, simulate_plant
+from indexer_experiments.challenge.drives.run import Judged, table
+
+
+def test_the_plant_agrees_with_scipy() -> None:
+    """A mass with drag, a spring and cogging under the same controller, held between its samples."""
+    rate, n = 500.0, 1500
+    wanted = 0.2 * reference("sines", n, 2.0, np.random.default_rng(1))
+    values = {"mass": 3.0, "viscous": 4.0, "cubic": 50.0, "cogging": 2.0, "cogging_wavenumber": 40.0}
+    run = simulate_plant(values, wanted, rate, (9e3, 3e2), steps=200)
+    middle = 0.5 * (wanted.min() + wanted.max())
+    state = [wanted[0], 0.0]
+    for k in range(n - 1):
+
+        def rates(t: float, y: np.ndarray, force: float = run.force[k]) -> list[float]:
+            x = y[0] - middle
+            return [y[1], (force - 4.0 * y[1] - 50.0 * x**3 - 2.0 * np.sin(40.0 * y[0])) / 3.0]
+
+        state = solve_ivp(rates, (0.0, 1.0 / rate), state, rtol=1e-9, atol=1e-12).y[:, -1]
+        assert abs(state[0] - run.q[k + 1]) < 1e-4
+
+
+def test_dry_friction_holds_what_is_below_it_and_stops_in_finite_time() -> None:
+    """Free of the controller, from a push: x stops after v²/2 ÷ (F/m); then it stays."""
+    wanted = np.concatenate([np.linspace(0.0, 0.01, 20), np.full(400, 0.01)])
+    run = simulate_plant({"mass": 1.0, "coulomb": 5.0}, wanted, 1000.0, (1.0, 0.0), steps=50)
+    assert np.ptp(run.q[-200:]) == 0.0
+    assert abs(run.force[-1]) < 5.0
+
+
+def test_a_case_is_a_function_of_seed_and_number() -> None:
+    one, again, other = draw(3, 5), draw(3, 5), draw(3, 6)
+    assert (one.hidden, one.unknown) == (again.hidden, again.unknown)
+    np.testing.assert_array_equal(one.records[0].rows["force"], again.records[0].rows["force"])
+    assert one.records[0].rows["force"].shape != other.records[0].rows["force"].shape or not np.array_equal(
+        one.records[0].rows["force"], other.records[0].rows["force"]
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_references_have_the_stroke_of_one(kind: str) -> None:
+    row = reference(kind, 4000, 4.0, np.random.default_rng(2))
+    assert (row.min(), row.max()) == pytest.approx((-0.5, 0.5))
+
+
+def test_every_disturbance_moves_the_plant() -> None:
+    assert len(UNKNOWN) >= 8 and set(TUNED) < set(UNKNOWN) and not set(HIDDEN) & set(UNKNOWN)
+    wanted = reference("point_to_point", 1500, 3.0, np.random.default_rng(3))
+    from indexer_experiments.challenge.drives.draw import Sizes
+
+    base = {"mass": 2.0, "viscous": 3.0}
+    plain = simulate_plant(base, wanted, 500.0, (9e3, 3e2), steps=20)
+    sizes = Sizes(float(plain.force.std()), 0.5, float(np.std(np.gradient(plain.q, 1 / 500))), 2.0, 0.0)
+    for name, law in UNKNOWN.items():
+        values = law(sizes, 0.05, np.random.default_rng(4))
+        assert set(values) <= set(FIELDS), name
+        moved = simulate_plant({**base, **values}, wanted, 500.0, (9e3, 3e2), steps=20)
+        share = float(np.std(moved.force - plain.force)) / sizes.F
+        assert 1e-3 < share < 1.0, (name, share)
+
+
+def test_the_table_counts_right_and_wrong() -> None:
+    one = Judged(0, ("delay",), (), (("loop_lag", "compliance"),), (), 9.0, 1.0, 1.0, 2.0)
+    assert one.right == ("delay",) and one.wrong == ()
+    wrong = dataclasses.replace(one, named=(("cogging",),))
+    assert wrong.right == () and wrong.wrong == (("cogging",),)
+    none = dataclasses.replace(one, hidden=(), named=(("cogging",),))
+    said = table([one, wrong, none])
+    assert "hidden effects named: 1 of 2" in said and "nothing hidden: 1 of 1" in said
