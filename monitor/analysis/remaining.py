@@ -1,0 +1,111 @@
+"""A history of sizes and a limit -> remaining time with its interval.
+
+Wear feeds on what it has worn: dg/dt = a + b g, whose solution is g(t) = A + B (e^(c t) - 1)/c, linear in A and B for
+a given c (c = 0: a straight line). For each c of an even grid the least squares over the history give the posterior of A, B
+and the scatter in closed form (normal-inverse-gamma with a flat prior; Gelman et al., Bayesian Data Analysis, section
+14.2). Each c is weighted by its evidence, each draw of A and B by the prior of the ratio r = (rate at the limit) /
+(rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out. The machine's own error
+of the diagnosis, the same in all of its turns, is drawn too: it shifts the level that is seen at the limit. The time at
+which a draw reaches the limit has a closed form, and the quantiles of these times are the answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FASTEST = 12.0
+"""Largest ratio of the wear rate at the limit to that at the first record: teeth with room hit each other, yet a part
+that wears ten times faster than when new is no longer in its life."""
+
+LEAST_POINTS = 8
+"""Points of a history below which nothing is extrapolated."""
+
+FARTHEST = 30.0
+"""Told is no time longer than this many times the history: beyond, the answer is "longer than"."""
+
+_CURVES = 30
+_DRAWS = 80
+_Z90 = 1.645
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """Time until a quantity reaches its limit [s]: median and the ends of the 90 % interval; an end that is infinite
+    lies beyond FARTHEST histories."""
+
+    median: float
+    low: float
+    high: float
+
+
+def remaining_time(history: np.ndarray, limit: float, now: float) -> Remaining | None:
+    """When the limit will be reached.
+
+    Parameters
+    ----------
+    history : numpy.ndarray, shape (n, 4)
+        Time [s], value and the ends of its 90 % interval.
+    limit : float
+        Of the quantity, in its unit.
+    now : float
+        Time from which the rest counts [s].
+
+    Returns
+    -------
+    Remaining or None
+        None where the history is too short or shows no growth in half of the draws.
+    """
+    if len(history) < LEAST_POINTS:
+        return None
+    time, value = history[:, 0], history[:, 1]
+    span = float(time[-1] - time[0])
+    if span <= 0.0:
+        return None
+    told = (time - time[0]) / span
+    # The part of a reading's error that all turns of a machine share: half of its variance (docs/monitor.md).
+    shared = np.median(history[-LEAST_POINTS:, 3] - history[-LEAST_POINTS:, 2]) / (2.0 * _Z90) / np.sqrt(2.0)
+    rng = np.random.default_rng(0)
+    times, logs = [], []
+    for curve in np.linspace(0.0, np.log(FASTEST), _CURVES):
+        drawn, log_evidence = _draws(told, value, curve, rng)
+        start, rate = drawn
+        goal = limit - start + shared * rng.standard_normal(_DRAWS)
+        with np.errstate(all="ignore"):
+            ratio = 1.0 + curve * goal / rate
+            reach = goal / rate if curve == 0.0 else np.log(ratio) / curve
+            # Uniform in log r: its density over c is d(log r)/dc.
+            prior = np.where((rate > 0.0) & (ratio <= FASTEST) & (ratio >= 1.0), goal / (rate * ratio), 0.0)
+        # A goal behind us is reached already, whatever the ratio.
+        past = (rate > 0.0) & (goal <= 0.0)
+        times.append(np.where(past, 0.0, np.where(prior > 0.0, reach, np.inf)))
+        logs.append(log_evidence + np.log(np.maximum(np.where(past, 1.0, prior), 1e-300)))
+    return _quantiles(np.concatenate(times), np.concatenate(logs), span, now - float(time[0]))
+
+
+def _draws(
+    told: np.ndarray, value: np.ndarray, curve: float, rng: np.random.Generator
+) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+    """Draws (n,) of A and B for one curve, and its log evidence up to a constant."""
+    shape = told if curve == 0.0 else np.expm1(curve * told) / curve
+    design = np.stack([np.ones_like(told), shape], axis=1)
+    inverse = np.linalg.inv(design.T @ design)
+    best = inverse @ design.T @ value
+    freedom = len(value) - 2
+    # The floor keeps a noiseless history from a posterior without width.
+    squares = float(np.sum((value - design @ best) ** 2)) + 1e-12 * float(np.sum(value**2)) + 1e-300
+    variance = squares / rng.chisquare(freedom, _DRAWS)
+    noise = rng.standard_normal((_DRAWS, 2)) @ np.linalg.cholesky(inverse).T
+    drawn = best + np.sqrt(variance)[:, None] * noise
+    evidence = -0.5 * freedom * np.log(squares) + 0.5 * np.log(np.linalg.det(inverse))
+    return (drawn[:, 0], drawn[:, 1]), float(evidence)
+
+
+def _quantiles(times: np.ndarray, logs: np.ndarray, span: float, passed: float) -> Remaining | None:
+    weight = np.exp(logs - logs.max())
+    order = np.argsort(times)
+    share = np.cumsum(weight[order]) / weight.sum()
+    found = [float(times[order][min(np.searchsorted(share, part), len(times) - 1)]) for part in (0.5, 0.05, 0.95)]
+    median, low, high = (max(0.0, end * span - passed) if end <= FARTHEST else np.inf for end in found)
+    return None if np.isinf(median) and np.isinf(low) else Remaining(median, low, high)
