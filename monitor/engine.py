@@ -308,7 +308,11 @@ class Engine:
                 keep = "reference" if self._is_reference(machine, turn) else "alarm" if raised else ""
                 connection.execute(
                     insert(RAW).values(
-                        machine=machine, number=turn.number, rate=turn.cut.mode.rate, unit=turn.cut.mode.unit, keep=keep,
+                        machine=machine,
+                        number=turn.number,
+                        rate=turn.cut.mode.rate,
+                        unit=turn.cut.mode.unit,
+                        keep=keep,
                         record=np.asarray(record, "<f4").tobytes(),
                     )  # fmt: skip
                 )
@@ -317,8 +321,13 @@ class Engine:
             body = plain(happened)
             connection.execute(
                 insert(EVENT).values(
-                    machine=machine, turn=number, time_ns=happened.time_ns, quantity=happened.quantity,
-                    kind=happened.kind, level=happened.level, content=json.dumps(body),
+                    machine=machine,
+                    turn=number,
+                    time_ns=happened.time_ns,
+                    quantity=happened.quantity,
+                    kind=happened.kind,
+                    level=happened.level,
+                    content=json.dumps(body),
                 )  # fmt: skip
             )
             if happened.told:
@@ -360,4 +369,3 @@ def _turn_values(turn: Turn) -> dict[str, Any]:
         "problem": turn.problem[1] if turn.problem else "",
         "content": json.dumps(finite(content)),
     }
-

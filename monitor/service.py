@@ -221,7 +221,9 @@ def _listener(host: str, port: int) -> socket.socket:
         listener.bind((host, port))
     except OSError as error:
         listener.close()
-        raise refuse("monitor", "port", f"one that is free on {host} ({error.strerror})", port, "choose another") from None
+        raise refuse(
+            "monitor", "port", f"one that is free on {host} ({error.strerror})", port, "choose another"
+        ) from None
     return listener
 
 

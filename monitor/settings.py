@@ -65,7 +65,9 @@ class Webhook:
         if self.url is not None and not str(self.url).startswith(("http://", "https://")):
             raise refuse("webhook", "url", "http://… or https://…, or null", self.url)
         if self.url is not None and (not isinstance(self.secret, str) or len(self.secret) < _LEAST_SECRET):
-            raise refuse("webhook", "secret", f"a text of {_LEAST_SECRET} signs at least where there is a url", "another")
+            raise refuse(
+                "webhook", "secret", f"a text of {_LEAST_SECRET} signs at least where there is a url", "another"
+            )
 
 
 @dataclass(frozen=True)

@@ -157,5 +157,3 @@ class Cutter:
             if cut.mode == (fits[0] if fits else modes[0]):
                 kept.append(cut)
         return kept
-
-

@@ -82,7 +82,9 @@ class Order:
                 return [*self.flush(), *self._gap(block)] if self._held else self._gap(block)
             if ahead == 1:
                 if abs(off) > self._jitter:
-                    self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
+                    self._states.note(
+                        "clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s"
+                    )
                     self._anchor(block)
                     return self._follow(block, shift_ns=off)
                 return self._follow(block)

@@ -18,17 +18,17 @@ import numpy as np
 
 from datagen.campaigns.wear import play_after
 from indexer_cli.output_folder import output_folder
+from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError
 from indexer_env.faults import Faults
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_yaml
-from indexer_env.build import from_mapping
 from indexer_env.run import Run
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import simulate_batch
+from monitor.engine import Engine
 from monitor.intake.blocks import NANO
 from monitor.sources.base import Source
-from monitor.engine import Engine
 from monitor.sources.mqtt import Broker
 
 TURNS = 240

@@ -31,7 +31,9 @@ SESSION_S = 7 * 24 * 3600
 _IN_FLIGHT = 1000
 _RECONNECT_S = 5
 
-_URL = re.compile(r"(?P<scheme>mqtts?)://(?:(?P<user>[^:@/]*)(?::(?P<password>[^@/]*))?@)?(?P<host>\[[^\]]+\]|[^:/]+)(?::(?P<port>\d+))?/(?P<topic>.+)")
+_URL = re.compile(
+    r"(?P<scheme>mqtts?)://(?:(?P<user>[^:@/]*)(?::(?P<password>[^@/]*))?@)?(?P<host>\[[^\]]+\]|[^:/]+)(?::(?P<port>\d+))?/(?P<topic>.+)"
+)
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,9 @@ def read_url(url: str, tls: Tls = Tls(), version: int = 5, password: str | None 
     """Broker and topic of mqtt://USER:PASSWORD@HOST:PORT/TOPIC; raises ParameterError. The password is not repeated."""
     found = _URL.fullmatch(url)
     if found is None:
-        raise refuse("monitor", "source", "mqtt://HOST:PORT/TOPIC, as mqtt://broker/plant/+/acceleration", "another URL")
+        raise refuse(
+            "monitor", "source", "mqtt://HOST:PORT/TOPIC, as mqtt://broker/plant/+/acceleration", "another URL"
+        )
     secure = found["scheme"] == "mqtts"
     user = None if found["user"] is None else unquote(found["user"])
     given = password if found["password"] is None else unquote(found["password"])
@@ -178,7 +182,7 @@ class MqttSource(Source):
             pass
 
 
-def _acknowledging(client: paho.Client, message: paho.MQTTMessage):  # noqa: ANN202
+def _acknowledging(client: paho.Client, message: paho.MQTTMessage):
     def done() -> None:
         client.ack(message.mid, message.qos)
 

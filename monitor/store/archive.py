@@ -81,7 +81,10 @@ def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> i
     with store.transaction() as connection:
         connection.execute(
             insert(ARCHIVE).values(
-                machine=machine, first=numbers[0], last=numbers[-1], file=str(path),
+                machine=machine,
+                first=numbers[0],
+                last=numbers[-1],
+                file=str(path),
                 end_ns=max(starts.values(), default=0),
             )  # fmt: skip
         )

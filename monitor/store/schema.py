@@ -12,7 +12,9 @@ METADATA = MetaData()
 # SQLite counts rows up by itself in a column of this very type alone.
 _ROW = BigInteger().with_variant(Integer, "sqlite")
 
-META = Table("monitor_meta", METADATA, Column("key", String(32), primary_key=True), Column("value", Text, nullable=False))
+META = Table(
+    "monitor_meta", METADATA, Column("key", String(32), primary_key=True), Column("value", Text, nullable=False)
+)
 
 MACHINE = Table(
     "machine",

@@ -17,7 +17,17 @@ from indexer_env.errors import IndexerError
 from monitor.intake.blocks import Block
 from monitor.store.codec import block_bytes, block_from, finite, pack, unpack
 from monitor.store.schema import (
-    ARCHIVE, BLOCK, EVENT, MACHINE, META, METADATA, OUTBOX, POSITION, RAW, TURN, VERSION,
+    ARCHIVE,
+    BLOCK,
+    EVENT,
+    MACHINE,
+    META,
+    METADATA,
+    OUTBOX,
+    POSITION,
+    RAW,
+    TURN,
+    VERSION,
 )  # fmt: skip
 
 _PATIENCE_S = 30.0
@@ -138,7 +148,9 @@ class Store:
             query = query.where(EVENT.c.machine == machine)
         with self.transaction() as connection:
             rows = connection.execute(query.order_by(EVENT.c.row.desc()).limit(count))
-            return [{"id": row.row, "machine": row.machine, "turn": row.turn, **json.loads(row.content)} for row in rows]
+            return [
+                {"id": row.row, "machine": row.machine, "turn": row.turn, **json.loads(row.content)} for row in rows
+            ]
 
     def outbox(self, channel: str, count: int = 50) -> list[tuple[int, dict[str, Any]]]:
         """What must still be told on a channel, oldest first."""
@@ -170,9 +182,7 @@ class Store:
 
 def write_block(connection: Connection, block: Block) -> None:
     """Keep samples that arrived."""
-    connection.execute(
-        insert(BLOCK).values(machine=block.machine, end_ns=block.end_ns, content=block_bytes(block))
-    )
+    connection.execute(insert(BLOCK).values(machine=block.machine, end_ns=block.end_ns, content=block_bytes(block)))
 
 
 def drop_blocks(connection: Connection, machine: str, before_ns: int) -> None:

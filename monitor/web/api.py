@@ -172,7 +172,7 @@ async def _body(request: Request) -> dict[str, Any] | Response:
     return body if isinstance(body, dict) else _no("the body must be a JSON object", 400)
 
 
-def _number(request: Request, key: str, default: int | None) -> int | None | bool:
+def _number(request: Request, key: str, default: int | None) -> int | bool | None:
     text = request.query_params.get(key)
     if text is None:
         return default

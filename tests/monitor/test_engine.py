@@ -42,7 +42,9 @@ def numbers(store, machine="m"):
 def send(engine, first, last, **more):
     kept = []
     for place in range(first, last, 50):
-        assert engine.offer(Arrival(block(place, **more), kept=lambda place=place: kept.append(place)), timeout=PATIENCE)
+        assert engine.offer(
+            Arrival(block(place, **more), kept=lambda place=place: kept.append(place)), timeout=PATIENCE
+        )
     wait_for(lambda: len(kept) == len(range(first, last, 50)))
 
 
