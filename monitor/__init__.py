@@ -2,7 +2,7 @@
 
 In reading order, with the block of ISO 13374 that each is:
     settings      conf/monitor.yaml -> objects that check themselves
-    intake/       data acquisition and manipulation: payloads -> blocks in their order -> turns; what is wrong is a state
+In reading order, each with its block of ISO 13374:
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
     alarms/       the alarm of a quantity: delays, deadband, acknowledge, shelve, re-alarm (OPC UA Part 9)
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network

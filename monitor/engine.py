@@ -7,6 +7,7 @@ the batch is taken in again: what of it had been committed comes twice then, and
 
 from __future__ import annotations
 
+import functools
 import json
 import logging
 import queue
@@ -182,7 +183,7 @@ class Engine:
             while not self._stopping.is_set():
                 batch = self._batch()
                 if batch:
-                    self._insist(lambda: self._work(batch))
+                    self._insist(functools.partial(self._work, batch))
                 if time.monotonic() - ticked >= _TICK_S:
                     ticked = time.monotonic()
                     self._insist(self._tick)
@@ -314,7 +315,7 @@ class Engine:
                         unit=turn.cut.mode.unit,
                         keep=keep,
                         record=np.asarray(record, "<f4").tobytes(),
-                    )  # fmt: skip
+                    )
                 )
         for happened in outcome.events:
             number = self._pipelines[machine].turns
@@ -328,7 +329,7 @@ class Engine:
                     kind=happened.kind,
                     level=happened.level,
                     content=json.dumps(body),
-                )  # fmt: skip
+                )
             )
             if happened.told:
                 for channel in self._channels:

@@ -25,6 +25,8 @@ from monitor.intake.states import UNTIL_GOOD_TURN, States
 CHANGE = "change"
 """Quantity of what no fault explains: how far a turn is from what was taught and from what is usual."""
 
+DEFAULT_RULES = Rules()
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -49,7 +51,7 @@ class Plan:
     """
 
     limits: Mapping[str, Limits]
-    rules: Rules = Rules()
+    rules: Rules = DEFAULT_RULES
     window: int = 7
     jitter: float = 0.02
     pulse_range: tuple[float, float] = (0.0, 1.0)
@@ -129,7 +131,7 @@ class Pipeline:
         return self._work(placed)
 
     def restore(self, blocks: Sequence[Block]) -> Outcome:
-        """Take in again the samples that were in the store, after a restart; they are nothing new, so the states stay."""
+        """Take in again the samples that were in the store, after a restart; as nothing is new, the states stay."""
         states = self.states.to_dict()
         self._order = Order(self.states, self._plan.jitter, None if blocks else self.until_ns)
         self._resume_ns = self.until_ns

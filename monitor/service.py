@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import torch
 import uvicorn
 
 from classifier.model import load_model
@@ -61,6 +62,8 @@ class Service:
 
     def __init__(self, settings: Settings, say: Callable[[str], None] = print) -> None:
         self._settings, self._say = settings, say
+        # A turn's network is far too small to be shared out among cores.
+        torch.set_num_threads(1)
         settings.out.mkdir(parents=True, exist_ok=True)
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)

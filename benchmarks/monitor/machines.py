@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import torch
 
 from classifier.model import load_model
 from datagen.shard import read_shards
@@ -23,6 +24,7 @@ RADIUS_M = 0.4
 def model(records: int = 3000) -> ClassifierDiagnoser:
     """The demonstration's model, taught on more records; made once."""
     folder = (WORK / f"model-{records}").resolve()
+    torch.set_num_threads(1)
     folder.parent.mkdir(parents=True, exist_ok=True)
     demo.make_model(folder, records)
     return ClassifierDiagnoser([load_model(folder)])

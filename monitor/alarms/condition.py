@@ -127,7 +127,7 @@ class Condition:
         return events
 
     def acknowledge(self, time_ns: int, user: str, note: str = "") -> Event:
-        """An operator has seen it. Raises ParameterError where there is nothing to acknowledge or the note is too long."""
+        """An operator has seen it. Raises ParameterError where there is nothing to acknowledge, or for a long note."""
         if self.acknowledged:
             raise refuse("alarm", "acknowledge", "asked for an alarm that is not acknowledged yet", self.quantity)
         note = _note(note)
@@ -161,8 +161,8 @@ class Condition:
         return [self._event(time_ns, "unshelved", size)]
 
     def _event(self, time_ns: int, kind: str, size: Size | None, user: str = "", note: str = "") -> Event:
-        values = (None, None, None) if size is None else tuple(size)
-        return Event(time_ns, self.quantity, kind, LEVELS[self.level], *values, not self.shelved, user, note)
+        value, low, high = (None, None, None) if size is None else size
+        return Event(time_ns, self.quantity, kind, LEVELS[self.level], value, low, high, not self.shelved, user, note)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, from which the constructor makes the same alarm."""

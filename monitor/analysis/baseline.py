@@ -9,6 +9,7 @@ So the gain has jumped where all octaves have moved by the same factor, within A
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -80,7 +81,7 @@ def octave_levels(record: np.ndarray, rate: float) -> np.ndarray:
     power = np.abs(np.fft.rfft(record - record.mean())) ** 2
     frequency = np.fft.rfftfreq(record.size, 1.0 / rate)
     edges = _LOWEST_HZ * 2.0 ** np.arange(OCTAVES + 1)
-    inside = [power[(frequency >= low) & (frequency < high)].sum() for low, high in zip(edges, edges[1:], strict=False)]
+    inside = [power[(frequency >= low) & (frequency < high)].sum() for low, high in itertools.pairwise(edges)]
     return 0.5 * np.log(np.maximum(inside, 1e-30))
 
 

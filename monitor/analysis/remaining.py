@@ -1,12 +1,13 @@
 """A history of sizes and a limit -> remaining time with its interval.
 
 Wear feeds on what it has worn: dg/dt = a + b g, whose solution is g(t) = A + B (e^(c t) - 1)/c, linear in A and B for
-a given c (c = 0: a straight line). For each c of an even grid the least squares over the history give the posterior of A, B
-and the scatter in closed form (normal-inverse-gamma with a flat prior; Gelman et al., Bayesian Data Analysis, section
-14.2). Each c is weighted by its evidence, each draw of A and B by the prior of the ratio r = (rate at the limit) /
-(rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out. The machine's own error
-of the diagnosis, the same in all of its turns, is drawn too: it shifts the level that is seen at the limit. The time at
-which a draw reaches the limit has a closed form, and the quantiles of these times are the answer.
+a given c (c = 0: a straight line). For each c of an even grid the least squares over the history give the posterior
+of A, B and the scatter in closed form (normal-inverse-gamma with a flat prior; Gelman et al., Bayesian Data Analysis,
+section 14.2). Each c is weighted by its evidence, each draw of A and B by the prior of the ratio r = (rate at the
+limit) / (rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out. The
+machine's own error of the diagnosis, the same in all of its turns, is drawn too: it shifts the level that is seen at
+the limit. The time at which a draw reaches the limit has a closed form, and the quantiles of these times are the
+answer.
 """
 
 from __future__ import annotations

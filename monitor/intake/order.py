@@ -181,7 +181,7 @@ class Order:
         self._anchor_ns, self._samples = block.start_ns, 0
 
     def _check_rate(self, block: Block) -> None:
-        """Whether the samples come as fast as stated, once the time seen is so long that jitter cannot tell otherwise."""
+        """Whether the samples come as fast as stated, once so much was seen that jitter cannot tell otherwise."""
         if not self._samples:
             return
         elapsed, stated = (block.start_ns - self._anchor_ns) / NANO, self._samples / block.rate

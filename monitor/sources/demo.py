@@ -7,6 +7,7 @@ later and stays an alarm, `press-1` stays healthy and loses its sensor for a whi
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import subprocess
@@ -105,8 +106,6 @@ def records(machine: str, turns: int = TURNS, seed: int = 0) -> np.ndarray:
     base = load_machine("reference")
     shares = np.arange(turns) / max(1, turns - 1)
     rng = np.random.default_rng([seed, MACHINES.index(machine)])
-    import dataclasses
-
     base = dataclasses.replace(base, model="B_on_base")
     machines = [wear_of(machine, float(share)).applied_to(base) for share in shares]
     points = [OperatingPoint(load_torque=2.0 * rng.uniform(0.95, 1.05)) for _ in shares]

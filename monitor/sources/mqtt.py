@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from urllib.parse import unquote
 
 import paho.mqtt.client as paho
+from paho.mqtt.enums import CallbackAPIVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
@@ -32,14 +33,15 @@ _IN_FLIGHT = 1000
 _RECONNECT_S = 5
 
 _URL = re.compile(
-    r"(?P<scheme>mqtts?)://(?:(?P<user>[^:@/]*)(?::(?P<password>[^@/]*))?@)?(?P<host>\[[^\]]+\]|[^:/]+)(?::(?P<port>\d+))?/(?P<topic>.+)"
+    r"(?P<scheme>mqtts?)://(?:(?P<user>[^:@/]*)(?::(?P<password>[^@/]*))?@)?"
+    r"(?P<host>\[[^\]]+\]|[^:/]+)(?::(?P<port>\d+))?/(?P<topic>.+)"
 )
 
 
 @dataclass(frozen=True)
 class Tls:
-    """Certificates, as PEM files: of the authority that signed the broker's (null: the system's), and one's own with its
-    key where the broker asks for it."""
+    """PEM files: of the authority that signed the broker's certificate (None: the system's), and of one's own
+    certificate and key where the broker asks for them."""
 
     authority: str | None = None
     certificate: str | None = None
@@ -73,7 +75,7 @@ class Broker:
         protocol = paho.MQTTv5 if self.version == 5 else paho.MQTTv311
         session = None if self.version == 5 else not keep_session
         client = paho.Client(
-            paho.CallbackAPIVersion.VERSION2, client_id, clean_session=session, protocol=protocol, manual_ack=True
+            CallbackAPIVersion.VERSION2, client_id, clean_session=session, protocol=protocol, manual_ack=True
         )
         client.reconnect_delay_set(1, _RECONNECT_S)
         client.max_inflight_messages_set(_IN_FLIGHT)
@@ -172,7 +174,7 @@ class MqttSource(Source):
         given = getattr(message.properties, "UserProperty", None) if message.properties else None
         done = _acknowledging(client, message)
         try:
-            block = block_of(machine, message.payload, dict(given) if given else None)
+            block = block_of(machine, bytes(message.payload), dict(given) if given else None)
         except SignalError as error:
             engine.broken(machine, str(error))
             done()

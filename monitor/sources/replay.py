@@ -1,7 +1,7 @@
 """A data set of `indexer generate` or `indexer ingest`, replayed in real time or faster.
 
-Each machine of the set becomes one; its rows follow each other in time. With the column `remaining_turns` (campaign=wear)
-a row stands as many turns after the one before as it says, else one turn.
+Each machine of the set becomes one; its rows follow each other in time. With the column `remaining_turns`
+(campaign=wear) a row stands as many turns after the one before as it says, else one turn.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Turns from the database to Parquet files, and how long they are kept.
 
-Whole runs of turns of a machine go into one file, which appears whole and before the rows leave the database: a kill in
-between leaves them twice, never not at all, and the next run replaces the file. Rows marked `keep` stay in the database.
+Whole runs of turns of a machine go into one file, which appears whole and before the rows leave the database: a kill
+in between leaves them twice, never not at all, and the next run replaces the file. Rows marked `keep` stay.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> i
                 last=numbers[-1],
                 file=str(path),
                 end_ns=max(starts.values(), default=0),
-            )  # fmt: skip
+            )
         )
         connection.execute(delete(RAW).where(RAW.c.machine == machine, RAW.c.number.in_(numbers), RAW.c.keep == ""))
     return 1

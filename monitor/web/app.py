@@ -122,10 +122,10 @@ class Entrance:
             return
         request = Request(scope)
         origin = request.headers.get("origin")
-        if request.method not in ("GET", "HEAD") and origin is not None:
-            if urlsplit(origin).netloc != request.headers.get("host"):
-                await JSONResponse({"error": "another site has sent this"}, 403)(scope, receive, send)
-                return
+        acts = request.method not in ("GET", "HEAD")
+        if acts and origin is not None and urlsplit(origin).netloc != request.headers.get("host"):
+            await JSONResponse({"error": "another site has sent this"}, 403)(scope, receive, send)
+            return
         person = self._api.gate.person(request)
         path = scope["path"]
         if person is None and path not in _OPEN and not path.startswith("/static/"):

@@ -44,11 +44,11 @@ class Running:
         assert done.wait(WAIT_S)
 
 
-def running(tmp_path, access: Access = Access(), local: bool = True, **more):
+def running(tmp_path, access: Access | None = None, local: bool = True, **more):
     """A monitor in a folder."""
     store, hub, diagnoser = Store(f"sqlite:///{tmp_path}/monitor.sqlite"), Hub(), FakeDiagnoser()
     engine = Engine(store, diagnoser, PLAN, changed=hub.tell, **more)
-    api = Api(store, engine, diagnoser, PLAN, hub, Gate(access))
+    api = Api(store, engine, diagnoser, PLAN, hub, Gate(access or Access()))
     engine.start()
     return Running(store, engine, make_app(api, Metrics(engine, store), local), hub)
 

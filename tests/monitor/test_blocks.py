@@ -89,10 +89,14 @@ def test_a_message_is_bounded():
         Block("m", 0, 1.0, "m/s^2", np.zeros(LARGEST_BLOCK + 1))
 
 
-@given(st.binary(max_size=200) | st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=10),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from([*GOOD, "pulse", "x"]), inner, max_size=5),
-).map(lambda body: json.dumps(body).encode()))  # fmt: skip
+PLAIN = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=10)
+KEYS = st.sampled_from([*GOOD, "pulse", "x"])
+BODIES = st.recursive(
+    PLAIN, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=5), max_leaves=12
+)
+
+
+@given(st.binary(max_size=200) | BODIES.map(lambda body: json.dumps(body).encode()))
 def test_whatever_comes_is_a_block_or_a_sentence(payload):
     try:
         block_of("m", payload)

@@ -103,7 +103,7 @@ def test_no_view_is_wider_than_the_screen(tab, path, width):
 
 
 def test_what_is_shipped_is_small_and_drawn_at_once(tab):
-    monitor, open_page = tab
+    _, open_page = tab
     page = open_page()
     page.get_by_text("live").wait_for()
     shipped = page.evaluate(
