@@ -124,7 +124,8 @@ def _samples(name: str, given: object, factor: float) -> np.ndarray:
 
 
 def _real(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """A real number; whole ones may be larger than any float."""
+    return _whole(value) or (isinstance(value, float) and math.isfinite(value))
 
 
 def _whole(value: object) -> bool:

@@ -55,8 +55,8 @@ def block_of(machine: str, payload: bytes, properties: Mapping[str, str] | None 
     if missing:
         raise SignalError(f"the message must state {', '.join(_NEEDED)}, it lacks {missing[0]}.")
     speed = body.get("speed_rpm")
-    if speed is not None and (isinstance(speed, bool) or not isinstance(speed, int | float)):
-        raise SignalError("the message's speed_rpm must be a number.")
+    if speed is not None and (isinstance(speed, bool) or not isinstance(speed, int | float) or not 0 < speed < 1e6):
+        raise SignalError("the message's speed_rpm must be a number > 0 and < 1000000 rpm.")
     return Block(
         machine=machine,
         start_ns=nanoseconds(body["time"]),
@@ -74,8 +74,8 @@ def block_of(machine: str, payload: bytes, properties: Mapping[str, str] | None 
 def nanoseconds(time: object) -> int:
     """Nanoseconds since 1970 of a time in seconds or in ISO 8601 with its zone; raises SignalError."""
     if isinstance(time, int | float) and not isinstance(time, bool):
-        if not math.isfinite(time) or not 0 <= time < 1e10:
-            raise SignalError(f"the message's time must be seconds since 1970, got {time!r}.")
+        if not 0 <= time < 1e10:
+            raise SignalError("the message's time must be seconds since 1970, as 1800000000.")
         return round(time * NANO) if isinstance(time, float) else time * NANO
     if not isinstance(time, str):
         raise SignalError("the message's time must be seconds since 1970 or a text in ISO 8601.")

@@ -60,10 +60,13 @@ class DemoError(IndexerError, RuntimeError):
     """The demonstration's model could not be made."""
 
 
-def train_commands(data: Path, model: Path, count: int) -> list[list[str]]:
+def train_commands(data: Path, model: Path, count: int, motor_speed_rpm: float = 1500.0) -> list[list[str]]:
     """The two commands that make the model, as anybody could type them."""
     return [
-        [sys.executable, "-m", "datagen", *_TAUGHT, f"count={count}", f"out={data}", "overwrite=true"],
+        [
+            sys.executable, "-m", "datagen", *_TAUGHT, f"operating_point.motor_speed_rpm={motor_speed_rpm}",
+            f"count={count}", f"out={data}", "overwrite=true",
+        ],
         [
             sys.executable, "-m", "classifier", f"data={data}", f"out={model}", "overwrite=true", "trainer=trainscg",
             "restarts=1", "features=psd",
@@ -71,7 +74,7 @@ def train_commands(data: Path, model: Path, count: int) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def make_model(folder: Path, count: int) -> None:
+def make_model(folder: Path, count: int, motor_speed_rpm: float = 1500.0) -> None:
     """Simulate `count` records and train the demonstration's model on them, if `folder` does not hold it yet.
 
     Raises
@@ -83,7 +86,7 @@ def make_model(folder: Path, count: int) -> None:
         return
     with output_folder(folder, ("model.yaml", "*")) as made:
         work = made.parent
-        for command in train_commands(work / "data", made / "model", count):
+        for command in train_commands(work / "data", made / "model", count, motor_speed_rpm):
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode:
                 raise DemoError(f"the model could not be made: {(done.stderr or done.stdout).strip().splitlines()[-1]}")
