@@ -67,7 +67,6 @@ class Service:
         settings.out.mkdir(parents=True, exist_ok=True)
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
-        self._listener = _listener(settings.host, settings.port)
         diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
         _check_limits(settings, diagnoser)
         try:
@@ -92,6 +91,7 @@ class Service:
             limit_concurrency=500, h11_max_incomplete_event_size=16384, proxy_headers=False,
         )  # fmt: skip
         self._server = uvicorn.Server(config)
+        self._listener = _listener(settings.host, settings.port)
         self._stopping = threading.Event()
 
     @property

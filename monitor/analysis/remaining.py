@@ -3,11 +3,12 @@
 Wear feeds on what it has worn: dg/dt = a + b g, whose solution is g(t) = A + B (e^(c t) - 1)/c, linear in A and B for
 a given c (c = 0: a straight line). For each c of an even grid the least squares over the history give the posterior
 of A, B and the scatter in closed form (normal-inverse-gamma with a flat prior; Gelman et al., Bayesian Data Analysis,
-section 14.2). Each c is weighted by its evidence, each draw of A and B by the prior of the ratio r = (rate at the
-limit) / (rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out. The
-machine's own error of the diagnosis, the same in all of its turns, is drawn too: it shifts the level that is seen at
-the limit. The time at which a draw reaches the limit has a closed form, and the quantiles of these times are the
-answer.
+section 14.2). Neighbouring errors are alike, since the diagnosis errs with the size: with their correlation ρ, n
+points tell as much as n (1 - ρ)/(1 + ρ). Each c is weighted by its evidence, each draw of A and B by the prior of the
+ratio r = (rate at the limit) / (rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow
+is left out. The machine's own error of the diagnosis, the same in all of its turns, is drawn too: it shifts the level
+that is seen at the limit. The time at which a draw reaches the limit has a closed form, and the quantiles of these
+times are the answer.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ that wears ten times faster than when new is no longer in its life."""
 
 LEAST_POINTS = 8
 """Points of a history below which nothing is extrapolated."""
+
+MOST_ALIKE = 0.8
+"""Largest correlation of neighbouring errors that is reckoned with: beyond, a history says next to nothing."""
 
 FARTHEST = 30.0
 """Told is no time longer than this many times the history: beyond, the answer is "longer than"."""
@@ -68,10 +72,13 @@ def remaining_time(history: np.ndarray, limit: float, now: float) -> Remaining |
     # The part of a reading's error that all turns of a machine share: half of its variance (docs/monitor.md).
     shared = np.median(history[-LEAST_POINTS:, 3] - history[-LEAST_POINTS:, 2]) / (2.0 * _Z90) / np.sqrt(2.0)
     rng = np.random.default_rng(0)
+    fits = [_Fit.of(told, value, curve) for curve in np.linspace(0.0, np.log(FASTEST), _CURVES)]
+    alike = min(fits, key=lambda fit: fit.squares).alike
+    fewer = (1.0 - alike) / (1.0 + alike)
     times, logs = [], []
-    for curve in np.linspace(0.0, np.log(FASTEST), _CURVES):
-        drawn, log_evidence = _draws(told, value, curve, rng)
-        start, rate = drawn
+    for fit in fits:
+        curve, (start, rate) = fit.curve, fit.draws(fewer, rng)
+        log_evidence = fit.log_evidence(fewer)
         goal = limit - start + shared * rng.standard_normal(_DRAWS)
         with np.errstate(all="ignore"):
             ratio = 1.0 + curve * goal / rate
@@ -85,22 +92,40 @@ def remaining_time(history: np.ndarray, limit: float, now: float) -> Remaining |
     return _quantiles(np.concatenate(times), np.concatenate(logs), span, now - float(time[0]))
 
 
-def _draws(
-    told: np.ndarray, value: np.ndarray, curve: float, rng: np.random.Generator
-) -> tuple[tuple[np.ndarray, np.ndarray], float]:
-    """Draws (n,) of A and B for one curve, and its log evidence up to a constant."""
-    shape = told if curve == 0.0 else np.expm1(curve * told) / curve
-    design = np.stack([np.ones_like(told), shape], axis=1)
-    inverse = np.linalg.inv(design.T @ design)
-    best = inverse @ design.T @ value
-    freedom = len(value) - 2
-    # The floor keeps a noiseless history from a posterior without width.
-    squares = float(np.sum((value - design @ best) ** 2)) + 1e-12 * float(np.sum(value**2)) + 1e-300
-    variance = squares / rng.chisquare(freedom, _DRAWS)
-    noise = rng.standard_normal((_DRAWS, 2)) @ np.linalg.cholesky(inverse).T
-    drawn = best + np.sqrt(variance)[:, None] * noise
-    evidence = -0.5 * freedom * np.log(squares) + 0.5 * np.log(np.linalg.det(inverse))
-    return (drawn[:, 0], drawn[:, 1]), float(evidence)
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Least squares for one curve: best A and B, the inverse normal matrix, the sum of squares that is left, the
+    correlation of neighbouring errors, and the points less two."""
+
+    curve: float
+    best: np.ndarray
+    inverse: np.ndarray
+    squares: float
+    alike: float
+    freedom: int
+
+    @classmethod
+    def of(cls, told: np.ndarray, value: np.ndarray, curve: float) -> _Fit:
+        shape = told if curve == 0.0 else np.expm1(curve * told) / curve
+        design = np.stack([np.ones_like(told), shape], axis=1)
+        inverse = np.linalg.inv(design.T @ design)
+        best = inverse @ design.T @ value
+        missed = value - design @ best
+        # The floor keeps a noiseless history from a posterior without width.
+        squares = float(np.sum(missed**2)) + 1e-12 * float(np.sum(value**2)) + 1e-300
+        alike = float(np.clip(np.sum(missed[1:] * missed[:-1]) / squares, 0.0, MOST_ALIKE))
+        return cls(float(curve), best, inverse, squares, alike, len(value) - 2)
+
+    def draws(self, fewer: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Draws (n,) of A and of B where so large a share of the points counts."""
+        variance = self.squares / fewer / rng.chisquare(self.freedom, _DRAWS)
+        noise = rng.standard_normal((_DRAWS, 2)) @ np.linalg.cholesky(self.inverse).T
+        drawn = self.best + np.sqrt(variance)[:, None] * noise
+        return drawn[:, 0], drawn[:, 1]
+
+    def log_evidence(self, fewer: float) -> float:
+        """Log of the evidence for the curve, up to a constant."""
+        return float(-0.5 * fewer * self.freedom * np.log(self.squares) + 0.5 * np.log(np.linalg.det(self.inverse)))
 
 
 def _quantiles(times: np.ndarray, logs: np.ndarray, span: float, passed: float) -> Remaining | None:
