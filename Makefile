@@ -64,6 +64,7 @@ demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record;
 	$(BIN)/indexer diagnose model=demo/model measured=demo/table2/example.csv out=demo/diagnosis
 	@echo "Pictures:"
 	@find demo -name '*.png' | sort | sed 's/^/  /'
+	@echo "Next, a machine that wears out before your eyes: $(PIP) install -e '.[monitor]' -c constraints.txt && $(BIN)/indexer monitor"
 
 bench: $(BENCH) ## measure speed and accuracy beside other solvers; fills the table in benchmarks/README.md
 	$(RUN) -m benchmarks

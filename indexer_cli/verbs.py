@@ -44,6 +44,7 @@ VERBS = {
         Verb("transfer", "classifier.transfer", "Learn and diagnose"),
         Verb("leaveout", "classifier.leaveout", "Learn and diagnose"),
         Verb("export", "classifier.export", "Learn and diagnose"),
+        Verb("monitor", "monitor", "Watch"),
         Verb("explain", "discrepancy", "Find what a model lacks"),
         Verb("compare", "indexer_experiments.compare", "Experiments"),
         Verb("study", "indexer_experiments.study", "Experiments"),

@@ -25,6 +25,12 @@ EXTRAS = {
     "sklearn": "indexer_experiments.compare",
     "onnx": "classifier.export",
     "optuna": "classifier.tune",
+    "amqtt": "monitor",
+    "paho": "monitor",
+    "prometheus_client": "monitor",
+    "sqlalchemy": "monitor",
+    "starlette": "monitor",
+    "uvicorn": "monitor",
 }
 """What only an extra installs, and the one module or package that imports it."""
 

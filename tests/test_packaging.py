@@ -62,12 +62,16 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
         "classifier",
         "discrepancy",
         "indexer_experiments",
+        "monitor",
         f"indexer_diagnosis-{PROJECT['version']}.dist-info",
     }
     carried = [Path(name).relative_to("indexer_env/conf") for name in names if "indexer_env/conf/" in name]
     assert CONFIGURATIONS
     assert sorted(carried) == CONFIGURATIONS
     assert "discrepancy/report/page.html" in names
+    assert {"monitor/web/static/index.html", "monitor/web/static/uplot.js", "monitor/web/static/uplot.LICENSE"} <= set(
+        names
+    )
 
 
 def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> None:
@@ -77,7 +81,9 @@ def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> 
     assert Path(result.stdout.strip()).resolve() == (installed / "indexer_env" / "conf").resolve()
 
 
-@pytest.mark.parametrize("verb", [["indexer_cli", "train"], ["datagen"], ["classifier.diagnose"], ["discrepancy"]])
+@pytest.mark.parametrize(
+    "verb", [["indexer_cli", "train"], ["datagen"], ["classifier.diagnose"], ["discrepancy"], ["monitor"]]
+)
 def test_wheel_commands_start_outside_the_checkout(verb: list[str], installed: Path, tmp_path: Path) -> None:
     result = run_outside(installed, tmp_path, "-m", *verb, "--help")
     assert result.returncode == 0, result.stderr

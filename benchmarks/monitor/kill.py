@@ -1,0 +1,250 @@
+"""kill -9 of the monitor, of the broker or of the database at random instants while samples come.
+
+Each machine's samples are 1 s blocks of one endless record, so that its turns must follow each other every 8.2 s. After
+the last kill the publisher stops, the monitor works off what is left, and the turns in the store are counted: a turn
+that was there before a kill and is not there after it is lost; two of one start are doubled; `holes` are turns that are
+missing between two others. A killed monitor must leave no holes. A killed broker may, as it loses what it had not
+written yet; a publisher that waits for the broker's word sends that again, so that there are none here either.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.monitor.machines import RADIUS_M, WORK, model
+from monitor.intake.blocks import NANO
+from monitor.sources import demo
+from monitor.sources.mqtt import Broker
+from monitor.store import Store, StoreDown
+
+MOSQUITTO = shutil.which("mosquitto", path=os.environ.get("PATH", "") + ":/usr/sbin")
+TURN_S = 8.2
+_PATIENCE_S = 300.0
+
+
+def free_port() -> int:
+    """A port of this host that nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Process:
+    """A program that can be killed and started again."""
+
+    def __init__(self, command: list[str], folder: Path, name: str) -> None:
+        self.command, self._log, self._folder = command, folder / f"{name}.log", folder
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        """Start it."""
+        with self._log.open("ab") as log:
+            self.process = subprocess.Popen(
+                self.command, stdout=log, stderr=log, cwd=self._folder, start_new_session=True,
+                env=os.environ | {"PYTHONPATH": os.getcwd()},
+            )  # fmt: skip
+
+    def kill(self) -> None:
+        """kill -9, and wait until it is gone."""
+        if self.process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
+
+    def end(self) -> None:
+        """Ask it to end."""
+        if self.process is not None:
+            self.process.terminate()
+            try:
+                self.process.wait(30)
+            except subprocess.TimeoutExpired:
+                self.kill()
+
+
+def broker_process(folder: Path, port: int) -> Process:
+    """Mosquitto that writes what it holds every second."""
+    config = folder / "mosquitto.conf"
+    config.write_text(
+        f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence true\npersistence_location {folder}/\n"
+        "autosave_interval 1\nautosave_on_changes true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
+    )
+    assert MOSQUITTO is not None
+    return Process([MOSQUITTO, "-c", str(config)], folder, "broker")
+
+
+class Publisher:
+    """Sends 1 s blocks of every machine until it is stopped; a block is sent again until the broker has taken it."""
+
+    def __init__(self, port: int, machines: int, speed: float) -> None:
+        self._client = Broker("127.0.0.1", port).client("publisher", keep_session=True)
+        Broker("127.0.0.1", port).connect(self._client, keep_session=True)
+        turn = demo.records("press-1", 2)[1]
+        # Whole turns follow each other, so that the record has no seam.
+        self._samples = np.concatenate([turn] * 10)
+        self._machines, self._speed = machines, speed
+        self.sent, self._stop = 0, threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._start = int(time.time()) * NANO
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End with the block at hand."""
+        self._stop.set()
+        self._thread.join()
+
+    def close(self) -> None:
+        """Leave the broker."""
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def _run(self) -> None:
+        began = time.monotonic()
+        while not self._stop.wait(max(0.0, began + (self.sent + 1) / self._speed - time.monotonic())):
+            first = (1000 * self.sent) % len(self._samples)
+            values = np.take(self._samples, range(first, first + 1000), mode="wrap")
+            body = {
+                "time": (self._start + self.sent * NANO) / NANO,
+                "rate": 1000, "unit": "m/s^2", "sequence": self.sent,
+                "values": [round(float(value), 3) for value in values],
+            }  # fmt: skip
+            text = json.dumps(body)
+            sent = [self._client.publish(f"plant/m{number}/acceleration", text, 1) for number in range(self._machines)]
+            for message in sent:
+                while not message.is_published():
+                    time.sleep(0.005)
+            self.sent += 1
+
+
+def measure(
+    target: str, kills: int, machines: int, speed: float, seed: int, url: str | None = None
+) -> dict[str, object]:
+    """Kill `target` (monitor or broker) so many times; the counts of what was lost, doubled or left out."""
+    model()
+    with tempfile.TemporaryDirectory() as work, contextlib.ExitStack() as stack:
+        folder = Path(work)
+        port, page = free_port(), free_port()
+        broker = broker_process(folder, port)
+        store_url = url or f"sqlite:///{folder}/kept/monitor.sqlite"
+        monitor = Process(
+            [
+                sys.executable, "-m", "monitor", f"source=mqtt://127.0.0.1:{port}/plant/+/acceleration",
+                f"model={(WORK / 'model-3000').resolve()}", f"sensor_radius={RADIUS_M}", f"out={folder}/kept",
+                f"store='{store_url}'", f"port={page}",
+            ],
+            folder, "monitor",
+        )  # fmt: skip
+        processes = {"monitor": monitor, "broker": broker}
+        for process in processes.values():
+            process.start()
+            stack.callback(process.end)
+            time.sleep(1.0)
+        _wait(lambda: _listening(page), "the page")
+        store = Store(store_url)
+        publisher = Publisher(port, machines, speed)
+        stack.callback(publisher.close)
+        publisher.start()
+        _wait(lambda: len(_turns(store)) >= machines, "the first turns")
+        dice, lost = random.Random(seed), 0
+        for number in range(kills):
+            time.sleep(dice.uniform(0.2, 6.0))
+            before = _turns(store)
+            processes[target].kill()
+            after = _turns(store)
+            lost += len(set(before) - set(after))
+            processes[target].start()
+            if target == "monitor":
+                # Killed while it starts now and then, and while it works off what has piled up.
+                _wait(lambda: _listening(page), "the page") if dice.random() < 0.8 else time.sleep(dice.uniform(0, 4))
+            print(f"kill {number + 1} of {kills}: {len(after)} turns", file=sys.stderr, flush=True)
+        time.sleep(5.0)
+        publisher.stop()
+        expected = int(publisher.sent / TURN_S) * machines
+        with contextlib.suppress(AssertionError):
+            _wait(lambda: len(_turns(store)) >= expected, "the last turns")
+        turns = _turns(store)
+        starts = Counter((machine, round(start / 1e8)) for machine, _, start in turns)
+        return {
+            "target": target,
+            "kills": kills,
+            "machines": machines,
+            "blocks_sent": publisher.sent * machines,
+            "turns_expected": expected,
+            "turns": len(turns),
+            "lost": lost,
+            "doubled": sum(count - 1 for count in starts.values()),
+            "holes": _holes(turns),
+            "states": {m["machine"]: {k: v["count"] for k, v in m["states"].items()} for m in store.machines()},
+        }
+
+
+def _holes(turns: list[tuple[str, int, int]]) -> int:
+    holes = 0
+    for machine in {turn[0] for turn in turns}:
+        starts = sorted(start for name, _, start in turns if name == machine)
+        steps = np.diff(starts) / NANO / TURN_S
+        holes += int(np.sum(np.round(steps) - 1))
+    return holes
+
+
+def _turns(store: Store) -> list[tuple[str, int, int]]:
+    def read() -> Iterator[tuple[str, int, int]]:
+        for one in store.machines():
+            for turn in store.turns(one["machine"], count=100_000):
+                yield one["machine"], turn["number"], turn["start_ns"]
+
+    until = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return list(read())
+        except StoreDown:
+            assert time.monotonic() < until
+            time.sleep(0.2)
+
+
+def _listening(port: int) -> bool:
+    try:
+        socket.create_connection(("127.0.0.1", port), 1.0).close()
+    except OSError:
+        return False
+    return True
+
+
+def _wait(condition, what: str) -> None:
+    until = time.monotonic() + _PATIENCE_S
+    while not condition():
+        assert time.monotonic() < until, f"{what} did not come"
+        time.sleep(0.1)
+
+
+def main(arguments: list[str]) -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="benchmarks.monitor kill")
+    parser.add_argument("--target", choices=("monitor", "broker"), default="monitor")
+    parser.add_argument("--kills", type=int, default=30)
+    parser.add_argument("--machines", type=int, default=4)
+    parser.add_argument("--speed", type=float, default=3.0)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args(arguments)
+    if MOSQUITTO is None:
+        raise SystemExit("needs Mosquitto: apt-get install mosquitto")
+    print(json.dumps(measure(given.target, given.kills, given.machines, given.speed, given.seed), indent=1))

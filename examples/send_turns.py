@@ -1,0 +1,52 @@
+"""Thirty turns of a machine whose play grows, sent to a broker block by block as a logger would.
+
+    python examples/send_turns.py [HOST [PORT]]
+
+A block a second of the machine's time, a hundred times faster than real time; needs the extra [monitor].
+"""
+
+import json
+import math
+import sys
+import time
+
+import numpy as np
+import paho.mqtt.client as mqtt
+from paho.mqtt.enums import CallbackAPIVersion
+
+from indexer_env import Faults, load_machine, simulate
+
+RADIUS_M = 0.4
+
+
+def turns(count: int) -> np.ndarray:
+    """Tangential acceleration [m/s²] of so many turns, the play growing from 0 to 10 degrees at the motor shaft."""
+    machine = load_machine("reference")
+    worn = (Faults(backlash=math.radians(10.0 * turn / (count - 1))).applied_to(machine) for turn in range(count))
+    records = [RADIUS_M * simulate(one).table_acceleration for one in worn]
+    return np.concatenate(records) + 0.05 * np.random.default_rng(0).standard_normal(8200 * count)
+
+
+def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:
+    """Send them."""
+    client = mqtt.Client(CallbackAPIVersion.VERSION2, "logger")
+    client.connect(host, int(port))
+    client.loop_start()
+    samples, start = turns(count), time.time()
+    for sequence, first in enumerate(range(0, len(samples), 1000)):
+        block = samples[first : first + 1000]
+        message = {
+            "time": start + first / 1000.0,
+            "rate": 1000,
+            "unit": "m/s^2",
+            "sequence": sequence,
+            "values": block.round(4).tolist(),
+        }
+        client.publish("plant/press-9/acceleration", json.dumps(message), qos=1).wait_for_publish(30)
+        time.sleep(0.01)
+    client.disconnect()
+    client.loop_stop()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])

@@ -1,0 +1,19 @@
+"""On-line condition monitoring: samples as they come -> turns, diagnosis, trends, alarms, and a page that shows them.
+
+In reading order, with the block of ISO 13374 that each is:
+    settings      conf/monitor.yaml -> objects that check themselves
+In reading order, each with its block of ISO 13374:
+    analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
+    alarms/       the alarm of a quantity: delays, deadband, acknowledge, shelve, re-alarm (OPC UA Part 9)
+    pipeline      one machine: blocks in, what happened out; knows no clock, store or network
+    store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
+    engine        the thread that takes blocks, runs the pipelines and commits each batch in one transaction
+    sources/      MQTT, a folder, a data set replayed, the demonstration
+    outputs/      MQTT, signed webhook, Prometheus
+    web/          the page, its interface and who may use it (advisory generation)
+    service       all of it started and stopped together
+    __main__      the command                                       (indexer monitor)
+
+Times are UTC as whole nanoseconds since 1970 inside, as ISO 8601 with zone outside. A turn is accepted once its
+samples are in the store; from then on neither a kill nor a restart loses or doubles it.
+"""

@@ -1,0 +1,10 @@
+"""Alarms of quantities, as OPC UA Part 9 (Alarms and Conditions, version 1.05) names their parts.
+
+limits     from which size on a quantity is an alert, an alarm, a danger
+condition  the state machine of one alarm
+"""
+
+from monitor.alarms.condition import Condition, Event, Rules
+from monitor.alarms.limits import LEVELS, Limits
+
+__all__ = ["LEVELS", "Condition", "Event", "Limits", "Rules"]

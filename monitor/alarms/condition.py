@@ -1,0 +1,188 @@
+"""The state machine of one alarm.
+
+Words of OPC UA Part 9: an alarm is active or not, acknowledged or not, shelved or not, and retained while it is any of
+active and unacknowledged. On-delay and off-delay are counted in turns, since only a turn is evidence: a level must be
+reached in each of `on_delay` turns in a row to become active, and left in each of `off_delay` to end. A higher level or
+a time of `re_alarm` makes an acknowledged alarm unacknowledged again. A shelved alarm goes through the same states and
+history, but tells nobody.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from indexer_env.checks import check_integer, check_number
+from indexer_env.errors import refuse
+from monitor.alarms.limits import LEVELS, Limits
+from monitor.analysis.finding import Size
+from monitor.intake.blocks import NANO
+
+HOUR_NS = 3600 * NANO
+LONGEST_NOTE = 500
+LONGEST_SHELF_H = 24.0 * 90
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Delays of all alarms.
+
+    Attributes
+    ----------
+    on_delay, off_delay : int
+        Turns in a row that raise and that end a level, >= 1.
+    re_alarm_h : float
+        Hours after which an acknowledged alarm that is still active asks again, > 0.
+    """
+
+    on_delay: int = 5
+    off_delay: int = 20
+    re_alarm_h: float = 72.0
+
+    def __post_init__(self) -> None:
+        for name in ("on_delay", "off_delay"):
+            check_integer("alarms", name, getattr(self, name), low=1, unit="turns")
+        check_number("alarms", "re_alarm_h", self.re_alarm_h, low=0.0, low_open=True, unit="h")
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to an alarm; `told`: whether it goes out to people.
+
+    kind: raised, lowered, ended, again, acknowledged, shelved, unshelved, noted.
+    """
+
+    time_ns: int
+    quantity: str
+    kind: str
+    level: str
+    value: float | None
+    low: float | None
+    high: float | None
+    told: bool
+    user: str = ""
+    note: str = ""
+
+
+class Condition:
+    """The alarm of one quantity of one machine.
+
+    Parameters
+    ----------
+    quantity : str
+    rules : Rules
+    body : mapping, optional
+        What `to_dict` gave.
+    """
+
+    def __init__(self, quantity: str, rules: Rules, body: dict[str, Any] | None = None) -> None:
+        body = body or {}
+        self.quantity, self._rules = quantity, rules
+        self.level = int(body.get("level", 0))
+        self.acknowledged = bool(body.get("acknowledged", True))
+        self.since_ns: int | None = body.get("since_ns")
+        self.shelved_until_ns: int | None = body.get("shelved_until_ns")
+        self._rising = [int(count) for count in body.get("rising", [0, 0, 0, 0])]
+        self._falling = int(body.get("falling", 0))
+        self._asked_ns = int(body.get("asked_ns", 0))
+
+    @property
+    def active(self) -> bool:
+        """Whether a level above normal holds."""
+        return self.level > 0
+
+    @property
+    def retained(self) -> bool:
+        """Whether an operator should still see it."""
+        return self.active or not self.acknowledged
+
+    @property
+    def shelved(self) -> bool:
+        """Whether it tells nobody for now."""
+        return self.shelved_until_ns is not None
+
+    def judge(self, time_ns: int, size: Size, limits: Limits) -> list[Event]:
+        """Take in the smoothed size of a turn; returns what happened."""
+        events = self._unshelved_in_time(time_ns, size)
+        target = limits.level(size.value, self.level)
+        # Of a size whose interval reaches down to nothing it is not sure that there is any.
+        if size.low <= 0.0 and target > self.level:
+            target = self.level
+        for level in (1, 2, 3):
+            self._rising[level] = self._rising[level] + 1 if target >= level > self.level else 0
+        self._falling = self._falling + 1 if target < self.level else 0
+        reached = max((level for level in (1, 2, 3) if self._rising[level] >= self._rules.on_delay), default=0)
+        if reached > self.level:
+            self.since_ns = self.since_ns if self.active else time_ns
+            self.level, self.acknowledged, self._asked_ns = reached, False, time_ns
+            self._rising = [0, 0, 0, 0]
+            events.append(self._event(time_ns, "raised", size))
+        elif self._falling >= self._rules.off_delay:
+            self.level, self._falling = target, 0
+            events.append(self._event(time_ns, "lowered" if target else "ended", size))
+            self.since_ns = self.since_ns if target else None
+        elif self.active and self.acknowledged and time_ns - self._asked_ns >= self._rules.re_alarm_h * HOUR_NS:
+            self.acknowledged, self._asked_ns = False, time_ns
+            events.append(self._event(time_ns, "again", size))
+        return events
+
+    def acknowledge(self, time_ns: int, user: str, note: str = "") -> Event:
+        """An operator has seen it. Raises ParameterError where there is nothing to acknowledge, or for a long note."""
+        if self.acknowledged:
+            raise refuse("alarm", "acknowledge", "asked for an alarm that is not acknowledged yet", self.quantity)
+        note = _note(note)
+        self.acknowledged, self._asked_ns = True, max(time_ns, self._asked_ns)
+        return self._event(time_ns, "acknowledged", None, user, note)
+
+    def shelve(self, time_ns: int, hours: float, user: str, note: str = "") -> Event:
+        """Tell nobody for so many hours. Raises ParameterError."""
+        check_number("alarm", "hours", hours, low=0.0, low_open=True, high=LONGEST_SHELF_H, unit="h")
+        note = _note(note)
+        self.shelved_until_ns = time_ns + round(hours * HOUR_NS)
+        return self._event(time_ns, "shelved", None, user, note or f"for {hours:g} h")
+
+    def unshelve(self, time_ns: int, user: str) -> Event:
+        """Tell again. Raises ParameterError where it was not shelved."""
+        if not self.shelved:
+            raise refuse("alarm", "unshelve", "asked for an alarm that is shelved", self.quantity)
+        self.shelved_until_ns = None
+        return self._event(time_ns, "unshelved", None, user)
+
+    def note(self, time_ns: int, user: str, note: str) -> Event:
+        """A remark in the history. Raises ParameterError for an empty one."""
+        if not _note(note):
+            raise refuse("alarm", "note", "a text", note)
+        return self._event(time_ns, "noted", None, user, note)
+
+    def _unshelved_in_time(self, time_ns: int, size: Size) -> list[Event]:
+        if self.shelved_until_ns is None or time_ns < self.shelved_until_ns:
+            return []
+        self.shelved_until_ns = None
+        return [self._event(time_ns, "unshelved", size)]
+
+    def _event(self, time_ns: int, kind: str, size: Size | None, user: str = "", note: str = "") -> Event:
+        value, low, high = (None, None, None) if size is None else size
+        return Event(time_ns, self.quantity, kind, LEVELS[self.level], value, low, high, not self.shelved, user, note)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, from which the constructor makes the same alarm."""
+        return {
+            "level": self.level,
+            "acknowledged": self.acknowledged,
+            "since_ns": self.since_ns,
+            "shelved_until_ns": self.shelved_until_ns,
+            "rising": self._rising,
+            "falling": self._falling,
+            "asked_ns": self._asked_ns,
+        }
+
+
+def plain(event: Event) -> dict[str, Any]:
+    """An event as plain values."""
+    return asdict(event)
+
+
+def _note(note: object) -> str:
+    if not isinstance(note, str) or len(note) > LONGEST_NOTE:
+        raise refuse("alarm", "note", f"a text of at most {LONGEST_NOTE} signs", str(note)[:40])
+    return note.strip()

@@ -1,0 +1,81 @@
+"""Turn by turn -> one value with its interval, and a history of bounded length.
+
+The value is the running median over `window` turns, of the sizes and of both ends of their intervals: one strange turn
+does not move it. The history keeps POINTS means at most; when it is full, neighbours are merged in pairs, so that it
+reaches back to the first turn with an ever coarser step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from monitor.analysis.finding import Size
+
+POINTS = 96
+"""Points of a history: a curve with its bend needs some tens, and they are stored with every turn."""
+
+_DIGITS = 7
+
+
+class Trend:
+    """The trend of one quantity in one mode.
+
+    Parameters
+    ----------
+    window : int
+        Turns of the running median.
+    body : mapping, optional
+        What `to_dict` gave.
+    """
+
+    def __init__(self, window: int, body: dict[str, Any] | None = None) -> None:
+        body = body or {}
+        self._window = window
+        self._recent: list[list[float]] = [list(entry) for entry in body.get("recent", [])]
+        self._points: list[list[float]] = [list(point) for point in body.get("points", [])]
+        self._stride = int(body.get("stride", 1))
+        self._open: list[list[float]] = [list(entry) for entry in body.get("open", [])]
+
+    def add(self, time_s: float, size: Size) -> Size:
+        """Take in a turn at `time_s` [s]; returns the smoothed value with its interval."""
+        self._recent = [*self._recent, [float(_round(part)) for part in size]][-self._window :]
+        self._open.append([float(time_s), *(float(_round(part)) for part in size)])
+        if len(self._open) >= self._stride:
+            self._points.append([float(_round(part, 13)) for part in np.mean(self._open, axis=0)])
+            self._open = []
+        if len(self._points) >= POINTS:
+            pairs = np.array(self._points[: len(self._points) // 2 * 2]).reshape(-1, 2, 4).mean(axis=1)
+            rest = self._points[len(pairs) * 2 :]
+            self._points = [[float(_round(part, 13)) for part in pair] for pair in pairs] + rest
+            self._stride *= 2
+        return self.now
+
+    @property
+    def now(self) -> Size:
+        """The smoothed value with its interval."""
+        return Size(*np.median(np.array(self._recent), axis=0).tolist())
+
+    @property
+    def full(self) -> bool:
+        """Whether the median has all its turns."""
+        return len(self._recent) >= self._window
+
+    @property
+    def history(self) -> np.ndarray:
+        """Points (n, 4): time [s], value and the ends of its interval."""
+        points: Sequence[list[float]] = self._points
+        if self._open:
+            points = [*points, np.mean(self._open, axis=0).tolist()]
+        return np.array(points, dtype=float).reshape(-1, 4)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, from which the constructor makes the same trend."""
+        return {"recent": self._recent, "points": self._points, "stride": self._stride, "open": self._open}
+
+
+def _round(value: float, digits: int = _DIGITS) -> str:
+    """A number in so many digits: what is stored is what goes on being used."""
+    return f"{value:.{digits}g}"

@@ -1,0 +1,372 @@
+"""The thread that takes blocks, runs the pipelines and commits each batch in one transaction.
+
+A block is acknowledged to its source once the transaction that holds it and all that it led to is committed. Where the
+database breaks off, all pipelines are forgotten, and when it is back they are made again from what was committed, and
+the batch is taken in again: what of it had been committed comes twice then, and is left out.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, insert
+
+from indexer_env.errors import refuse
+from monitor.alarms import Condition, Event
+from monitor.alarms.condition import plain
+from monitor.analysis.finding import Diagnoser
+from monitor.intake.blocks import Block
+from monitor.pipeline import Outcome, Pipeline, Plan, Turn
+from monitor.store.codec import finite
+from monitor.store.schema import EVENT, OUTBOX, RAW, TURN
+from monitor.store.store import Store, StoreDown, drop_blocks, write_block, write_machine, write_position
+
+_log = logging.getLogger(__name__)
+
+_BATCH = 256
+_TICK_S = 0.5
+_RETRY_S = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A block and how its source learns that it is kept.
+
+    position  source, item and value that are stored with it, for a source that is read and not sent
+    kept      called once the block is in the store
+    """
+
+    block: Block
+    position: tuple[str, str, str] | None = None
+    kept: Callable[[], None] | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """What came of a batch for one machine: its summary, and what happened to its alarms."""
+
+    summary: dict[str, Any]
+    events: tuple[Event, ...]
+
+
+class Engine:
+    """Runs until `stop`.
+
+    Parameters
+    ----------
+    store : Store
+    diagnoser : Diagnoser
+    plan : Plan
+    channels : tuple of str
+        Outputs that want to hear of alarms: each gets its own copy in the outbox.
+    changed : callable
+        Called from the engine's thread with each `Change`, after its commit.
+    queue_blocks : int
+        Blocks that may wait; a source that brings more is held up.
+    stale_s : float
+        Seconds without samples after which a machine is stale, by the clock of this host.
+    reorder_s : float
+        Seconds for which a block waits for a missing one.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        diagnoser: Diagnoser,
+        plan: Plan,
+        channels: tuple[str, ...] = (),
+        changed: Callable[[Change], None] = lambda change: None,
+        queue_blocks: int = 2000,
+        stale_s: float = 60.0,
+        reorder_s: float = 2.0,
+    ) -> None:
+        self._store, self._diagnoser, self._plan, self._channels = store, diagnoser, plan, channels
+        self._changed, self._stale_s, self._reorder_s = changed, stale_s, reorder_s
+        self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
+        self._pipelines: dict[str, Pipeline] = {}
+        self._heard: dict[str, float] = {}
+        self._ended: set[str] = set()
+        self._lock = threading.RLock()
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
+        self.failure: BaseException | None = None
+        self.blocks = self.turns = self.refused = self.retries = 0
+
+    # ------------------------------------------------------------------------------------------------ outside
+
+    def start(self) -> None:
+        """Make the pipelines of all known machines, and begin."""
+        with self._lock:
+            for summary in self._store.machines():
+                self._pipeline(str(summary["machine"]))
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Finish the batch at hand and end."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def offer(self, arrival: Arrival, timeout: float | None = None) -> bool:
+        """Hand in a block; waits while the queue is full, at most `timeout` [s]. False: it was not taken."""
+        try:
+            self._queue.put(arrival, timeout=timeout)
+        except queue.Full:
+            return False
+        return True
+
+    @property
+    def waiting(self) -> int:
+        """Blocks in the queue."""
+        return self._queue.qsize()
+
+    def positions(self, source: str) -> dict[str, str]:
+        """How far a source has been read, by item; asks until the database answers."""
+        while not self._stopping.is_set():
+            try:
+                return self._store.positions(source)
+            except StoreDown:
+                self._stopping.wait(_RETRY_S)
+        return {}
+
+    def broken(self, machine: str, sentence: str) -> None:
+        """A message of a machine could not be read; told where the machine is known, else only counted."""
+        self.refused += 1
+        with self._lock:
+            pipeline = self._pipelines.get(machine)
+            if pipeline is not None:
+                pipeline.states.note("broken_payload", time.time_ns(), sentence)
+
+    def ended(self, machine: str) -> None:
+        """No samples are expected from a machine for now: it is not stale."""
+        self._ended.add(machine)
+
+    def command(self, machine: str, quantity: str, act: Callable[[Pipeline], Event]) -> Event:
+        """An operator does something to an alarm; it is committed when this returns.
+
+        Raises
+        ------
+        ParameterError
+            There is no such alarm, or `act` refuses.
+        StoreDown
+            The database cannot be reached.
+        """
+        with self._lock:
+            pipeline = self._pipelines.get(machine)
+            if pipeline is None or quantity not in pipeline.conditions:
+                raise refuse("alarm", "machine", "the name of a machine and a quantity that it has", machine)
+            before = pipeline.conditions[quantity].to_dict()
+            happened = act(pipeline)
+            try:
+                with self._store.transaction() as connection:
+                    self._write(connection, machine, Outcome(events=[happened]))
+            except StoreDown:
+                pipeline.conditions[quantity] = Condition(quantity, self._plan.rules, before)
+                raise
+            self._changed(Change(pipeline.summary(), (happened,)))
+            return happened
+
+    # ------------------------------------------------------------------------------------------------ inside
+
+    def _run(self) -> None:
+        try:
+            ticked = time.monotonic()
+            while not self._stopping.is_set():
+                batch = self._batch()
+                if batch:
+                    self._insist(functools.partial(self._work, batch))
+                if time.monotonic() - ticked >= _TICK_S:
+                    ticked = time.monotonic()
+                    self._insist(self._tick)
+        except BaseException as error:
+            self.failure = error
+            _log.exception("the engine has stopped")
+
+    def _batch(self) -> list[Arrival]:
+        try:
+            batch = [self._queue.get(timeout=0.1)]
+        except queue.Empty:
+            return []
+        while len(batch) < _BATCH:
+            try:
+                batch.append(self._queue.get_nowait())
+            except queue.Empty:
+                break
+        return batch
+
+    def _insist(self, work: Callable[[], None]) -> None:
+        """Do it until the database has taken it."""
+        while not self._stopping.is_set():
+            try:
+                with self._lock:
+                    work()
+                return
+            except StoreDown as reason:
+                self.retries += 1
+                if self.retries % 30 == 1:
+                    _log.warning("the store cannot be used (%s); trying again", reason)
+                with self._lock:
+                    self._pipelines.clear()
+                self._stopping.wait(_RETRY_S)
+                self._reload()
+
+    def _reload(self) -> None:
+        try:
+            with self._lock:
+                for summary in self._store.machines():
+                    self._pipeline(str(summary["machine"]))
+        except StoreDown:
+            self._pipelines.clear()
+
+    def _pipeline(self, machine: str) -> Pipeline:
+        found = self._pipelines.get(machine)
+        if found is None:
+            body, blocks = self._store.machine(machine)
+            found = Pipeline(machine, self._diagnoser, self._plan, body)
+            found.restore(blocks)
+            self._pipelines[machine] = found
+            self._heard.setdefault(machine, time.monotonic())
+        return found
+
+    def _work(self, batch: list[Arrival]) -> None:
+        changes: dict[str, list[Event]] = {}
+        turns = 0
+        with self._store.transaction() as connection:
+            for arrival in batch:
+                block = arrival.block
+                pipeline = self._pipeline(block.machine)
+                self._heard[block.machine] = time.monotonic()
+                self._ended.discard(block.machine)
+                if arrival.position is not None:
+                    write_position(connection, *arrival.position)
+                happened = changes.setdefault(block.machine, [])
+                outcome = pipeline.take(block)
+                if outcome is None:
+                    continue
+                write_block(connection, block)
+                self._write_turns(connection, block.machine, outcome)
+                happened += outcome.events
+                turns += len(outcome.turns)
+            for machine in changes:
+                self._write_state(connection, machine)
+        self.blocks += len(batch)
+        self.turns += turns
+        for arrival in batch:
+            if arrival.kept is not None:
+                arrival.kept()
+        for machine, events in changes.items():
+            self._changed(Change(self._pipelines[machine].summary(), tuple(events)))
+
+    def _tick(self) -> None:
+        """Machines that are silent, and blocks that have waited long enough."""
+        now = time.monotonic()
+        for machine, pipeline in list(self._pipelines.items()):
+            silent = now - self._heard.get(machine, now)
+            changed = False
+            outcome = Outcome()
+            if pipeline.waiting and silent > self._reorder_s:
+                outcome, changed = pipeline.flush(), True
+            if silent > self._stale_s and machine not in self._ended and "stale" not in pipeline.states.active:
+                pipeline.states.note("stale", time.time_ns(), f"no samples have come for {silent:.0f} s")
+                changed = True
+            if self._queue.qsize() > 0.8 * self._queue.maxsize:
+                pipeline.states.note("overload", time.time_ns())
+                changed = True
+            if changed:
+                with self._store.transaction() as connection:
+                    self._write(connection, machine, outcome)
+                self.turns += len(outcome.turns)
+                self._changed(Change(pipeline.summary(), tuple(outcome.events)))
+
+    # ------------------------------------------------------------------------------------------------ writing
+
+    def _write(self, connection: Connection, machine: str, outcome: Outcome) -> None:
+        self._write_turns(connection, machine, outcome)
+        self._write_state(connection, machine)
+
+    def _write_state(self, connection: Connection, machine: str) -> None:
+        pipeline = self._pipelines[machine]
+        write_machine(connection, machine, pipeline.to_dict(), pipeline.summary())
+        needed = pipeline.first_needed_ns()
+        if needed is not None:
+            drop_blocks(connection, machine, needed)
+
+    def _write_turns(self, connection: Connection, machine: str, outcome: Outcome) -> None:
+        raised = {one.kind for one in outcome.events} & {"raised"}
+        for turn in outcome.turns:
+            connection.execute(insert(TURN).values(machine=machine, **_turn_values(turn)))
+            record = turn.cut.turn.record
+            if record is not None:
+                keep = "reference" if self._is_reference(machine, turn) else "alarm" if raised else ""
+                connection.execute(
+                    insert(RAW).values(
+                        machine=machine,
+                        number=turn.number,
+                        rate=turn.cut.mode.rate,
+                        unit=turn.cut.mode.unit,
+                        keep=keep,
+                        record=np.asarray(record, "<f4").tobytes(),
+                    )
+                )
+        for happened in outcome.events:
+            number = self._pipelines[machine].turns
+            body = plain(happened)
+            connection.execute(
+                insert(EVENT).values(
+                    machine=machine,
+                    turn=number,
+                    time_ns=happened.time_ns,
+                    quantity=happened.quantity,
+                    kind=happened.kind,
+                    level=happened.level,
+                    content=json.dumps(body),
+                )
+            )
+            if happened.told:
+                for channel in self._channels:
+                    message = {"machine": machine, "turn": number, **body}
+                    connection.execute(insert(OUTBOX).values(channel=channel, content=json.dumps(message)))
+
+    def _is_reference(self, machine: str, turn: Turn) -> bool:
+        """The first turn of a mode whose verdict is healthy is kept to compare later ones with."""
+        if turn.finding is None or not turn.finding.healthy:
+            return False
+        pipeline, mode = self._pipelines[machine], turn.cut.mode.name
+        if mode in pipeline.references:
+            return False
+        pipeline.references[mode] = turn.number
+        return True
+
+
+def _turn_values(turn: Turn) -> dict[str, Any]:
+    finding = turn.finding
+    content: dict[str, Any] = {"state": turn.problem[0] if turn.problem else None}
+    if finding is not None:
+        content |= {
+            "verdict": finding.verdict,
+            "healthy": finding.healthy,
+            "probability": finding.probability,
+            "novelty": finding.novelty,
+            "level": finding.level,
+            "sizes": {name: list(size) for name, size in finding.sizes.items()},
+            "smooth": {name: list(size) for name, size in turn.sizes.items()},
+            "remaining": {name: [one.median, one.low, one.high] for name, one in turn.remaining.items()},
+            "more": dict(finding.more),
+        }
+    return {
+        "number": turn.number,
+        "start_ns": turn.cut.start_ns,
+        "duration": turn.cut.turn.duration,
+        "mode": turn.cut.mode.name,
+        "problem": turn.problem[1] if turn.problem else "",
+        "content": json.dumps(finite(content)),
+    }

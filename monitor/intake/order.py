@@ -1,0 +1,200 @@
+"""Blocks as they arrive -> blocks in their order.
+
+A block follows when it begins where the last one ended, within the jitter of the sender's clock, or has the next
+number. One that is ahead waits for those between, for at most HOLD blocks or until `flush`; then the hole is a gap. One
+that is behind came twice or too late and is left out; three in a row that follow each other are a clock that was set
+back, and are used. A step of the clock between two consecutive numbers is told and loses nothing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from indexer_records.measured import RATE_TOLERANCE
+from monitor.intake.blocks import NANO, Block
+from monitor.intake.states import States
+
+HOLD = 4
+"""Blocks that wait for a missing one: a broker's redelivery overtakes by one or two."""
+
+SET_BACK = 3
+"""Blocks behind in a row that follow each other until the clock is believed: two may be a resent pair."""
+
+_REMEMBERED = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A block in its place.
+
+    restart   it does not continue the one before it
+    shift_ns  by how much the sender's clock was set just before it [ns]
+    """
+
+    block: Block
+    restart: bool
+    shift_ns: int = 0
+
+
+class Order:
+    """Sorts the blocks of one machine and notes in `states` what was wrong.
+
+    Parameters
+    ----------
+    states : States
+    jitter : float
+        By how much the time of a block may be off [s].
+    used_until_ns : int or None
+        End of the samples that were used before, after a restart; what lies before came twice.
+    """
+
+    def __init__(self, states: States, jitter: float, used_until_ns: int | None = None) -> None:
+        self._states, self._jitter = states, round(jitter * NANO)
+        self._used_until = used_until_ns
+        self._last: Block | None = None
+        self._held: list[Block] = []
+        self._behind: list[Block] = []
+        self._seen: deque[tuple[int, int | None]] = deque(maxlen=_REMEMBERED)
+        self._anchor_ns, self._samples = 0, 0
+
+    @property
+    def waiting(self) -> bool:
+        """Whether blocks wait for a missing one."""
+        return bool(self._held)
+
+    def offer(self, block: Block) -> list[Placed] | None:
+        """The blocks that are now in their place, this one among them or not; None: it is not needed, as it came twice
+        or too late."""
+        if (block.start_ns, block.sequence) in self._seen:
+            self._states.note("double", block.start_ns)
+            return None
+        if block.begins:
+            return self._again(block)
+        last = self._last
+        if last is None:
+            return self._first(block)
+        off = block.start_ns - last.end_ns
+        if block.sequence is not None and last.sequence is not None:
+            ahead = block.sequence - last.sequence
+            # A sender that was started anew counts from 0 again, at a later time.
+            if ahead <= 0 and off >= -self._jitter:
+                return [*self.flush(), *self._gap(block)] if self._held else self._gap(block)
+            if ahead == 1:
+                if abs(off) > self._jitter:
+                    self._states.note(
+                        "clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s"
+                    )
+                    self._anchor(block)
+                    return self._follow(block, shift_ns=off)
+                return self._follow(block)
+        else:
+            ahead = 1 if abs(off) <= self._jitter else (2 if off > 0 else 0)
+            if ahead == 1:
+                return self._follow(block)
+        return self._ahead(block) if ahead > 1 else self._back(block)
+
+    def flush(self) -> list[Placed]:
+        """Wait no longer: the blocks that were held, the hole before them a gap."""
+        held, self._held = sorted(self._held, key=_key), []
+        placed: list[Placed] = []
+        for block in held:
+            last = self._last
+            continues = last is not None and (
+                block.sequence == last.sequence + 1
+                if block.sequence is not None and last.sequence is not None
+                else abs(block.start_ns - last.end_ns) <= self._jitter
+            )
+            placed += self._take(block, restart=False) if continues else self._gap(block)
+        return placed
+
+    def _first(self, block: Block) -> list[Placed] | None:
+        if self._used_until is not None:
+            if block.end_ns <= self._used_until + self._jitter:
+                self._states.note("double", block.start_ns)
+                return None
+            if block.start_ns > self._used_until + self._jitter:
+                return self._gap(block, since_ns=self._used_until)
+        return self._take(block, restart=True)
+
+    def _again(self, block: Block) -> list[Placed] | None:
+        """The first block of another recording; what was held before it is complete."""
+        if self._last is None and self._used_until is not None and block.end_ns <= self._used_until + self._jitter:
+            self._states.note("double", block.start_ns)
+            return None
+        return [*self.flush(), *self._take(block, restart=True)]
+
+    def _ahead(self, block: Block) -> list[Placed]:
+        self._held.append(block)
+        self._seen.append((block.start_ns, block.sequence))
+        return self.flush() if len(self._held) >= HOLD else []
+
+    def _back(self, block: Block) -> list[Placed] | None:
+        chain = self._behind
+        if chain and abs(block.start_ns - chain[-1].end_ns) <= self._jitter:
+            chain.append(block)
+        else:
+            self._behind = chain = [block]
+        if len(chain) < SET_BACK or block.sequence is not None:
+            self._states.note("late", block.start_ns)
+            return None
+        off = chain[0].start_ns - (self._last.end_ns if self._last else 0)
+        self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
+        return [Placed(one.block, one.restart, off) for one in self._take(block, restart=True)]
+
+    def _gap(self, block: Block, since_ns: int | None = None) -> list[Placed]:
+        since = self._last.end_ns if self._last is not None else since_ns
+        lost = 0.0 if since is None else (block.start_ns - since) / NANO
+        self._states.note("gap", block.start_ns, f"{max(0.0, lost):.3g} s of samples were lost")
+        return self._take(block, restart=True)
+
+    def _follow(self, block: Block, shift_ns: int = 0) -> list[Placed]:
+        placed = [Placed(one.block, one.restart, shift_ns) for one in self._take(block, restart=False)]
+        # Those that waited for it, and those that came a second time meanwhile.
+        while self._held:
+            held = sorted(self._held, key=_key)
+            last, following = self._last, held[0]
+            assert last is not None
+            numbered = following.sequence is not None and last.sequence is not None
+            step = following.sequence - last.sequence if numbered else 0  # type: ignore[operator]
+            off = following.start_ns - last.end_ns
+            if not (step == 1 if numbered else abs(off) <= self._jitter):
+                break
+            self._held = held[1:]
+            self._states.note("reordered", following.start_ns)
+            placed += self._take(following, restart=False)
+        return placed
+
+    def _take(self, block: Block, restart: bool) -> list[Placed]:
+        restart = restart or self._last is None
+        if self._last is not None and not restart and block.rate != self._last.rate:
+            restart = True
+        if restart:
+            self._anchor(block)
+        self._seen.append((block.start_ns, block.sequence))
+        self._last, self._behind = block, []
+        self._check_rate(block)
+        self._samples += block.values.size
+        return [Placed(block, restart)]
+
+    def _anchor(self, block: Block) -> None:
+        self._anchor_ns, self._samples = block.start_ns, 0
+
+    def _check_rate(self, block: Block) -> None:
+        """Whether the samples come as fast as stated, once so much was seen that jitter cannot tell otherwise."""
+        if not self._samples:
+            return
+        elapsed, stated = (block.start_ns - self._anchor_ns) / NANO, self._samples / block.rate
+        allowed = RATE_TOLERANCE + 2.0 * self._jitter / NANO / stated
+        if allowed > 2.0 * RATE_TOLERANCE:
+            return
+        if abs(elapsed / stated - 1.0) > allowed:
+            true = self._samples / elapsed
+            text = f"{true:.6g} samples come in a second where the sender states {block.rate:g}"
+            self._states.note("rate_error", block.start_ns, text)
+        else:
+            self._states.over("rate_error")
+
+
+def _key(block: Block) -> tuple[int, int]:
+    return (block.start_ns, 0) if block.sequence is None else (block.sequence, block.start_ns)

@@ -1,0 +1,54 @@
+"""What must be told on a channel, told until it was taken: at least once, in order."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from monitor.store import Store, StoreDown
+
+_log = logging.getLogger(__name__)
+
+_LOOK_S = 0.5
+_LONGEST_WAIT_S = 300.0
+
+
+class Sender:
+    """Takes the rows of a channel from the outbox and hands them to `deliver`, oldest first.
+
+    `deliver` raises OSError where the other side did not take it; it is tried again, ever more rarely up to every five
+    minutes.
+    """
+
+    def __init__(self, store: Store, channel: str, deliver: Callable[[int, dict[str, Any]], None]) -> None:
+        self._store, self._channel, self._deliver = store, channel, deliver
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"sender {channel}", daemon=True)
+        self.delivered = self.failures = 0
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End; what was not told yet stays in the store."""
+        self._stopping.set()
+        self._thread.join(timeout=10.0)
+
+    def _run(self) -> None:
+        wait = _LOOK_S
+        while not self._stopping.wait(wait):
+            wait = _LOOK_S
+            try:
+                for row, message in self._store.outbox(self._channel):
+                    self._deliver(row, message)
+                    self._store.delivered([row])
+                    self.delivered += 1
+            except (OSError, StoreDown) as error:
+                self.failures += 1
+                wait = min(_LONGEST_WAIT_S, _LOOK_S * 2.0 ** min(self.failures, 10))
+                _log.warning("%s: an alarm was not taken (%s); trying again", self._channel, type(error).__name__)
+            else:
+                self.failures = 0

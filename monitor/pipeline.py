@@ -1,0 +1,348 @@
+"""One machine: blocks in, turns with what they mean out. Knows no store and no network; time is that of the samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from indexer_env.errors import SignalError
+from indexer_env.signal import Signal
+from indexer_records.conditions import Pulse, RecordConditions
+from monitor.alarms import Condition, Event, Limits, Rules
+from monitor.alarms.limits import LEVELS
+from monitor.analysis.baseline import Baseline, station_levels
+from monitor.analysis.finding import Diagnoser, Finding, Size
+from monitor.analysis.remaining import Remaining, remaining_time
+from monitor.analysis.trend import Trend
+from monitor.intake.blocks import NANO, Block
+from monitor.intake.cutter import Cutter, CutTurn
+from monitor.intake.order import Order, Placed
+from monitor.intake.states import UNTIL_GOOD_TURN, States
+
+CHANGE = "change"
+"""Quantity of what no fault explains: how far a turn is from what was taught and from what is usual."""
+
+DEFAULT_RULES = Rules()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all machines of a monitor share.
+
+    Attributes
+    ----------
+    limits : mapping of str to Limits
+        Of each quantity, and of CHANGE.
+    rules : Rules
+    window : int
+        Turns of the running median.
+    jitter : float
+        By how much the time of a block may be off [s].
+    pulse_range : tuple of float
+        Least and greatest value of a pulse.
+    pulse : Pulse
+    sensor_radius : float or None
+        Of the accelerometers [m].
+    stations : int
+        Of the tables; levels are told for each where a pulse marks the turns.
+    """
+
+    limits: Mapping[str, Limits]
+    rules: Rules = DEFAULT_RULES
+    window: int = 7
+    jitter: float = 0.02
+    pulse_range: tuple[float, float] = (0.0, 1.0)
+    pulse: Pulse = Pulse()
+    sensor_radius: float | None = None
+    stations: int = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A turn that was accepted.
+
+    number    its number, from 1
+    cut       the turn as it was cut
+    problem   state and sentence where it was not diagnosed
+    finding   what it shows; None where there is a problem
+    sizes     smoothed, by quantity
+    remaining time to the limit, by quantity, where it can be told
+    """
+
+    number: int
+    cut: CutTurn
+    problem: tuple[str, str] | None
+    finding: Finding | None
+    sizes: Mapping[str, Size]
+    remaining: Mapping[str, Remaining]
+
+
+@dataclass(eq=False)
+class Outcome:
+    """What a block has led to."""
+
+    turns: list[Turn] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+
+class Pipeline:
+    """All that is known of one machine.
+
+    Parameters
+    ----------
+    machine : str
+    diagnoser : Diagnoser
+    plan : Plan
+    body : mapping, optional
+        What `to_dict` gave; samples that were not used yet must be fed again.
+    """
+
+    def __init__(self, machine: str, diagnoser: Diagnoser, plan: Plan, body: dict[str, Any] | None = None) -> None:
+        body = body or {}
+        self.machine, self._diagnoser, self._plan = machine, diagnoser, plan
+        self.states = States(body.get("states"))
+        self.turns = int(body.get("turns", 0))
+        self.until_ns: int | None = body.get("until_ns")
+        self.sensor: str | None = body.get("sensor")
+        self.last: dict[str, Any] = body.get("last", {})
+        self.references: dict[str, int] = dict(body.get("references", {}))
+        self.trends = {
+            mode: {name: Trend(plan.window, trend) for name, trend in trends.items()}
+            for mode, trends in body.get("trends", {}).items()
+        }
+        self.baselines = {key: Baseline(value) for key, value in body.get("baselines", {}).items()}
+        stored = body.get("conditions", {})
+        self.conditions = {name: Condition(name, plan.rules, stored.get(name)) for name in plan.limits}
+        self._order = Order(self.states, plan.jitter, self.until_ns)
+        self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
+        self._resume_ns: int | None = None
+        self._newest_ns: int | None = None
+
+    # ------------------------------------------------------------------------------------------------ samples
+
+    def take(self, block: Block) -> Outcome | None:
+        """Take in a block as it arrives; None: it came twice or too late, and is not needed."""
+        placed = self._order.offer(block)
+        if placed is None:
+            return None
+        return self._work(placed)
+
+    def restore(self, blocks: Sequence[Block]) -> Outcome:
+        """Take in again the samples that were in the store, after a restart; as nothing is new, the states stay."""
+        states = self.states.to_dict()
+        self._order = Order(self.states, self._plan.jitter, None if blocks else self.until_ns)
+        self._resume_ns = self.until_ns
+        outcome = Outcome()
+        for block in blocks:
+            if (more := self.take(block)) is not None:
+                outcome.turns += more.turns
+                outcome.events += more.events
+        self._resume_ns = None
+        self.states.replace(states)
+        return outcome
+
+    def flush(self) -> Outcome:
+        """Wait no longer for blocks that are missing."""
+        return self._work(self._order.flush())
+
+    def finish(self) -> Outcome:
+        """No samples will follow: the turns that waited for them are told."""
+        outcome = self.flush()
+        self._tell(self._cutter.finish(), outcome)
+        return outcome
+
+    @property
+    def waiting(self) -> bool:
+        """Whether blocks wait for a missing one."""
+        return self._order.waiting
+
+    def _work(self, placed: list[Placed]) -> Outcome:
+        outcome = Outcome()
+        for place in placed:
+            if self._begin(place, outcome):
+                self._feed(place.block, place.restart, outcome)
+        return outcome
+
+    def _begin(self, place: Placed, outcome: Outcome) -> bool:
+        """What a new stretch of samples or a clock that was set means for the turns; False: the block is used up."""
+        block = place.block
+        if self._resume_ns is not None and block.pulse is None:
+            # Without a pulse the next turn begins where the last one ended.
+            if block.end_ns <= self._resume_ns:
+                return False
+            skipped = max(0, round((self._resume_ns - block.start_ns) / NANO * block.rate))
+            self._resume_ns = None
+            if 0 < skipped < block.values.size:
+                start = block.start_ns + round(skipped / block.rate * NANO)
+                block = replace(block, start_ns=start, values=block.values[skipped:])
+                self._feed(block, True, outcome)
+                return False
+        elif self.until_ns is not None and self._resume_ns is None and place.shift_ns < 0:
+            self.until_ns += place.shift_ns
+        if place.restart:
+            self._tell(self._cutter.finish(), outcome)
+        return True
+
+    def _feed(self, block: Block, restart: bool, outcome: Outcome) -> None:
+        self._newest_ns = block.end_ns
+        if block.sensor is not None:
+            if self.sensor is not None and block.sensor != self.sensor:
+                self.states.note("swapped", block.start_ns, f"the sensor is {block.sensor}, it was {self.sensor}")
+                self.baselines.clear()
+            self.sensor = block.sensor
+        try:
+            cuts = self._cutter.feed(block, restart)
+        except SignalError as error:
+            self.states.note("not_comparable", block.start_ns, str(error))
+            self.until_ns = block.end_ns
+            return
+        self._tell(cuts, outcome)
+        self.states.over("stale")
+        self.states.age(block.end_ns)
+        self._check_pulse(block)
+
+    def _check_pulse(self, block: Block) -> None:
+        """Samples of two turns without one: the pulse has died."""
+        longest = max(mode.duration for mode in self._diagnoser.modes)
+        if block.pulse is not None and self.until_ns is not None:
+            waited = (block.end_ns - self.until_ns) / NANO
+            if waited > 3.0 * longest:
+                self.states.note("no_pulse", block.end_ns, f"no pulse has come for {waited:.3g} s")
+
+    # ------------------------------------------------------------------------------------------------ turns
+
+    def _tell(self, cuts: list[CutTurn], outcome: Outcome) -> None:
+        for cut in cuts:
+            # After a restart the samples around the last turn are fed again.
+            if self.until_ns is not None and cut.start_ns < self.until_ns - round(0.25 * cut.turn.duration * NANO):
+                continue
+            self.until_ns = cut.end_ns
+            self.turns += 1
+            flaw = self._diagnoser.flaw(cut.mode, cut.turn)
+            if flaw is None:
+                try:
+                    outcome.turns.append(self._diagnosed(cut, outcome))
+                    continue
+                except SignalError as error:
+                    flaw = "not_comparable", str(error)
+            self.states.note(flaw[0], cut.end_ns, flaw[1])
+            outcome.turns.append(Turn(self.turns, cut, flaw, None, {}, {}))
+            self.last = {**self.last, "time_ns": cut.end_ns, "mode": cut.mode.name, "problem": flaw[1]}
+
+    def _diagnosed(self, cut: CutTurn, outcome: Outcome) -> Turn:
+        mode, record = cut.mode, cut.turn.record
+        assert record is not None
+        signal = Signal(record, mode.rate, unit=mode.unit, source=self.machine)
+        known = RecordConditions(motor_speed=mode.motor_speed, sensor_radius=self._plan.sensor_radius)
+        finding = self._diagnoser.diagnose_turn(signal, known)
+        self.states.over(*UNTIL_GOOD_TURN)
+        sizes: dict[str, Size] = dict(finding.sizes)
+        sizes[CHANGE] = self._change(cut, finding)
+        trends = self.trends.setdefault(mode.name, {})
+        smooth: dict[str, Size] = {}
+        remaining: dict[str, Remaining] = {}
+        for name, size in sizes.items():
+            if name not in self._plan.limits:
+                continue
+            trend = trends.setdefault(name, Trend(self._plan.window))
+            smooth[name] = trend.add(cut.end_ns / NANO, size)
+            if trend.full:
+                outcome.events += self._judge(name, cut.end_ns, smooth)
+            if name != CHANGE and smooth[name].low > 0.0:
+                found = remaining_time(trend.history, self._plan.limits[name].end, cut.end_ns / NANO)
+                if found is not None:
+                    remaining[name] = found
+        self.last = {
+            "time_ns": cut.end_ns,
+            "mode": mode.name,
+            "problem": "",
+            "verdict": finding.verdict,
+            "healthy": finding.healthy,
+            "probability": finding.probability,
+            "level": finding.level,
+            "novelty": finding.novelty,
+            "sizes": {name: list(size) for name, size in smooth.items()},
+            "remaining": {name: [r.median, r.low, r.high] for name, r in remaining.items()},
+        }
+        return Turn(self.turns, cut, None, finding, smooth, remaining)
+
+    def _judge(self, name: str, time_ns: int, smooth: Mapping[str, Size]) -> list[Event]:
+        """What a fault explains is no unknown change: CHANGE is not raised beside an active fault."""
+        explained = any(one.active for other, one in self.conditions.items() if other != CHANGE)
+        size = smooth[name]
+        if name == CHANGE and explained:
+            size = Size(0.0, 0.0, 0.0)
+        return self.conditions[name].judge(time_ns, size, self._plan.limits[name])
+
+    def _change(self, cut: CutTurn, finding: Finding) -> Size:
+        """How far a turn is from what was taught and from what is usual; 1 and more is far.
+
+        The greater one of the model's novelty and of the mean level's or a station's deviation over SCATTERS scatters.
+        """
+        record = cut.turn.record
+        assert record is not None
+        values = [np.log(max(finding.level, 1e-12))]
+        if cut.by_pulse:
+            values += list(station_levels(record, self._plan.stations))
+        baseline = self.baselines.setdefault(f"{cut.mode.name} {cut.by_pulse}", Baseline())
+        factor = baseline.gain(record, cut.mode.rate)
+        if factor is not None:
+            text = f"all frequencies have changed by the factor {factor:.3g}: sensor, gain or range was changed"
+            self.states.note("swapped", cut.end_ns, text)
+        away = baseline.add(np.array(values))
+        far = 0.0 if away is None else float(np.abs(away).max()) / SCATTERS
+        value = max(far, 0.0 if finding.novelty is None else finding.novelty)
+        return Size(value, value, value)
+
+    # ------------------------------------------------------------------------------------------------ what is known
+
+    def summary(self) -> dict[str, Any]:
+        """What the first view tells of the machine."""
+        worst = max(self.conditions.values(), key=lambda one: (one.level, not one.acknowledged))
+        alarms = {
+            name: {**one.to_dict(), "level_name": LEVELS[one.level], "shelved": one.shelved}
+            for name, one in self.conditions.items()
+            if one.retained or one.shelved
+        }
+        return {
+            "machine": self.machine,
+            "turns": self.turns,
+            "sensor": self.sensor,
+            "level": LEVELS[worst.level],
+            "worst": worst.quantity if worst.active else None,
+            "alarms": alarms,
+            "states": {name: values for name, values in self.states.to_dict().items()},
+            "active_states": self.states.active,
+            "last": self.last,
+        }
+
+    def first_needed_ns(self) -> int | None:
+        """Samples that end before this time are not needed any more [ns]: two turns before the end of the last one, and
+        four before the newest sample where no turn is found."""
+        if self._newest_ns is None:
+            return None
+        longest = round(max(mode.duration for mode in self._diagnoser.modes) * NANO)
+        last = self._newest_ns - 4 * longest
+        return last if self.until_ns is None else max(last, min(self.until_ns, self._newest_ns) - 2 * longest)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, from which the constructor makes the same pipeline."""
+        return {
+            "states": self.states.to_dict(),
+            "turns": self.turns,
+            "until_ns": self.until_ns,
+            "sensor": self.sensor,
+            "last": self.last,
+            "references": self.references,
+            "trends": {m: {n: trend.to_dict() for n, trend in trends.items()} for m, trends in self.trends.items()},
+            "baselines": {key: baseline.to_dict() for key, baseline in self.baselines.items()},
+            "conditions": {name: one.to_dict() for name, one in self.conditions.items()},
+        }
+
+
+SCATTERS = 8.0
+"""Deviation from what is usual that counts as 1 [scatters]: of 30 turns that teach it, the scatter itself is known to
+an eighth, and play makes the tails longer than a normal distribution's."""

@@ -1,0 +1,236 @@
+"""All of a monitor, started and stopped together."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+import uvicorn
+
+from classifier.model import load_model
+from indexer_env.errors import IndexerError, refuse
+from monitor.analysis.classifier import ClassifierDiagnoser
+from monitor.engine import Engine
+from monitor.intake.blocks import NANO
+from monitor.outputs.metrics import Metrics
+from monitor.outputs.outbox import Sender
+from monitor.outputs.publish import CHANNEL as MQTT_CHANNEL
+from monitor.outputs.publish import MqttDelivery
+from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
+from monitor.outputs.webhook import WebhookDelivery
+from monitor.settings import Settings
+from monitor.sources import demo
+from monitor.sources.base import Source
+from monitor.sources.broker import HOST, BuiltInBroker
+from monitor.sources.folder import FolderSource
+from monitor.sources.mqtt import Broker, MqttSource, read_url
+from monitor.sources.replay import ReplaySource
+from monitor.store import Store, StoreDown
+from monitor.store.archive import archive, expire
+from monitor.web.access import Gate
+from monitor.web.api import Api
+from monitor.web.app import make_app
+from monitor.web.hub import Hub
+
+DAY_NS = 24 * 3600 * NANO
+BUILT_IN_TOPIC = demo.TOPIC.format("+")
+
+_KEEPING_S = 30.0
+_DEMO_RECORDS = 1200
+_DEMO_RADIUS_M = 0.4
+_DEMO_DAYS = demo.TURNS * demo.HOURS / 24.0
+
+
+class ServiceError(IndexerError, RuntimeError):
+    """The monitor cannot start or has stopped by itself."""
+
+
+class Service:
+    """Everything that runs; `say` is told of the steps.
+
+    Raises
+    ------
+    IndexerError
+        What cannot be used, in one sentence.
+    """
+
+    def __init__(self, settings: Settings, say: Callable[[str], None] = print) -> None:
+        self._settings, self._say = settings, say
+        # A turn's network is far too small to be shared out among cores.
+        torch.set_num_threads(1)
+        settings.out.mkdir(parents=True, exist_ok=True)
+        if settings.source == "demo":
+            settings = self._settings = self._with_demo(settings)
+        diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
+        _check_limits(settings, diagnoser)
+        try:
+            self._store = Store(settings.store)
+        except StoreDown as error:
+            raise ServiceError(f"store must be a database that can be reached ({error}).") from None
+        self._hub = Hub()
+        self.broker: BuiltInBroker | None = None
+        self._senders: list[Sender] = []
+        channels = (*([WEB_CHANNEL] if settings.webhook.url else []), *([MQTT_CHANNEL] if settings.publish else []))
+        self.engine = Engine(
+            self._store, diagnoser, settings.plan, channels, self._hub.tell,
+            stale_s=settings.stale, reorder_s=settings.reorder,
+        )  # fmt: skip
+        self._sources = self._make_sources()
+        self._make_senders()
+        gate = Gate(settings.access)
+        api = Api(self._store, self.engine, diagnoser, settings.plan, self._hub, gate)
+        app = make_app(api, Metrics(self.engine, self._store), settings.local)
+        config = uvicorn.Config(
+            app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, ws="none",
+            limit_concurrency=500, h11_max_incomplete_event_size=16384, proxy_headers=False,
+        )  # fmt: skip
+        self._server = uvicorn.Server(config)
+        self._listener = _listener(settings.host, settings.port)
+        self._stopping = threading.Event()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        host, port = self._listener.getsockname()[:2]
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+
+    def run(self) -> None:
+        """Run until a signal comes or the engine fails."""
+        with self._running():
+            self._say(f"the page is at {self.url} (Ctrl-C ends)")
+            self._server.run(sockets=[self._listener])
+        if self.engine.failure is not None:
+            raise ServiceError(f"the monitor has stopped: {self.engine.failure}.")
+
+    def stop(self) -> None:
+        """End `run` from another thread."""
+        self._server.should_exit = True
+
+    @contextlib.contextmanager
+    def _running(self) -> Iterator[None]:
+        self.engine.start()
+        for part in (*self._senders,):
+            part.start()
+        for source in self._sources:
+            source.start(self.engine)
+        keeper = threading.Thread(target=self._keep, name="keeper", daemon=True)
+        keeper.start()
+        try:
+            yield
+        finally:
+            self._stopping.set()
+            for source in self._sources:
+                source.stop()
+            self.engine.stop()
+            for sender in self._senders:
+                sender.stop()
+            keeper.join(timeout=30.0)
+            if self.broker is not None:
+                self.broker.stop()
+            self._store.close()
+
+    def _keep(self) -> None:
+        """Move turns to files and forget old ones; end the server where the engine has failed."""
+        passed = _KEEPING_S
+        while not self._stopping.wait(1.0):
+            if self.engine.failure is not None:
+                self.stop()
+                return
+            passed += 1.0
+            if passed < _KEEPING_S:
+                continue
+            passed = 0.0
+            now = time.time_ns()
+            try:
+                archive(self._store, self._settings.out.resolve())
+                expire(
+                    self._store,
+                    now - round(self._settings.raw_days * DAY_NS),
+                    now - round(self._settings.turn_days * DAY_NS),
+                )
+            except StoreDown:
+                continue
+
+    # ------------------------------------------------------------------------------------------------ parts
+
+    def _with_demo(self, settings: Settings) -> Settings:
+        model = settings.out / "demo-model"
+        if not (model / "model.yaml").is_file():
+            self._say(f"making the demonstration's model: {_DEMO_RECORDS} simulated turns, one network (once, ~40 s) …")
+            demo.make_model(model, _DEMO_RECORDS)
+        return replace(settings, models=(model,), plan=replace(settings.plan, sensor_radius=_DEMO_RADIUS_M))
+
+    def _make_sources(self) -> list[Source]:
+        settings, source = self._settings, self._settings.source
+        if source in ("demo", "broker"):
+            self.broker = BuiltInBroker(settings.broker_port or _free_port())
+            self.broker.start()
+            broker = Broker(HOST, self.broker.port, version=3)
+            listening: list[Source] = [MqttSource(broker, BUILT_IN_TOPIC, settings.client_id)]
+            if source == "demo" and not self._store.machines():
+                start = time.time_ns() - round(_DEMO_DAYS * DAY_NS)
+                listening.append(demo.DemoSource(broker, start))
+            else:
+                self._say(f"the built-in broker listens at {HOST}:{self.broker.port}, topic {BUILT_IN_TOPIC}")
+            return listening
+        if source.startswith("folder:"):
+            folder = Path(source.removeprefix("folder:"))
+            if not folder.is_dir():
+                raise refuse("monitor", "source", "a folder that is there", source)
+            return [FolderSource(folder, settings.reading, settings.pulse_column, settings.settle)]
+        if source.startswith("replay:"):
+            return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
+        broker, topic = self._broker_of_url()
+        return [MqttSource(broker, topic, settings.client_id)]
+
+    def _broker_of_url(self) -> tuple[Broker, str]:
+        settings = self._settings
+        return read_url(settings.source, settings.tls, settings.mqtt_version)
+
+    def _make_senders(self) -> None:
+        settings = self._settings
+        if settings.webhook.url is not None and settings.webhook.secret is not None:
+            delivery = WebhookDelivery(settings.webhook.url, settings.webhook.secret)
+            self._senders.append(Sender(self._store, WEB_CHANNEL, delivery))
+        if settings.publish is not None:
+            if self.broker is not None:
+                broker = Broker(HOST, self.broker.port, version=3)
+            elif settings.source.startswith("mqtt"):
+                broker = self._broker_of_url()[0]
+            else:
+                raise refuse("monitor", "publish", "null where the source is no broker", settings.publish)
+            self._senders.append(
+                Sender(self._store, MQTT_CHANNEL, MqttDelivery(broker, settings.publish, settings.client_id))
+            )
+
+
+def _check_limits(settings: Settings, diagnoser: ClassifierDiagnoser) -> None:
+    watched = set(settings.plan.limits) & set(diagnoser.quantities)
+    if not watched:
+        raise refuse("monitor", "limits", f"limits of what the model tells ({', '.join(diagnoser.quantities)})", None)
+
+
+def _listener(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+    except OSError as error:
+        listener.close()
+        raise refuse(
+            "monitor", "port", f"one that is free on {host} ({error.strerror})", port, "choose another"
+        ) from None
+    return listener
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((HOST, 0))
+        return probe.getsockname()[1]

@@ -1,0 +1,200 @@
+"""conf/monitor.yaml -> objects that check themselves."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from indexer_cli.job_paths import path_given
+from indexer_env.checks import check_integer, check_number
+from indexer_env.errors import refuse
+from indexer_records.conditions import Pulse
+from indexer_records.measured import Reading
+from monitor.alarms import Limits, Rules
+from monitor.pipeline import CHANGE, Plan
+from monitor.sources.mqtt import Tls
+
+QUANTITIES = ("backlash_deg", "crack", "looseness", CHANGE)
+
+_LEAST_SECRET = 16
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who may use the page.
+
+    Attributes
+    ----------
+    operator_token, viewer_token, proxy_secret : str or None
+        Secrets of at least 16 signs.
+    operators : tuple of str
+        Names from the proxy that may act.
+    """
+
+    operator_token: str | None = field(default=None, repr=False)
+    viewer_token: str | None = field(default=None, repr=False)
+    proxy_secret: str | None = field(default=None, repr=False)
+    operators: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("operator_token", "viewer_token", "proxy_secret"):
+            value = getattr(self, name)
+            if value is not None and (not isinstance(value, str) or len(value) < _LEAST_SECRET):
+                raise refuse("auth", name, f"a text of {_LEAST_SECRET} signs at least, or null", "another")
+        if not all(isinstance(name, str) for name in self.operators):
+            raise refuse("auth", "operators", "a list of names", list(self.operators))
+        object.__setattr__(self, "operators", tuple(self.operators))
+
+    @property
+    def needed(self) -> bool:
+        """Whether anybody must show who he is."""
+        return any((self.operator_token, self.viewer_token, self.proxy_secret))
+
+
+@dataclass(frozen=True)
+class Webhook:
+    """Where alarms are posted."""
+
+    url: str | None = None
+    secret: str | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.url is not None and not str(self.url).startswith(("http://", "https://")):
+            raise refuse("webhook", "url", "http://… or https://…, or null", self.url)
+        if self.url is not None and (not isinstance(self.secret, str) or len(self.secret) < _LEAST_SECRET):
+            raise refuse(
+                "webhook", "secret", f"a text of {_LEAST_SECRET} signs at least where there is a url", "another"
+            )
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All of conf/monitor.yaml."""
+
+    source: str
+    models: tuple[Path, ...]
+    out: Path
+    store: str
+    plan: Plan
+    host: str
+    port: int
+    broker_port: int
+    mqtt_version: int
+    client_id: str
+    tls: Tls
+    reading: Reading
+    pulse_column: str | None
+    settle: float
+    speed: float
+    reorder: float
+    stale: float
+    raw_days: float
+    turn_days: float
+    access: Access
+    webhook: Webhook
+    publish: str | None
+
+    @property
+    def local(self) -> bool:
+        """Whether the page listens on this host alone."""
+        return is_local(self.host)
+
+
+def is_local(host: str) -> bool:
+    """Whether an address is of this host alone."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def settings_of(config: Mapping[str, Any]) -> Settings:
+    """The settings of a composed configuration.
+
+    Raises
+    ------
+    ParameterError
+        A value breaks its rule.
+    """
+    for key, low, high in (("port", 0, 65535), ("broker_port", 0, 65535)):
+        check_integer("monitor", key, config[key], low=low, high=high)
+    for key in ("settle", "speed"):
+        check_number("monitor", key, config[key], low=0.0, low_open=key == "speed")
+    for key in ("jitter", "reorder", "stale"):
+        check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", unit="s")
+    for key in ("raw_days", "turn_days"):
+        check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
+    if config["mqtt"]["version"] not in (3, 5):
+        raise refuse("mqtt", "version", "5 or 3", config["mqtt"]["version"])
+    for key in ("source", "host"):
+        if not isinstance(config[key], str) or not config[key]:
+            raise refuse("monitor", key, "a text", config[key])
+    out = path_given("monitor", "out", config["out"])
+    access, webhook = Access(**config["auth"]), Webhook(**config["webhook"])
+    if not is_local(config["host"]) and not access.needed:
+        remedy = "set auth.operator_token, or listen on 127.0.0.1"
+        raise refuse("monitor", "host", "localhost where no token and no proxy is set", config["host"], remedy)
+    given = config["model"]
+    models = () if given is None else tuple(given) if isinstance(given, list) else (given,)
+    source = config["source"]
+    if source != "demo" and not models:
+        raise refuse("monitor", "model", "the folder of a trained model", None, "train one with indexer train")
+    return Settings(
+        source=source,
+        models=tuple(path_given("monitor", "model", model) for model in models),
+        out=out,
+        store=config["store"] or f"sqlite:///{out.resolve() / 'monitor.sqlite'}",
+        plan=_plan(config),
+        host=config["host"],
+        port=config["port"],
+        broker_port=config["broker_port"],
+        mqtt_version=config["mqtt"]["version"],
+        client_id=config["mqtt"]["client_id"],
+        tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
+        reading=Reading(**config["read"]),
+        pulse_column=config["pulse"]["column"],
+        settle=float(config["settle"]),
+        speed=float(config["speed"]),
+        reorder=float(config["clock"]["reorder"]),
+        stale=float(config["clock"]["stale"]),
+        raw_days=float(config["keep"]["raw_days"]),
+        turn_days=float(config["keep"]["turn_days"]),
+        access=access,
+        webhook=webhook,
+        publish=config["publish"],
+    )
+
+
+def _plan(config: Mapping[str, Any]) -> Plan:
+    alarms, pulse = config["alarms"], config["pulse"]
+    check_integer("alarms", "window", alarms["window"], low=1, unit="turns")
+    check_integer("monitor", "stations", config["stations"], low=1)
+    radius = config["sensor_radius"]
+    if radius is not None:
+        check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, unit="m")
+    for key in ("low", "high"):
+        check_number("pulse", key, pulse[key])
+    if not pulse["low"] < pulse["high"]:
+        raise refuse("pulse", "high", "greater than pulse.low", pulse["high"])
+    limits = {}
+    for name, steps in config["limits"].items():
+        if steps is None:
+            continue
+        if not isinstance(steps, list) or len(steps) != 3:
+            raise refuse("limits", name, "a list of three, [alert, alarm, danger], or null", steps)
+        limits[name] = Limits(*steps, deadband=alarms["deadband"])
+    return Plan(
+        limits=limits,
+        rules=Rules(alarms["on_delay"], alarms["off_delay"], alarms["re_alarm"]),
+        window=alarms["window"],
+        jitter=float(config["clock"]["jitter"]),
+        pulse_range=(float(pulse["low"]), float(pulse["high"])),
+        pulse=Pulse(None, None, pulse["edge"], pulse["tolerance"]),
+        sensor_radius=radius,
+        stations=config["stations"],
+    )

@@ -1,0 +1,61 @@
+"""The built-in broker (amqtt): MQTT 3.1.1 on this host alone, so that a first try needs no other program."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+
+from indexer_env.errors import refuse
+
+HOST = "127.0.0.1"
+
+
+class BuiltInBroker:
+    """Listens on localhost from `start` to `stop`."""
+
+    def __init__(self, port: int) -> None:
+        self.port = port
+        self._loop = asyncio.new_event_loop()
+        self._ready = threading.Event()
+        self._stop = asyncio.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="broker", daemon=True)
+
+    def start(self) -> None:
+        """Begin; raises ParameterError where the port is taken."""
+        for name in ("amqtt", "transitions"):
+            logging.getLogger(name).setLevel(logging.ERROR)
+        self._thread.start()
+        self._ready.wait(timeout=30.0)
+        if self._failure is not None:
+            raise refuse(
+                "monitor", "broker_port", "a free port of this host", self.port, "choose another"
+            ) from self._failure
+
+    def stop(self) -> None:
+        """End."""
+        self._loop.call_soon_threadsafe(self._stop.set)
+        self._thread.join(timeout=10.0)
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_until_complete(self._serve())
+        except BaseException as error:
+            self._failure = error
+        finally:
+            self._ready.set()
+
+    async def _serve(self) -> None:
+        from amqtt.broker import Broker
+
+        broker = Broker(
+            {
+                "listeners": {"default": {"type": "tcp", "bind": f"{HOST}:{self.port}"}},
+                "plugins": {"amqtt.plugins.authentication.AnonymousAuthPlugin": {"allow_anonymous": True}},
+            }
+        )
+        await broker.start()
+        self._ready.set()
+        await self._stop.wait()
+        await broker.shutdown()

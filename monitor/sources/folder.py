@@ -1,0 +1,123 @@
+"""Files that a logger writes into a folder, of every format that `indexer ingest` reads.
+
+A file is complete once its size and time have not changed for `settle` seconds, and it is read once: its name, size and
+time go into the store together with its samples, so that neither a kill nor a restart reads it twice. Its machine is
+the folder below the watched one, or for a file that lies in it directly what stands before the first sign of _ or a
+digit of its name. Its time is the one in its name (20261122T060000Z), else that of its last change less its duration.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from indexer_env.errors import IndexerError, SignalError
+from indexer_records.formats import SUFFIXES
+from indexer_records.measured import Reading, read_recording
+from monitor.engine import Arrival, Engine
+from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
+from monitor.sources.base import Source
+
+_LOOK_S = 1.0
+_TIME = re.compile(r"(\d{8}T\d{6})(?:\.(\d{1,6}))?Z")
+
+
+class FolderSource(Source):
+    """Watches a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    reading : Reading
+        What the files leave open.
+    pulse_column : str or None
+    settle : float
+        Seconds without change after which a file is complete.
+    """
+
+    def __init__(self, folder: Path, reading: Reading, pulse_column: str | None, settle: float) -> None:
+        super().__init__()
+        self.name = f"folder:{folder}"
+        self._folder, self._reading, self._pulse, self._settle = folder, reading, pulse_column, settle
+        self._seen: dict[str, tuple[str, float]] = {}
+
+    def run(self, engine: Engine) -> None:
+        """As `Source.run`."""
+        done = engine.positions(self.name)
+        while not self.stopping.is_set():
+            for path, mark in self._complete(done):
+                done[path] = mark
+                self._read(engine, self._folder / path, path, mark)
+                if self.stopping.is_set():
+                    return
+            self.stopping.wait(_LOOK_S)
+
+    def _complete(self, done: dict[str, str]) -> list[tuple[str, str]]:
+        """Files that have rested, in the order of their names, with their marks."""
+        now, found = time.monotonic(), []
+        for path in sorted(self._folder.rglob("*")):
+            if path.suffix.lower() not in SUFFIXES or path.name.startswith(".") or path.is_symlink():
+                continue
+            try:
+                state = path.stat()
+            except OSError:
+                continue
+            name = path.relative_to(self._folder).as_posix()
+            mark = f"{state.st_size} {state.st_mtime_ns}"
+            if done.get(name) == mark or not path.is_file():
+                continue
+            known = self._seen.get(name)
+            if known is None or known[0] != mark:
+                self._seen[name] = (mark, now)
+            elif now - known[1] >= self._settle:
+                found.append((name, mark))
+        return found
+
+    def _read(self, engine: Engine, path: Path, name: str, mark: str) -> None:
+        machine = machine_of(Path(name))
+        try:
+            blocks = self._blocks(path, machine)
+        except IndexerError as error:
+            engine.broken(machine, f"{name}: {error}")
+            return
+        for place, block in enumerate(blocks):
+            last = place == len(blocks) - 1
+            arrival = Arrival(block, (self.name, name, mark) if last else None)
+            while not engine.offer(arrival, timeout=0.5):
+                if self.stopping.is_set():
+                    return
+
+    def _blocks(self, path: Path, machine: str) -> list[Block]:
+        recording = read_recording(path, self._reading, self._pulse)
+        signal = recording.signal
+        start = time_of(path, signal.duration)
+        pieces = []
+        for first in range(0, signal.values.size, LARGEST_BLOCK):
+            piece = slice(first, first + LARGEST_BLOCK)
+            pulse = None if recording.pulse is None else np.asarray(recording.pulse[piece], np.float32)
+            begin = start + round(first / signal.sample_rate * NANO)
+            pieces.append(Block(machine, begin, signal.sample_rate, signal.unit, signal.values[piece], pulse))
+        return pieces
+
+
+def machine_of(name: Path) -> str:
+    """The machine of a file by its name below the watched folder."""
+    if len(name.parts) > 1:
+        return name.parts[0]
+    return re.split(r"[_\d]", name.stem)[0].strip(" -.") or "machine"
+
+
+def time_of(path: Path, duration: float) -> int:
+    """When the first sample of a file was taken [ns since 1970]; raises SignalError."""
+    found = _TIME.search(path.name)
+    if found is None:
+        return path.stat().st_mtime_ns - round(duration * NANO)
+    try:
+        moment = datetime.strptime(found[1], "%Y%m%dT%H%M%S").replace(tzinfo=UTC)
+    except ValueError:
+        raise SignalError(f"the time in its name must be one, got {found[1]}") from None
+    return int(moment.timestamp()) * NANO + int((found[2] or "0").ljust(9, "0"))

@@ -1,0 +1,98 @@
+"""Turns from the database to Parquet files, and how long they are kept.
+
+Whole runs of turns of a machine go into one file, which appears whole and before the rows leave the database: a kill
+in between leaves them twice, never not at all, and the next run replaces the file. Rows marked `keep` stay.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from sqlalchemy import delete, func, insert, select
+
+from indexer_cli.places.local import whole_file
+from monitor.store.schema import ARCHIVE, RAW, TURN
+from monitor.store.store import Store
+
+FILE_TURNS = 256
+"""Turns of a file: 8 MB of an 8.2 s turn at 1 kHz."""
+
+FOLDER = "turns"
+
+
+def archive(store: Store, folder: Path, file_turns: int = FILE_TURNS) -> int:
+    """Move whole files of turns of every machine out of the database; returns how many files were written."""
+    with store.transaction() as connection:
+        query = select(RAW.c.machine, func.count()).where(RAW.c.keep == "").group_by(RAW.c.machine)
+        full = [row[0] for row in connection.execute(query) if row[1] >= 2 * file_turns]
+    return sum(_archive_one(store, folder, machine, file_turns) for machine in full)
+
+
+def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
+    """Forget archived records and findings of turns that ended before these times."""
+    with store.transaction() as connection:
+        old = connection.execute(select(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns)).all()
+        connection.execute(delete(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns))
+        connection.execute(delete(TURN).where(TURN.c.start_ns < turns_before_ns))
+    for row in old:
+        Path(row.file).unlink(missing_ok=True)
+
+
+def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
+    """Record, rate [Hz] and unit of a turn in a file."""
+    path = Path(file)
+    if not path.is_file():
+        return None
+    table = pq.read_table(path, filters=[("number", "=", number)])
+    if not table.num_rows:
+        return None
+    row = table.to_pylist()[0]
+    return np.array(row["record"], dtype=np.float32), float(row["rate"]), str(row["unit"])
+
+
+def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> int:
+    query = select(RAW).where(RAW.c.machine == machine, RAW.c.keep == "").order_by(RAW.c.number).limit(file_turns)
+    with store.transaction() as connection:
+        rows = connection.execute(query).all()
+        numbers = [row.number for row in rows]
+        times = connection.execute(
+            select(TURN.c.number, TURN.c.start_ns).where(TURN.c.machine == machine, TURN.c.number.in_(numbers))
+        ).all()
+    starts = {row.number: row.start_ns for row in times}
+    table = pa.table(
+        {
+            "machine": [machine] * len(rows),
+            "number": pa.array(numbers, pa.int64()),
+            "start_ns": pa.array([starts.get(number) for number in numbers], pa.int64()),
+            "rate": [float(row.rate) for row in rows],
+            "unit": [row.unit for row in rows],
+            "record": pa.array([np.frombuffer(bytes(row.record), "<f4") for row in rows], pa.list_(pa.float32())),
+        }
+    )
+    path = folder / FOLDER / folder_name(machine) / f"{numbers[0]:09d}-{numbers[-1]:09d}.parquet"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
+    with store.transaction() as connection:
+        connection.execute(
+            insert(ARCHIVE).values(
+                machine=machine,
+                first=numbers[0],
+                last=numbers[-1],
+                file=str(path),
+                end_ns=max(starts.values(), default=0),
+            )
+        )
+        connection.execute(delete(RAW).where(RAW.c.machine == machine, RAW.c.number.in_(numbers), RAW.c.keep == ""))
+    return 1
+
+
+def folder_name(machine: str) -> str:
+    """A machine's name as that of a folder: what no file system minds, and a mark so that no two names meet."""
+    plain = re.sub(r"[^A-Za-z0-9-]+", "_", machine)[:40]
+    return f"{plain}-{hashlib.sha256(machine.encode()).hexdigest()[:8]}"

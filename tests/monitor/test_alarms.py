@@ -1,0 +1,110 @@
+"""The state machine of an alarm: each rule fails its test when it is switched off."""
+
+import pytest
+
+from indexer_env.errors import ParameterError
+from monitor.alarms import Condition, Limits, Rules
+from monitor.alarms.condition import HOUR_NS
+from monitor.analysis.finding import Size
+
+LIMITS = Limits(3.0, 6.0, 12.0, deadband=0.2)
+RULES = Rules(on_delay=3, off_delay=4, re_alarm_h=10.0)
+
+
+def run(condition, *values, start=0, step_ns=1):
+    events = []
+    for place, value in enumerate(values):
+        size = value if isinstance(value, Size) else Size(value, 0.9 * value, 1.1 * value)
+        events += condition.judge(start + place * step_ns, size, LIMITS)
+    return [(event.kind, event.level) for event in events]
+
+
+@pytest.fixture
+def condition():
+    return Condition("backlash_deg", RULES)
+
+
+def test_a_level_needs_its_turns_in_a_row(condition):
+    assert run(condition, 4, 4, 1, 4, 4) == []
+    assert run(condition, 4) == [("raised", "alert")]
+    assert condition.active and not condition.acknowledged and condition.retained
+
+
+def test_a_higher_level_raises_again_and_at_once_to_the_level_it_has(condition):
+    assert run(condition, 4, 4, 4, 7, 7, 7) == [("raised", "alert"), ("raised", "alarm")]
+    fresh = Condition("backlash_deg", RULES)
+    assert run(fresh, 20, 20, 20) == [("raised", "danger")]
+
+
+def test_a_value_on_its_way_up_is_raised_to_the_level_that_held_throughout(condition):
+    assert run(condition, 4, 7, 13) == [("raised", "alert")]
+
+
+def test_within_the_deadband_a_level_stays(condition):
+    run(condition, 4, 4, 4)
+    assert run(condition, *[2.5] * 20) == [] and condition.active
+
+
+def test_below_the_deadband_it_ends_after_its_turns(condition):
+    run(condition, 4, 4, 4)
+    assert run(condition, 1, 1, 1, 4, 1, 1, 1) == []
+    assert run(condition, 1) == [("ended", "normal")]
+    assert not condition.active and condition.retained, "nobody has acknowledged it"
+    condition.acknowledge(9, "eve")
+    assert not condition.retained
+
+
+def test_it_is_lowered_to_the_level_that_is_left(condition):
+    run(condition, 13, 13, 13)
+    assert run(condition, 5, 5, 5, 5) == [("lowered", "alarm")], "5 lies in the deadband of 6"
+    assert run(condition, 4, 4, 4, 4) == [("lowered", "alert")]
+
+
+def test_a_size_that_may_be_nothing_raises_nothing(condition):
+    assert run(condition, *[Size(5.0, 0.0, 10.0)] * 10) == []
+
+
+def test_acknowledged_it_asks_again_after_its_time_and_not_before(condition):
+    run(condition, 4, 4, 4)
+    assert run(condition, *[4] * 30, start=HOUR_NS, step_ns=HOUR_NS) == [], "nobody has acknowledged it"
+    condition.acknowledge(31 * HOUR_NS, "eve", "seen")
+    assert run(condition, *[4] * 10, start=31 * HOUR_NS, step_ns=HOUR_NS) == []
+    assert run(condition, 4, start=41 * HOUR_NS) == [("again", "alert")]
+    assert not condition.acknowledged
+
+
+def test_a_shelved_alarm_goes_on_but_tells_nobody(condition):
+    condition.shelve(0, 1.0, "eve")
+    size = Size(4.0, 3.0, 5.0)
+    events = [event for place in range(3) for event in condition.judge(place, size, LIMITS)]
+    assert [(event.kind, event.told) for event in events] == [("raised", False)]
+    (event,) = condition.judge(HOUR_NS, size, LIMITS)
+    assert (event.kind, event.told) == ("unshelved", True)
+
+
+def test_what_makes_no_sense_is_refused(condition):
+    with pytest.raises(ParameterError, match="acknowledge"):
+        condition.acknowledge(0, "eve")
+    with pytest.raises(ParameterError, match="unshelve"):
+        condition.unshelve(0, "eve")
+    with pytest.raises(ParameterError, match="hours"):
+        condition.shelve(0, 1e9, "eve")
+    with pytest.raises(ParameterError, match="note"):
+        condition.note(0, "eve", " ")
+    run(condition, 4, 4, 4)
+    with pytest.raises(ParameterError, match="note"):
+        condition.acknowledge(0, "eve", "x" * 501)
+    assert not condition.acknowledged
+
+
+def test_an_alarm_comes_back_from_the_store_as_it_was(condition):
+    run(condition, 4, 4, 4, 7, 7)
+    again = Condition("backlash_deg", RULES, condition.to_dict())
+    assert again.to_dict() == condition.to_dict()
+    assert run(again, 7) == run(condition, 7) == [("raised", "alarm")]
+
+
+@pytest.mark.parametrize("steps", [(3, 3, 4), (0, 1, 2), (3, 2, 1)])
+def test_limits_rise(steps):
+    with pytest.raises(ParameterError):
+        Limits(*steps)

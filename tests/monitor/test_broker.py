@@ -1,0 +1,159 @@
+"""Messages go from a broker to the store: the built-in one, and Mosquitto, with certificates as well."""
+
+import json
+import shutil
+import socket
+import subprocess
+import time
+
+import pytest
+
+from benchmarks.monitor.kill import MOSQUITTO, free_port
+from monitor.sources.broker import BuiltInBroker
+from monitor.sources.mqtt import Broker, MqttSource, Tls
+from tests.monitor.conftest import WAIT_S
+from tests.monitor.fakes import RATE, START_NS, samples
+
+needs_mosquitto = pytest.mark.skipif(MOSQUITTO is None, reason="needs Mosquitto: apt-get install mosquitto")
+needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="needs OpenSSL: apt-get install openssl")
+
+
+def message(place: int) -> str:
+    values = samples(1.0, 50 * place, 50).round(5).tolist()
+    return json.dumps(
+        {"time": START_NS / 1e9 + place / 2, "rate": RATE, "unit": "m/s^2", "values": values, "sequence": place}
+    )
+
+
+def publish(broker: Broker, payloads) -> None:
+    client = broker.client("logger", keep_session=False)
+    broker.connect(client, keep_session=False)
+    for payload in payloads:
+        client.publish("plant/press 1/acceleration", payload, 1).wait_for_publish(WAIT_S)
+    client.disconnect()
+    client.loop_stop()
+
+
+def wait_for(condition):
+    until = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def turns(monitor):
+    return (monitor.store.summary("press 1") or {}).get("turns", 0)
+
+
+def passes(monitor, broker):
+    """Ten blocks, an unreadable one among them, become five turns, once."""
+    source = MqttSource(broker, "plant/+/acceleration", "monitor-test")
+    source.start(monitor.engine)
+    assert source.subscribed.wait(WAIT_S)
+    blocks = [message(place) for place in range(10)]
+    publish(broker, [*blocks[:4], "{broken", *blocks[4:], blocks[9]])
+    wait_for(lambda: turns(monitor) == 5 and "double" in monitor.store.summary("press 1")["active_states"])
+    source.stop()
+    assert monitor.engine.refused == 1 and source.failure is None
+
+
+def test_the_built_in_broker_brings_what_is_sent(monitor):
+    broker = BuiltInBroker(free_port())
+    broker.start()
+    passes(monitor, Broker("127.0.0.1", broker.port, version=3))
+    broker.stop()
+
+
+@pytest.fixture
+def mosquitto(tmp_path):
+    """A function that starts Mosquitto with these lines of configuration."""
+    started = []
+
+    def start(*lines: str) -> None:
+        config = tmp_path / "mosquitto.conf"
+        config.write_text("\n".join(["user root", *lines]))
+        started.append(
+            subprocess.Popen([MOSQUITTO, "-c", str(config)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        )
+
+    yield start
+    for process in started:
+        process.terminate()
+        process.wait(WAIT_S)
+
+
+def listens(port):
+    try:
+        socket.create_connection(("127.0.0.1", port), 1).close()
+    except OSError:
+        return False
+    return True
+
+
+@needs_mosquitto
+@pytest.mark.parametrize("version", [5, 3])
+def test_mosquitto_brings_what_is_sent(monitor, mosquitto, version):
+    port = free_port()
+    mosquitto(f"listener {port} 127.0.0.1", "allow_anonymous true")
+    wait_for(lambda: listens(port))
+    passes(monitor, Broker("127.0.0.1", port, version=version))
+
+
+@needs_mosquitto
+def test_what_was_sent_while_the_monitor_was_away_is_fetched(monitor, mosquitto):
+    port = free_port()
+    mosquitto(f"listener {port} 127.0.0.1", "allow_anonymous true")
+    wait_for(lambda: listens(port))
+    broker = Broker("127.0.0.1", port)
+    first = MqttSource(broker, "plant/+/acceleration", "monitor-test")
+    first.start(monitor.engine)
+    assert first.subscribed.wait(WAIT_S)
+    first.stop()
+    publish(broker, [message(place) for place in range(10)])
+    again = MqttSource(broker, "plant/+/acceleration", "monitor-test")
+    again.start(monitor.engine)
+    wait_for(lambda: turns(monitor) == 5)
+    again.stop()
+
+
+@needs_mosquitto
+@needs_openssl
+def test_tls_checks_the_broker_and_shows_one_s_own_certificate(monitor, mosquitto, tmp_path):
+    def run(*command: str) -> None:
+        subprocess.run(command, check=True, cwd=tmp_path, capture_output=True)
+
+    for name in ("ca", "other"):
+        run("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", f"{name}.key", "-out", f"{name}.pem",
+            "-days", "2", "-subj", f"/CN={name}", "-addext", "basicConstraints=critical,CA:TRUE",
+            "-addext", "keyUsage=critical,keyCertSign")  # fmt: skip
+    for name in ("server", "client"):
+        run(
+            "openssl",
+            "req",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-keyout",
+            f"{name}.key",
+            "-out",
+            f"{name}.csr",
+            "-subj",
+            f"/CN={name}",
+        )
+        (tmp_path / "ext").write_text("subjectAltName=IP:127.0.0.1\nauthorityKeyIdentifier=keyid\n")
+        run("openssl", "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
+            "-out", f"{name}.pem", "-days", "2", "-extfile", "ext")  # fmt: skip
+    port = free_port()
+    mosquitto(
+        f"listener {port} 127.0.0.1", f"cafile {tmp_path}/ca.pem", f"certfile {tmp_path}/server.pem",
+        f"keyfile {tmp_path}/server.key", "require_certificate true", "use_identity_as_username true",
+    )  # fmt: skip
+    wait_for(lambda: listens(port))
+    own = (str(tmp_path / "client.pem"), str(tmp_path / "client.key"))
+    wrong = MqttSource(
+        Broker("127.0.0.1", port, True, tls=Tls(str(tmp_path / "other.pem"), *own)), "plant/+/acceleration", "w"
+    )
+    wrong.start(monitor.engine)
+    assert not wrong.connected.wait(2.0)
+    wrong.stop()
+    passes(monitor, Broker("127.0.0.1", port, True, tls=Tls(str(tmp_path / "ca.pem"), *own)))

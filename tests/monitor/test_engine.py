@@ -1,0 +1,207 @@
+"""What is committed is there once; what is told goes out; a database that breaks off costs time and nothing else."""
+
+import random
+import threading
+import time
+
+import pytest
+
+from indexer_env.errors import ParameterError
+from monitor.engine import Arrival, Engine
+from monitor.store import Store, StoreDown
+from monitor.store.archive import archive, archived, expire, folder_name
+from monitor.store.store import StoreError
+from monitor.web.views import record_of
+from tests.monitor.fakes import PLAN, FakeDiagnoser, block
+from tests.patience import PATIENCE
+
+
+@pytest.fixture
+def url(tmp_path):
+    return f"sqlite:///{tmp_path}/monitor.sqlite"
+
+
+def make(url, **more):
+    store = Store(url)
+    engine = Engine(store, FakeDiagnoser(), PLAN, **more)
+    engine.start()
+    return store, engine
+
+
+def wait_for(condition):
+    until = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < until, "it has not come about"
+        time.sleep(0.01)
+
+
+def numbers(store, machine="m"):
+    return sorted(turn["number"] for turn in store.turns(machine, count=1000))
+
+
+def send(engine, first, last, **more):
+    kept = []
+    for place in range(first, last, 50):
+        assert engine.offer(
+            Arrival(block(place, **more), kept=lambda place=place: kept.append(place)), timeout=PATIENCE
+        )
+    wait_for(lambda: len(kept) == len(range(first, last, 50)))
+
+
+def test_turns_events_and_samples_are_committed(url):
+    store, engine = make(url, channels=("webhook",))
+    for second in range(12):
+        send(engine, 100 * second, 100 * second + 100, level=1.0 + second)
+    engine.stop()
+    assert numbers(store) == list(range(1, 13))
+    assert [event["level"] for event in reversed(store.events())] == ["alert", "alarm"]
+    assert [message["level"] for _, message in store.outbox("webhook")] == ["alert", "alarm"]
+    assert store.summary("m")["level"] == "alarm"
+    record, rate, unit = store.raw("m", 3)
+    assert record.size == 100 and (rate, unit) == (100.0, "m/s^2")
+    assert store.reference("m", "60 rpm") == 1
+    assert store.counts()["block"] <= 8, "samples that are used up are forgotten"
+    store.close()
+
+
+def test_a_new_engine_goes_on_where_the_last_was(url):
+    store, engine = make(url)
+    send(engine, 0, 330)
+    engine.stop()
+    store.close()
+    store, engine = make(url)
+    send(engine, 200, 700)
+    engine.stop()
+    assert numbers(store) == list(range(1, 8))
+    states = store.summary("m")["states"]
+    assert states["double"]["count"] == 3 and "gap" not in states
+    store.close()
+
+
+class Breaking(Store):
+    """Breaks off at every fourth transaction or so, before or after the commit."""
+
+    def __init__(self, url):
+        self.dice, self.breaks = random.Random(4), False
+        super().__init__(url)
+
+    def transaction(self):
+        return _Broken(self, super().transaction()) if self.breaks else super().transaction()
+
+
+class _Broken:
+    def __init__(self, store, inner):
+        self.store, self.inner = store, inner
+
+    def __enter__(self):
+        return self.inner.__enter__()
+
+    def __exit__(self, *error):
+        dice = self.store.dice.random()
+        if dice < 0.12:
+            self.inner.__exit__(StoreDown, StoreDown("gone"), None)
+            raise StoreDown("before the commit")
+        done = self.inner.__exit__(*error)
+        if dice > 0.88:
+            raise StoreDown("after the commit")
+        return done
+
+
+def test_a_database_that_breaks_off_before_or_after_a_commit_loses_and_doubles_nothing(url, monkeypatch):
+    monkeypatch.setattr("monitor.engine._RETRY_S", 0.01)
+    store = Breaking(url)
+    engine = Engine(store, FakeDiagnoser(), PLAN)
+    engine.start()
+    store.breaks = True
+    for second in range(20):
+        send(engine, 100 * second, 100 * second + 100, level=1.0 + second / 2)
+    store.breaks = False
+    engine.stop()
+    assert engine.failure is None and engine.retries >= 5
+    assert numbers(store) == list(range(1, 21))
+    turns = store.turns("m", count=100)
+    assert len({turn["start_ns"] for turn in turns}) == 20
+    assert [event["level"] for event in reversed(store.events())] == ["alert", "alarm"]
+
+
+def test_a_silent_machine_is_stale_and_one_whose_replay_ended_is_not(url):
+    store, engine = make(url, stale_s=0.2)
+    send(engine, 0, 200)
+    wait_for(lambda: "stale" in store.summary("m")["active_states"])
+    send(engine, 200, 400)
+    wait_for(lambda: "stale" not in store.summary("m")["active_states"])
+    engine.ended("m")
+    count = store.summary("m")["states"]["stale"]["count"]
+    time.sleep(1.2)
+    assert store.summary("m")["states"]["stale"]["count"] == count
+    engine.stop()
+
+
+def test_a_full_queue_holds_the_source_up(url):
+    store = Store(url)
+    engine = Engine(store, FakeDiagnoser(), PLAN, queue_blocks=2)
+    assert engine.offer(Arrival(block(0)), timeout=0.01) and engine.offer(Arrival(block(50)), timeout=0.01)
+    assert not engine.offer(Arrival(block(100)), timeout=0.01)
+
+
+def test_an_operator_s_act_is_committed_with_his_name(url):
+    store, engine = make(url)
+    send(engine, 0, 1000, level=5.0)
+    act = lambda pipeline: pipeline.conditions["backlash_deg"].acknowledge(1, "eve", "seen")  # noqa: E731
+    engine.command("m", "backlash_deg", act)
+    with pytest.raises(ParameterError, match="acknowledge"):
+        engine.command("m", "backlash_deg", act)
+    with pytest.raises(ParameterError, match="machine"):
+        engine.command("nobody", "backlash_deg", act)
+    engine.stop()
+    newest = store.events()[0]
+    assert (newest["kind"], newest["user"], newest["note"]) == ("acknowledged", "eve", "seen")
+    assert store.summary("m")["alarms"]["backlash_deg"]["acknowledged"]
+
+
+def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path):
+    store, engine = make(url)
+    for second in range(30):
+        send(engine, 100 * second, 100 * second + 100, level=1.0 + 3.0 * (second > 20))
+    engine.stop()
+    before = {number: record_of(store, "m", number)[0] for number in numbers(store)}
+    assert archive(store, tmp_path, file_turns=8) == 1
+    for number, record in before.items():
+        after = record_of(store, "m", number)
+        assert after is not None and (after[0] == record).all(), number
+    assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
+    (file,) = (tmp_path / "turns").rglob("*.parquet")
+    assert archived(str(file), 999) is None
+    expire(store, 2**62, 0)
+    assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
+    expire(store, 0, 2**62)
+    assert numbers(store) == []
+
+
+def test_no_two_machines_share_a_folder():
+    names = ["press 1", "press_1", "press.1", "Press 1"]
+    assert len({folder_name(name).lower() for name in names}) == len(names)
+
+
+def test_a_store_that_cannot_be_used_says_why_without_its_password(tmp_path):
+    for url, word in (("mysql://u:geheim@h/x", "sqlite"), ("nonsense", "sqlite"), ("sqlite://", "file")):
+        with pytest.raises(StoreError, match=word) as caught:
+            Store(url)
+        assert "geheim" not in str(caught.value)
+
+
+def test_readers_and_the_writer_do_not_wait_for_each_other(url):
+    store, engine = make(url)
+    seen, stop = [], threading.Event()
+
+    def read():
+        while not stop.is_set():
+            seen.append(len(store.turns("m")))
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    send(engine, 0, 3000)
+    stop.set()
+    reader.join()
+    engine.stop()
+    assert seen == sorted(seen) and engine.retries == 0

@@ -1,0 +1,130 @@
+"""The page in a real browser: Playwright with Debian's Chromium."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.monitor.conftest import WAIT_S
+
+CHROMIUM = shutil.which("chromium")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium"),
+    # Playwright leaves a socket to its driver behind when it is stopped.
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+MS = 1000 * WAIT_S
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api", reason="needs pip install playwright")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def tab(browser, served):
+    """A function that opens a page; what the pages complain of and ask other hosts for fails the test at its end."""
+    monitor, url = served
+    wrong, pages = [], []
+
+    def open_page(path="", width=1280):
+        page = browser.new_page(viewport={"width": width, "height": 850})
+        page.set_default_timeout(MS)
+        page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on(
+            "request", lambda request: None if request.url.startswith((url, "data:")) else wrong.append(request.url)
+        )
+        page.goto(url + "/" + path)
+        pages.append(page)
+        return page
+
+    yield monitor, open_page
+    for page in pages:
+        page.close()
+    assert wrong == []
+
+
+def test_a_machine_appears_and_wears_without_a_reload(tab):
+    monitor, open_page = tab
+    page = open_page()
+    page.get_by_role("heading", name="No machine has sent samples yet.").wait_for()
+    monitor.send(5, 1.0)
+    page.get_by_role("heading", name="The machine runs as usual.").wait_for()
+    monitor.send(6, 7.0)
+    page.get_by_role("heading", name="One machine needs attention").wait_for()
+    page.get_by_role("link", name="Play in the reducer").click()
+    page.get_by_role("heading", name="Trend, 60 rpm").wait_for()
+    page.locator(".chart canvas").first.wait_for()
+    page.get_by_role("link", name="11", exact=True).click()
+    page.get_by_role("heading", name="Turn 11, press-1").wait_for()
+    assert page.locator(".chart canvas").count() == 2
+
+
+def test_an_alarm_is_acknowledged_in_one_tab_and_seen_in_another(tab):
+    monitor, open_page = tab
+    monitor.send(6, 5.0)
+    first, second = open_page("#/m/press-1"), open_page("#/m/press-1")
+    second.get_by_text("not acknowledged").wait_for()
+    first.get_by_role("button", name="Acknowledge").press("Enter")
+    first.get_by_label("Note (optional)").fill("bearing <b>ordered</b>")
+    first.get_by_role("button", name="Save").press("Enter")
+    first.get_by_text("local operator: bearing <b>ordered</b>").wait_for()
+    second.get_by_text("local operator: bearing <b>ordered</b>").wait_for()
+    assert second.get_by_text("not acknowledged").count() == 0
+
+
+def test_a_dead_sensor_is_shown_as_such(tab):
+    monitor, open_page = tab
+    monitor.send(5, 1.0)
+    page = open_page()
+    page.get_by_role("heading", name="The machine runs as usual.").wait_for()
+    monitor.send(1, 0.0)
+    page.get_by_text("it is dead").wait_for()
+    monitor.send(1, 1.0)
+    page.get_by_text("it is dead").wait_for(state="detached")
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("path", ["", "#/m/press-1", "#/m/press-1/f/backlash_deg", "#/m/press-1/t/2", "#/m/nobody"])
+def test_no_view_is_wider_than_the_screen(tab, path, width):
+    monitor, open_page = tab
+    monitor.send(6, 5.0)
+    page = open_page(path, width)
+    page.get_by_role("heading", level=1).wait_for()
+    page.get_by_text("live").wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_what_is_shipped_is_small_and_drawn_at_once(tab):
+    _, open_page = tab
+    page = open_page()
+    page.get_by_text("live").wait_for()
+    shipped = page.evaluate(
+        "performance.getEntriesByType('resource').filter(e => /\\.(js|css)$/.test(e.name))"
+        ".reduce((sum, e) => sum + e.encodedBodySize, 0)"
+    )
+    assert 0 < shipped <= 300 * 1024
+
+
+def test_axe_finds_nothing(tab):
+    axe = next(Path.cwd().glob("node_modules/axe-core/axe.min.js"), None)
+    if axe is None:
+        pytest.skip("needs axe-core in the working folder: npm install --no-save axe-core")
+    monitor, open_page = tab
+    monitor.send(6, 7.0)
+    for path in ("", "#/m/press-1", "#/m/press-1/f/backlash_deg", "#/m/press-1/t/2"):
+        page = open_page(path)
+        page.get_by_text("live").wait_for()
+        # The page's own policy forbids foreign scripts, so axe is evaluated by the debugger.
+        page.evaluate(axe.read_text())
+        found = page.evaluate(
+            "axe.run().then(r => r.violations.map(v => v.id + ': ' + v.nodes.map(n => n.html).join(' ')))"
+        )
+        assert found == [], path

@@ -1,0 +1,162 @@
+"""From blocks to turns, sizes and alarms; a fault of the sensor is a state and never a diagnosis."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitor.intake.blocks import NANO
+from monitor.pipeline import CHANGE, Pipeline
+from tests.monitor.fakes import FAST, PLAN, RATE, SLOW, START_NS, FakeDiagnoser, block, samples
+
+
+@pytest.fixture
+def pipeline():
+    return Pipeline("m", FakeDiagnoser(), PLAN)
+
+
+def feed(pipeline, first, last, step=50, **more):
+    turns, events = [], []
+    for place in range(first, last, step):
+        outcome = pipeline.take(block(place, step, **more))
+        if outcome is not None:
+            turns += outcome.turns
+            events += outcome.events
+    return turns, events
+
+
+def starts(turns):
+    return [round((turn.cut.start_ns - START_NS) / NANO, 3) for turn in turns]
+
+
+@pytest.mark.parametrize("step", [10, 50, 70, 350])
+def test_turns_follow_each_other_by_the_period_however_they_are_cut(pipeline, step):
+    turns, _ = feed(pipeline, 0, 700, step)
+    assert starts(turns) == [0, 1, 2, 3, 4, 5, 6]
+    assert [turn.number for turn in turns] == [1, 2, 3, 4, 5, 6, 7]
+    assert turns[3].sizes["backlash_deg"].value == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_pulse_marks_the_turns(pipeline):
+    turns, _ = feed(pipeline, 30, 780, pulse=True)
+    assert [round(start, 1) for start in starts(turns)] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_turn_belongs_to_the_mode_whose_duration_it_has():
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    edges = np.cumsum([0, 100, 100, 125, 125, 125, 170, 100, 100])
+    place = np.arange(edges[-1] + 40)
+    pulse = (np.min(np.where(place[:, None] >= edges, place[:, None] - edges, 1000), axis=1) < 5).astype(float)
+    turns = []
+    for first in range(0, len(place), 40):
+        count = min(40, len(place) - first)
+        one = replace(block(first, count), pulse=pulse[first : first + count])
+        turns += pipeline.take(one).turns
+    told = [(turn.cut.mode.name, turn.problem[0] if turn.problem else None) for turn in turns]
+    expected = [("60 rpm", None), *[("48 rpm", None)] * 3, ("60 rpm", "other_speed"), ("60 rpm", None)]
+    assert told == expected
+
+
+def test_without_a_pulse_the_stated_speed_chooses_the_mode():
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    turns, _ = feed(pipeline, 0, 500, motor_speed=8.0)
+    assert {turn.cut.mode.name for turn in turns} == {"48 rpm"} and len(turns) == 4
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    feed(pipeline, 0, 100)
+    assert "not_comparable" in pipeline.states.active
+
+
+def test_a_gap_starts_a_new_turn_and_is_told(pipeline):
+    feed(pipeline, 0, 250)
+    turns = []
+    for place in range(330, 900, 50):
+        turns += pipeline.take(block(place)).turns
+    assert starts(turns)[0] == pytest.approx(3.3) and "gap" in pipeline.states.active
+
+
+def test_a_fault_that_grows_raises_its_levels_one_after_the_other(pipeline):
+    events = []
+    for second in range(30):
+        events += feed(pipeline, 100 * second, 100 * second + 100, level=0.5 + 0.5 * second)[1]
+    told = [(event.quantity, event.level) for event in events if event.quantity != CHANGE]
+    assert told == [("backlash_deg", "alert"), ("backlash_deg", "alarm"), ("backlash_deg", "danger")]
+    summary = pipeline.summary()
+    assert summary["level"] == "danger" and summary["worst"] == "backlash_deg"
+
+
+def test_the_remaining_time_of_an_even_growth_is_told(pipeline):
+    for second in range(20):
+        outcome = [pipeline.take(block(100 * second, 100, level=0.5 + 0.25 * second))]
+    left = outcome[-1].turns[-1].remaining["backlash_deg"]
+    assert left.low <= 26.0 <= left.high
+
+
+def test_a_dead_sensor_is_a_state_and_no_diagnosis(pipeline):
+    feed(pipeline, 0, 500)
+    turns, events = feed(pipeline, 500, 800, level=0.0)
+    assert all(turn.finding is None and turn.problem[0] == "dead" for turn in turns) and events == []
+    assert "dead" in pipeline.states.active
+    feed(pipeline, 800, 1000)
+    assert "dead" not in pipeline.states.active and pipeline.states.count("dead") == 3
+
+
+def test_another_sensor_is_told(pipeline):
+    feed(pipeline, 0, 200, sensor="a")
+    feed(pipeline, 200, 300, sensor="b")
+    assert "swapped" in pipeline.states.active
+
+
+def test_what_a_fault_explains_is_no_unknown_change():
+    class Strange(FakeDiagnoser):
+        def diagnose_turn(self, signal, conditions):
+            return replace(super().diagnose_turn(signal, conditions), novelty=9.0)
+
+    pipeline = Pipeline("m", Strange(), PLAN)
+    _, events = feed(pipeline, 0, 800)
+    assert [(event.quantity, event.level) for event in events] == [(CHANGE, "danger")]
+    pipeline = Pipeline("m", Strange(), PLAN)
+    _, events = feed(pipeline, 0, 1500, level=4.0)
+    assert not any(event.quantity == CHANGE for event in events[1:] if event.kind == "raised")
+
+
+def test_samples_that_cannot_be_compared_are_a_state(pipeline):
+    one = block(0)
+    pipeline.take(replace(one, unit="rad/s^2"))
+    assert "not_comparable" in pipeline.states.active
+
+
+def test_samples_without_any_pulse_are_told_and_not_kept_for_ever():
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    feed(pipeline, 0, 300, pulse=True)
+    for place in range(300, 2000, 50):
+        pipeline.take(replace(block(place), pulse=np.zeros(50)))
+    assert "no_pulse" in pipeline.states.active
+    needed = pipeline.first_needed_ns()
+    assert needed is not None and needed >= START_NS + round(15.5 * NANO)
+
+
+@pytest.mark.parametrize("pulse", [False, True], ids=["period", "pulse"])
+@pytest.mark.parametrize("cut", range(1, 22, 3))
+def test_a_restart_anywhere_gives_the_turns_of_an_unbroken_run(pulse, cut):
+    """The store keeps what the pipeline says of itself and the blocks from `first_needed_ns` on; nothing more."""
+    blocks = [block(7 + 37 * place, 37, level=1 + place / 10, pulse=pulse) for place in range(40)]
+    whole = Pipeline("m", FakeDiagnoser(), PLAN)
+    expected = [turn for one in blocks for turn in whole.take(one).turns]
+
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    turns = [turn for one in blocks[:cut] for turn in pipeline.take(one).turns]
+    needed = pipeline.first_needed_ns() or 0
+    again = Pipeline("m", FakeDiagnoser(), PLAN, pipeline.to_dict())
+    restored = again.restore([one for one in blocks[:cut] if one.end_ns >= needed])
+    assert restored.turns == []
+    turns += [turn for one in blocks[cut:] if (got := again.take(one)) for turn in got.turns]
+    assert [turn.number for turn in turns] == [turn.number for turn in expected]
+    np.testing.assert_allclose(starts(turns), starts(expected), atol=1e-6)
+    for one, other in zip(turns, expected, strict=True):
+        np.testing.assert_allclose(one.cut.turn.record, other.cut.turn.record, atol=1e-5)
+        assert one.sizes["backlash_deg"].value == pytest.approx(other.sizes["backlash_deg"].value, rel=1e-5)
+    assert again.states.active == []
+
+
+def test_samples_of_a_tone_are_those_of_the_tone():
+    assert np.sqrt(np.mean(samples(2.0, 0, int(RATE)) ** 2)) == pytest.approx(2.0)

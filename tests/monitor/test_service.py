@@ -1,0 +1,203 @@
+"""The command: what it refuses, its sources, and where alarms go."""
+
+import hashlib
+import hmac
+import json
+import threading
+import time
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+import monitor.__main__ as command
+from indexer_env.errors import ParameterError
+from indexer_env.presets import config_dir
+from indexer_records.measured import Reading
+from monitor.outputs.outbox import Sender
+from monitor.outputs.webhook import WebhookDelivery
+from monitor.settings import settings_of
+from monitor.sources.folder import FolderSource, machine_of, time_of
+from monitor.sources.mqtt import MqttSource, Tls, read_url
+from monitor.sources.replay import blocks_of
+from tests.monitor.conftest import WAIT_S
+
+
+def config(*overrides):
+    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+        composed = OmegaConf.to_container(compose("monitor", list(overrides)))
+    assert isinstance(composed, dict)
+    return composed
+
+
+def wait_for(condition):
+    until = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_the_configuration_as_it_stands_is_the_demonstration_on_this_host_alone():
+    settings = settings_of(config())
+    assert settings.source == "demo" and settings.local and settings.store.startswith("sqlite:///")
+    assert settings.plan.limits["backlash_deg"].danger == 12.0
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["source=mqtt://broker/plant/+/acceleration", "model=models/line1", "sensor_radius=0.4"],
+        ["source=folder:/data/logger", "model=[a,b]", "read.unit=g", "limits.backlash_deg=[2,4,8]"],
+        ["store=postgresql://me@host/monitor", "limits.crack=null", "keep.raw_days=7"],
+    ],
+)
+def test_settings_come_from_the_command_line(overrides):
+    settings_of(config(*overrides))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "word"),
+    [
+        (["host=0.0.0.0"], "host"),
+        (["host=0.0.0.0", "auth.viewer_token=short"], "viewer_token"),
+        (["source=broker"], "model"),
+        (["port=99999"], "port"),
+        (["limits.crack=[0.3,0.2,0.1]"], "limits"),
+        (["limits.crack=5"], "limits.crack"),
+        (["alarms.on_delay=0"], "on_delay"),
+        (["alarms.deadband=2"], "deadband"),
+        (["pulse.low=3"], "pulse.high"),
+        (["clock.stale=0"], "stale"),
+        (["speed=0"], "speed"),
+        (["mqtt.version=4"], "version"),
+        (["webhook.url=ftp://x"], "webhook.url"),
+        (["webhook.url=http://x"], "webhook.secret"),
+        (["sensor_radius=-1"], "sensor_radius"),
+    ],
+)
+def test_a_wrong_setting_gets_one_sentence(overrides, word):
+    with pytest.raises(ParameterError, match=word) as caught:
+        settings_of(config(*overrides))
+    assert "\n" not in str(caught.value)
+
+
+def test_the_command_says_a_mistake_in_one_line(run_command, tmp_path):
+    code, _, err = run_command(command, "source=mqtt://nowhere", "model=x", f"out={tmp_path}/m", "port=0")
+    assert code == 2 and err.startswith("error: model must be a folder") and err.count("\n") == 1
+
+
+def test_the_address_of_a_broker_is_read_and_its_password_not_repeated():
+    broker, topic = read_url("mqtts://me:se%40cret@broker:1234/plant/+/acceleration", Tls())
+    assert (broker.host, broker.port, broker.secure, broker.user, broker.password) == (
+        "broker", 1234, True, "me", "se@cret",
+    )  # fmt: skip
+    assert "se@cret" not in repr(broker) and MqttSource(broker, topic, "x").name.count("secret") == 0
+    for url in ("mqtt://", "mqtt://broker", "http://broker/+", "mqtt://me:geheim@broker"):
+        with pytest.raises(ParameterError) as caught:
+            read_url(url)
+        assert "geheim" not in str(caught.value)
+    with pytest.raises(ParameterError, match="machine"):
+        MqttSource(broker, "plant/one", "x")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "topic", "machine"),
+    [
+        ("plant/+/acceleration", "plant/press 1/acceleration", "press 1"),
+        ("+/+/acc", "hall/press/acc", "hall.press"),
+        ("plant/#", "plant/a/b", "a.b"),
+        ("plant/+/acceleration", "plant/a/b/acceleration", ""),
+    ],
+)
+def test_the_machine_is_what_stands_for_the_wildcard(pattern, topic, machine):
+    broker, _ = read_url("mqtt://b/+")
+    assert MqttSource(broker, pattern, "x").machine_of(topic) == machine
+
+
+def test_files_are_read_once_when_they_are_complete(monitor, tmp_path):
+    folder = tmp_path / "logger"
+    (folder / "press-7").mkdir(parents=True)
+
+    def write(name, seconds):
+        time_s = np.arange(100 * seconds) / 100.0
+        rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+        (folder / name).write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+
+    write("press-7/20270115T080000Z.csv", 5)
+    (folder / "press-7" / "broken.parquet").write_bytes(b"PAR1 no more")
+    source = FolderSource(folder, Reading(), None, settle=0.1)
+    source.start(monitor.engine)
+    wait_for(lambda: (monitor.store.summary("press-7") or {}).get("turns") == 5)
+    write("press-7/20270115T080005Z.csv", 3)
+    wait_for(lambda: monitor.store.summary("press-7")["turns"] == 8)
+    assert "gap" not in monitor.store.summary("press-7")["active_states"]
+    source.stop()
+    again = FolderSource(folder, Reading(), None, settle=0.1)
+    again.start(monitor.engine)
+    time.sleep(2.5)
+    again.stop()
+    assert monitor.store.summary("press-7")["turns"] == 8 and source.failure is None and again.failure is None
+    assert monitor.engine.refused >= 1
+
+
+def test_a_file_tells_its_machine_and_its_time(tmp_path):
+    from pathlib import Path
+
+    assert [machine_of(Path(name)) for name in ("a/b.csv", "press_0001.csv", "17.csv")] == ["a", "press", "machine"]
+    file = tmp_path / "press_20270115T080000.25Z.csv"
+    file.write_text("x")
+    assert time_of(file, 5.0) == 1_800_000_000_250_000_000
+    other = tmp_path / "press.csv"
+    other.write_text("x")
+    assert time_of(other, 5.0) == other.stat().st_mtime_ns - 5_000_000_000
+
+
+def test_a_data_set_is_replayed_in_its_order(tmp_path, run_command):
+    import datagen.__main__ as datagen
+
+    arguments = ["campaign=wear", "campaign.lives=2", "campaign.records_per_life=3", f"out={tmp_path}/w"]
+    assert run_command(datagen, *arguments)[0] == 0
+    blocks = blocks_of(tmp_path / "w", 0)
+    assert len(blocks) == 6 and {block.machine for block in blocks} == {"machine 0", "machine 1"}
+    assert [block.end_ns for block in blocks] == sorted(block.end_ns for block in blocks)
+    assert all(block.begins for block in blocks) and min(block.start_ns for block in blocks) == 0
+
+
+def test_an_alarm_is_posted_signed_until_it_is_taken(tmp_path, monkeypatch):
+    from tests.monitor.conftest import running
+
+    monkeypatch.setattr("monitor.outputs.outbox._LOOK_S", 0.02)
+    got, answers = [], [500, 302, 200]
+
+    class Receiver(BaseHTTPRequestHandler):
+        def do_POST(self):
+            body = self.rfile.read(int(self.headers["Content-Length"]))
+            got.append((self.headers, body))
+            self.send_response(answers.pop(0) if answers else 200)
+            self.send_header("Location", "http://127.0.0.1:1/")
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    server = HTTPServer(("127.0.0.1", 0), Receiver)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    one = running(tmp_path, channels=("webhook",))
+    sender = Sender(one.store, "webhook", WebhookDelivery(f"http://127.0.0.1:{server.server_port}/", "s" * 16))
+    sender.start()
+    one.send(5, 5.0)
+    wait_for(lambda: sender.delivered == 1)
+    assert len(got) == 3 and one.store.outbox("webhook") == []
+    assert len({headers["X-Delivery"] for headers, _ in got}) == 1
+    headers, body = got[-1]
+    expected = hmac.new(b"s" * 16, headers["X-Timestamp"].encode() + b"." + body, hashlib.sha256).hexdigest()
+    assert headers["X-Signature"] == expected
+    told = json.loads(body)
+    assert (told["machine"], told["quantity"], told["level"]) == ("press-1", "backlash_deg", "alert")
+    sender.stop()
+    one.engine.stop()
+    server.shutdown()
+    server.server_close()

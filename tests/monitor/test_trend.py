@@ -1,0 +1,91 @@
+"""Trends keep what matters in bounded length; remaining times hold the truth they should."""
+
+import numpy as np
+import pytest
+
+from monitor.analysis.baseline import LEARNED, Baseline
+from monitor.analysis.finding import Size
+from monitor.analysis.remaining import remaining_time
+from monitor.analysis.trend import POINTS, Trend
+
+
+def test_one_strange_turn_does_not_move_the_trend():
+    trend = Trend(5)
+    for place, value in enumerate([1.0, 1.1, 50.0, 0.9, 1.0]):
+        now = trend.add(place, Size(value, value, value))
+    assert now.value == 1.0 and trend.full
+
+
+def test_a_history_is_bounded_reaches_back_and_keeps_the_mean():
+    trend, count = Trend(5), 5000
+    for place in range(count):
+        trend.add(float(place), Size(place, place - 1.0, place + 1.0))
+    history = trend.history
+    assert len(history) <= POINTS + 1 and history[0, 0] < 200 and history[-1, 0] > 0.97 * count
+    np.testing.assert_allclose(history[:, 1], history[:, 0], rtol=1e-6)
+    assert (np.diff(history[:, 0]) > 0).all()
+
+
+def test_a_trend_comes_back_from_the_store_as_it_was():
+    trend, rng = Trend(5), np.random.default_rng(0)
+    for place in range(333):
+        trend.add(1.8e9 + place / 3, Size(*rng.normal(size=3)))
+    again = Trend(5, trend.to_dict())
+    for place in range(333, 600):
+        size = Size(*rng.normal(size=3))
+        assert trend.add(1.8e9 + place / 3, size) == again.add(1.8e9 + place / 3, size)
+    np.testing.assert_array_equal(trend.history, again.history)
+
+
+def wear(ratio: float, noise: float, seed: int, seen: float, bias: float = 0.0) -> tuple[np.ndarray, float]:
+    """A history of a life of 1000 s from 0.5 to 12 up to the share `seen`, and the true rest [s]."""
+    rng, time = np.random.default_rng(seed), np.linspace(0.0, 1000.0 * seen, 60)
+    share = time / 1000.0
+    grown = share if ratio == 1.0 else np.expm1(np.log(ratio) * share) / (ratio - 1.0)
+    value = 0.5 + 11.5 * grown + bias + noise * rng.standard_normal(60)
+    reach = 1.645 * np.hypot(noise, abs(bias))
+    return np.stack([time, value, value - reach, value + reach], axis=1), 1000.0 * (1.0 - seen)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 5.0])
+def test_the_interval_holds_the_truth_as_often_as_it_says(ratio):
+    held = 0
+    for seed in range(100):
+        bias = 0.4 * np.random.default_rng([seed, 1]).standard_normal()
+        history, left = wear(ratio, 0.4, seed, 0.4 + 0.5 * (seed % 10) / 10, bias)
+        told = remaining_time(history, 12.0, history[-1, 0])
+        assert told is not None and told.low <= told.median <= told.high
+        held += told.low <= left <= told.high
+    assert 80 <= held <= 99
+
+
+def test_without_growth_nothing_is_told():
+    rng = np.random.default_rng(3)
+    flat = np.stack([np.arange(60.0), 1.0 + 0.2 * rng.standard_normal(60), np.full(60, 0.5), np.full(60, 1.5)], axis=1)
+    told = remaining_time(flat, 12.0, 59.0)
+    assert told is None or told.median > 5 * 59.0
+    assert remaining_time(flat[:5], 12.0, 4.0) is None
+
+
+def test_a_limit_that_is_behind_leaves_no_time():
+    history, _ = wear(2.0, 0.1, 0, 0.9)
+    told = remaining_time(history, 5.0, history[-1, 0])
+    assert told is not None and told.high == 0.0
+
+
+def test_a_baseline_tells_deviations_in_scatters_once_it_has_learned():
+    rng, baseline = np.random.default_rng(1), Baseline()
+    for _ in range(LEARNED):
+        assert baseline.add(np.array([0.0, 5.0]) + 0.1 * rng.standard_normal(2)) is None
+    away = baseline.add(np.array([0.0, 6.0]))
+    assert away is not None and abs(away[0]) < 1.5 and 6.0 < away[1] < 16.0
+
+
+def test_a_jump_of_gain_is_told_and_a_change_of_shape_is_not():
+    rng, time = np.random.default_rng(2), np.arange(8200) / 1000.0
+    tones = [np.sin(2 * np.pi * hz * time) for hz in (1.5, 3, 6, 12, 24, 48)]
+    baseline, healthy = Baseline(), sum(tones) + 0.01 * rng.standard_normal(8200)
+    assert baseline.gain(healthy, 1000.0) is None
+    assert baseline.gain(healthy + 0.01 * rng.standard_normal(8200), 1000.0) is None
+    assert baseline.gain(1.3 * healthy, 1000.0) == pytest.approx(1.3, rel=0.01)
+    assert baseline.gain(1.3 * healthy + 0.6 * tones[3], 1000.0) is None, "one octave alone"

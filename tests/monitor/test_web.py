@@ -1,0 +1,185 @@
+"""The interface: who may what, what is told, and that nothing a caller sends breaks it."""
+
+import json
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+
+from indexer_env.errors import ParameterError
+from monitor.settings import Access
+from tests.monitor.conftest import running
+
+OPERATOR, VIEWER, SECRET = "operator-token-0123", "viewer-token-012345", "proxy-secret-012345"
+ACK = {"action": "acknowledge", "note": "seen"}
+
+
+@pytest.fixture
+def client(monitor):
+    with TestClient(monitor.app) as client:
+        yield client
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    one = running(tmp_path, Access(OPERATOR, VIEWER, SECRET, ("eve",)), local=False)
+    with TestClient(one.app) as client:
+        one.send(5, 5.0)
+        yield client
+    one.engine.stop()
+
+
+def bearer(token):
+    return {"authorization": f"Bearer {token}"}
+
+
+def test_the_fleet_tells_what_is_wrong_and_the_turn_is_one_call_away(client, monitor):
+    monitor.send(6, 1.0)
+    monitor.send(6, 5.0)
+    (machine,) = client.get("/api/fleet").json()["machines"]
+    assert (machine["machine"], machine["level"], machine["worst"]) == ("press-1", "alert", "backlash_deg")
+    trend = client.get("/api/machines/press-1/trends").json()["modes"]["60 rpm"]["backlash_deg"]
+    assert len(trend["time"]) == 12 and trend["value"][-1] == pytest.approx(5.0, rel=1e-3)
+    turns = client.get("/api/machines/press-1/turns?count=3").json()["turns"]
+    assert [turn["number"] for turn in turns] == [12, 11, 10]
+    turn = client.get("/api/machines/press-1/turns/12").json()
+    assert turn["reference"]["number"] == 1 and len(turn["record"]["values"]) == 100
+    peak = max(range(len(turn["spectrum"]["order"])), key=lambda k: turn["spectrum"]["amplitude"][k])
+    assert turn["spectrum"]["order"][peak] == 20.0
+    assert client.get("/api/events").json()["events"][0]["kind"] == "raised"
+
+
+def test_an_alarm_is_acknowledged_with_a_note_once(client, monitor):
+    monitor.send(5, 5.0)
+    path = "/api/machines/press-1/alarms/backlash_deg"
+    assert client.post(path, json=ACK).json()["note"] == "seen"
+    again = client.post(path, json=ACK)
+    assert again.status_code == 400 and "acknowledge" in again.json()["error"]
+    assert client.post(path, json={"action": "shelve", "hours": 2}).status_code == 200
+    assert client.post(path, json={"action": "unshelve"}).status_code == 200
+    kinds = [event["kind"] for event in client.get("/api/events").json()["events"]]
+    assert kinds == ["unshelved", "shelved", "acknowledged", "raised"]
+
+
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [
+        ("/api/machines/nobody/trends", 404),
+        ("/api/machines/press-1/turns/99999", 404),
+        ("/api/machines/press-1/turns/99999999999999999999999", 404),
+        ("/api/machines/press-1/turns?count=0", 400),
+        ("/api/machines/press-1/turns?count=1e9", 400),
+        ("/api/machines/press-1/turns?before=-1", 400),
+        ("/api/events?count=100000", 400),
+        ("/static/../app.py", 404),
+        ("/static/%2e%2e/app.py", 404),
+        ("/nothing", 404),
+    ],
+)
+def test_what_is_not_there_is_told_so(client, path, status):
+    assert client.get(path).status_code == status
+
+
+def test_every_answer_carries_the_headers_of_a_careful_server(client):
+    for path in ("/", "/static/main.js", "/api/fleet", "/nothing"):
+        headers = client.get(path).headers
+        assert "default-src 'none'" in headers["content-security-policy"]
+        assert "unsafe" not in headers["content-security-policy"]
+        assert headers["x-content-type-options"] == "nosniff"
+    page = client.get("/").text
+    assert "<script>" not in page and "style=" not in page and "http://" not in page and "https://" not in page
+
+
+def test_another_name_for_this_host_is_refused(client):
+    assert client.get("/api/fleet", headers={"host": "evil.example"}).status_code == 400
+
+
+def test_another_site_may_not_act(client, monitor):
+    monitor.send(5, 5.0)
+    path = "/api/machines/press-1/alarms/backlash_deg"
+    assert client.post(path, json=ACK, headers={"origin": "http://evil.example"}).status_code == 403
+    assert client.post(path, content=json.dumps(ACK), headers={"content-type": "text/plain"}).status_code == 415
+    assert client.post(path, json={**ACK, "note": "x" * 9000}).status_code == 413
+
+
+def test_without_a_token_nothing_is_told(guarded):
+    for path in ("/api/fleet", "/events", "/metrics", "/api/machines/press-1/trends", "/api/events"):
+        assert guarded.get(path).status_code == 401
+        assert guarded.get(path, headers=bearer("wrong")).status_code == 401
+    assert guarded.get("/").status_code == 200 and guarded.get("/health").status_code == 200
+
+
+def test_a_viewer_looks_and_an_operator_acts(guarded):
+    path = "/api/machines/press-1/alarms/backlash_deg"
+    assert guarded.get("/api/fleet", headers=bearer(VIEWER)).json()["person"] == {"name": "viewer", "operator": False}
+    assert guarded.post(path, json=ACK, headers=bearer(VIEWER)).status_code == 403
+    assert guarded.post(path, json=ACK, headers=bearer(OPERATOR)).json()["user"] == "operator"
+
+
+def test_a_proxy_names_the_person_if_it_knows_the_secret(guarded):
+    path = "/api/machines/press-1/alarms/backlash_deg"
+    assert guarded.get("/api/fleet", headers={"x-forwarded-user": "eve"}).status_code == 401
+    wrong = {"x-forwarded-user": "eve", "x-proxy-secret": "another-secret-1234"}
+    assert guarded.get("/api/fleet", headers=wrong).status_code == 401
+    adam = {"x-forwarded-user": "adam", "x-proxy-secret": SECRET}
+    assert guarded.post(path, json=ACK, headers=adam).status_code == 403
+    assert guarded.post(path, json=ACK, headers={**adam, "x-forwarded-user": "eve"}).json()["user"] == "eve"
+
+
+def test_a_sign_in_gives_a_cookie_that_scripts_cannot_read(guarded):
+    assert guarded.post("/api/sign-in", json={"token": "wrong"}).status_code == 401
+    assert guarded.post("/api/sign-in", json={"token": 5}).status_code == 401
+    answer = guarded.post("/api/sign-in", json={"token": OPERATOR})
+    cookie = answer.headers["set-cookie"].lower()
+    assert "httponly" in cookie and "samesite=strict" in cookie and OPERATOR not in cookie
+    assert guarded.get("/api/fleet").json()["person"]["operator"]
+
+
+def test_secrets_are_long_and_not_shown():
+    with pytest.raises(ParameterError, match="operator_token") as caught:
+        Access(operator_token="short-1")
+    assert "short-1" not in str(caught.value) and OPERATOR not in repr(Access(OPERATOR))
+
+
+def test_metrics_tell_levels_and_states(client, monitor):
+    monitor.send(5, 5.0)
+    monitor.send(1, 0.0)
+    text = client.get("/metrics").text
+    assert 'machine_alarm_level{machine="press-1"} 1.0' in text
+    assert 'machine_state{machine="press-1",state="dead"} 1.0' in text
+    assert 'machine_turns_total{machine="press-1"} 6.0' in text
+
+
+_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+)
+
+
+@pytest.mark.slow
+@settings(max_examples=2000, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@given(
+    method=st.sampled_from(["GET", "POST", "PUT", "DELETE"]),
+    parts=st.lists(
+        st.sampled_from(["api", "machines", "press-1", "turns", "alarms", "crack", "events", "sign-in", "1"])
+        | st.text(max_size=12),
+        max_size=6,
+    ),
+    query=st.dictionaries(st.sampled_from(["count", "before", "machine"]), st.text(max_size=12), max_size=2),
+    body=st.dictionaries(st.sampled_from(["action", "note", "hours", "token"]), _JSON, max_size=4) | _JSON,
+)
+def test_no_request_breaks_the_interface(client, method, parts, query, body):
+    path = "/" + "/".join(part.encode("utf-8", "replace").hex() if "/" in part else part for part in parts)
+    if path.startswith("/events") or path.startswith("//"):
+        return
+    try:
+        content = json.dumps(body).encode()
+        answer = client.request(
+            method, path, params=query, content=content, headers={"content-type": "application/json"}
+        )
+    except Exception as error:
+        if type(error).__module__.startswith("httpx"):
+            return  # no URL at all
+        raise
+    assert answer.status_code < 500, (method, path, query, body)
