@@ -42,6 +42,8 @@ VERBS = {
         Verb("leaveout", "classifier.leaveout", "Learn and diagnose"),
         Verb("export", "classifier.export", "Learn and diagnose"),
         Verb("explain", "discrepancy", "Find what a model lacks"),
+        Verb("twin", "twin", "One's own machine"),
+        Verb("twin-diagnose", "twin.diagnose", "One's own machine"),
         Verb("compare", "classifier.compare", "Experiments"),
         Verb("study", "classifier.study", "Experiments"),
         Verb("challenge", "discrepancy.challenge", "Experiments"),

@@ -1,0 +1,449 @@
+"""All that the twin asks of `discrepancy`: the calibrated machine with its joint uncertainty, and faults by physics.
+
+The posterior is the normal law at the fitted place (Laplace), start states eliminated (Schur complement), with the load
+of each record and the gain of the sensor as nuisance parameters beside the machine's:
+
+    z ~ N(ẑ, S^-1/2 max(S^-1/2 M S^-1/2, s²) S^-1/2)
+
+S is the information with the priors, M the covariance of the windows' pulls (White's sandwich, windows as clusters), s²
+the median mean square of the windows; the maximum is taken of eigenvalues. The common scale of all inertias,
+stiffnesses, dampings and torques is told by the load alone, so it stays as wide as load and drawing leave it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from discrepancy.arrow import arrow
+from discrepancy.candidates import Candidate
+from discrepancy.explain import Explanation, explain
+from discrepancy.indexer import IndexerModel, extended_machine
+from discrepancy.indexer.library import library
+from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
+from discrepancy.indexer.windows import Experiment
+from discrepancy.model import Hypothesis, Parameter, in_turn
+from discrepancy.naming import NAMING
+from discrepancy.problem import Point, Problem
+from discrepancy.records.experiments import Experiments, experiments
+from discrepancy.records.quality import check_records
+from discrepancy.records.reading import Record
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env.effects import EFFECTS, MachineEffect, make_effect
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+from twin.faults import Fault, by_effect
+
+ESTABLISHED, FAMILY, STANDS_IN = "established", "family", "stands in"
+"""Grades of a finding: named; a member of a group that the records cannot tell apart; closes most of the gap without
+being accepted as a name. All three are added to a twin, which must predict; only the first two are told as names."""
+
+_CLOSES = 0.5
+"""Share of the gap on held-out records that an effect without a name must close to stand in."""
+
+_NUDGE = 1e-2
+"""Relative change of the load by which its derivative is taken: the motion is nearly linear in it."""
+
+_LEAST_SPREAD = 2e-3
+"""Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that was found.
+
+    Attributes
+    ----------
+    effect : str
+    grade : str
+        ESTABLISHED, FAMILY or STANDS_IN.
+    values : mapping
+        Value of each of its parameters [SI], the discrete ones too.
+    interval : (float, float)
+        95 % interval of its size parameter [SI].
+    size : str
+        Name of the size parameter.
+    rivals : tuple of str
+        The other members of its family.
+    """
+
+    effect: str
+    grade: str
+    values: Mapping[str, float]
+    interval: tuple[float, float]
+    size: str
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """The machine as its healthy records tell it.
+
+    Attributes
+    ----------
+    machine, sensor : Machine, Sensor
+        At the mean of the posterior, with what was found.
+    paths : tuple of str
+        Quantities of the joint draws, by path as `datagen.quantities` has them.
+    units : tuple of str
+    draws : ndarray (n, k)
+        Joint draws [SI].
+    findings : tuple of Finding
+    verdict, headline : str
+        Of the search for what the drawing lacks.
+    level : float
+        rms of the residual of held-out records over the noise.
+    scale_spread : float
+        Relative standard deviation of the common scale [-].
+    spread : mapping
+        Relative standard deviation of each of the machine's parameters beside the common scale [-].
+    notes : tuple of str
+        What was put right or assumed of the records.
+    """
+
+    machine: Machine
+    sensor: Sensor
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    draws: np.ndarray
+    findings: tuple[Finding, ...]
+    verdict: str
+    headline: str
+    level: float
+    scale_spread: float
+    spread: Mapping[str, float]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """What the records' metadata leave open, as relative standard deviations [-]: load, gain, housing inertia."""
+
+    load: float
+    gain: float
+    housing_inertia: float
+
+
+def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int) -> Calibrated:
+    """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
+    answer = explain(subject.model, subject.held_out)
+    effects, grades = _accepted(answer)
+    base = answer.base if not effects else answer.rounds[-1].candidates[0]
+    model = in_turn(subject.model, effects[:-1])
+    assert isinstance(model, IndexerModel)
+    joint = _joint(model, base.place, uncertain)
+    rng = np.random.default_rng(seed)
+    z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")
+    columns = _columns(model, base.place.hypothesis, joint, z, uncertain, subject.machine, rng)
+    place = dataclasses.replace(base.place, z=_whole(base.place.z, joint))
+    machine, sensor = model.machine_at(place.hypothesis, place.z)
+    sensor = dataclasses.replace(sensor, gain=sensor.gain * (1.0 + joint.gain))
+    findings = tuple(_finding(h, g, answer) for h, g in zip(effects, grades, strict=True))
+    paths, units, values = zip(*columns, strict=True)
+    logs = _logs(model, z)
+    scale = np.mean([own for name, own in logs.items()], axis=0)
+    spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
+    for name in UNCERTAINTY:
+        if name not in spread:
+            held = [e for n, e in UNCERTAINTY.items() if n == name][0]
+            spread[name] = dict(subject.uncertainty).get(name, held)
+    headline = _headline(answer, findings)
+    return Calibrated(
+        machine, sensor, paths, units, np.column_stack(values), findings, answer.verdict, headline,
+        float(base.held_out), float(np.std(scale)), spread, tuple(subject.notes),
+    )  # fmt: skip
+
+
+def _accepted(answer: Explanation) -> tuple[tuple[Hypothesis, ...], tuple[str, ...]]:
+    """The effects a twin is extended by, with their grades."""
+    if not answer.effects:
+        return (), ()
+    if answer.verdict in NAMING:
+        last = FAMILY if answer.verdict == "ambiguous" else ESTABLISHED
+        return answer.effects, (*[ESTABLISHED] * (len(answer.effects) - 1), last)
+    closes = answer.closed_share
+    if math.isfinite(closes) and closes > _CLOSES:
+        return answer.effects, (STANDS_IN,) * len(answer.effects)
+    return (), ()
+
+
+def _finding(hypothesis: Hypothesis, grade: str, answer: Explanation) -> Finding:
+    found = next(f for f in answer.found if f.name == hypothesis.name)
+    values = {e.name: e.value for e in found.parameters} | {k: float(v) for k, v in found.choices}
+    size = found.parameters[0]
+    rivals = tuple(n for n in answer.rounds[-1].names if n != hypothesis.name) if grade == FAMILY else ()
+    return Finding(hypothesis.name, grade, values, (size.low, size.high), size.name, rivals)
+
+
+def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:
+    if not findings:
+        if answer.verdict == "none":
+            return "The drawing, calibrated, explains the healthy records down to the noise."
+        return f"Something remains that no effect of the library explains: {answer.reason}."
+    told = []
+    for finding in findings:
+        unit = _unit(finding)
+        low, high = finding.interval
+        name = " or ".join((finding.effect, *finding.rivals))
+        told.append(f"{name} ({finding.values[finding.size]:.3g}{unit}, {low:.3g} to {high:.3g}; {finding.grade})")
+    return f"The drawing lacks {' and '.join(told)}."
+
+
+def _unit(finding: Finding) -> str:
+    fields = {field.name: field.metadata for field in dataclasses.fields(EFFECTS[finding.effect])}
+    unit = fields[finding.size]["unit"]
+    return "" if unit == "-" else f" {unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """Mean and covariance of the scaled parameters in `rows` of the place, then of the gain's error, and what the loads
+    and the gain came to."""
+
+    rows: np.ndarray
+    mean: np.ndarray
+    covariance: np.ndarray
+    gain: float
+
+
+def _joint(model: IndexerModel, place: Point, uncertain: Uncertain) -> _Joint:
+    """The posterior at a fitted place; one Gauss–Newton step moves it where the loads or the gain are off."""
+    problem = Problem(model, place.hypothesis)
+    r, by_global, by_local = problem.linearised(place)
+    records = len(model.experiments)
+    heavier = Problem(_with_loads(model, 1.0 + _NUDGE), place.hypothesis)
+    by_load = (heavier.residuals(place.z[None], place.states[None])[0] - r) / _NUDGE * uncertain.load
+    loads = np.zeros((records, *r.shape))
+    for record in range(records):
+        loads[record, model.groups == record] = by_load[model.groups == record]
+    reading = model.readings(place.hypothesis, problem._everywhere(place.z[None], place.states[None])).reshape(r.shape)
+    columns = np.concatenate([by_global, loads, reading[None] * uncertain.gain])
+    weights = np.minimum(1.0, 2.0 * problem.weights((r**2).sum(axis=1)))
+    system = arrow(r, columns, by_local, weights)
+    extra = records + 1
+    z = np.concatenate([place.z, np.zeros(extra)])
+    precision = np.concatenate([problem.precision, np.ones(extra)])
+    system = dataclasses.replace(system, A=system.A + np.diag(precision), a=system.a + precision * z)
+    reduced, right, inverse = system.reduced()
+    free = np.concatenate([problem.movable, np.ones(extra, dtype=bool)]) & (np.diag(system.A) > 1e-12)
+    pulls = np.einsum("gwn,wn,w->wg", columns, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
+    within = np.ix_(free, free)
+    information = reduced[within]
+    step = np.zeros(len(z))
+    step[free] = -np.linalg.solve(information, right[free])
+    moved = np.clip(place.z + step[: len(place.z)], problem.low, problem.high)
+    covariance = np.zeros((len(z), len(z)))
+    level = max(1.0, float(np.median(place.squares / model.counts)))
+    covariance[within] = _covariance(information, np.diag(precision)[within], pulls[:, free], level)
+    own = np.flatnonzero(problem.of_machine)
+    rows = np.concatenate([own, [len(z) - 1]])
+    gain = float(step[-1]) * uncertain.gain
+    mean = np.concatenate([moved[own], [step[-1]]])
+    return _Joint(own, mean, covariance[np.ix_(rows, rows)], gain)
+
+
+def _covariance(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray, level: float) -> np.ndarray:
+    """The sandwich, no direction of it narrower than the curvature and the misfit leave it."""
+    values, vectors = np.linalg.eigh(information)
+    root = (vectors / np.sqrt(np.maximum(values, 1e-9))) @ vectors.T
+    windows = len(pulls)
+    between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
+    spread, axes = np.linalg.eigh(root @ between @ root)
+    return root @ (axes * np.maximum(spread, level)) @ axes.T @ root
+
+
+def _whole(z: np.ndarray, joint: _Joint) -> np.ndarray:
+    whole = z.copy()
+    whole[joint.rows] = joint.mean[:-1]
+    return whole
+
+
+def _with_loads(model: IndexerModel, factor: float) -> IndexerModel:
+    def changed(experiment: Experiment) -> Experiment:
+        point = experiment.operating_point
+        heavier = OperatingPoint(point.motor_speed, point.load_torque * factor, point.start_angle)
+        return dataclasses.replace(experiment, operating_point=heavier, noise=experiment.noise_level)
+
+    loaded = [changed(experiment) for experiment in model.experiments]
+    return IndexerModel(model.machine, loaded, model.sensor, model.uncertainty, model.known, model.without)
+
+
+def _columns(
+    model: IndexerModel, hypothesis: Hypothesis, joint: _Joint, z: np.ndarray, uncertain: Uncertain,
+    drawing: Machine, rng: np.random.Generator,
+) -> list[tuple[str, str, np.ndarray]]:  # fmt: skip
+    """Path, unit and values (n,) of each drawn quantity."""
+    parameters = model.parameters + hypothesis.parameters
+    columns: list[tuple[str, str, np.ndarray]] = []
+    for place, row in enumerate(joint.rows):
+        p = parameters[row]
+        section = "machine" if p.name in UNCERTAINTY else "effects"
+        columns.append((f"{section}.{p.name}", p.unit, np.array([p.value(value) for value in z[:, place]])))
+    for effect in (*model.known, hypothesis):
+        for name, value in effect.fixed.items():
+            columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
+    columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
+    housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
+    columns.append(("machine.housing_inertia", "kg m²", housing))
+    return columns
+
+
+def _logs(model: IndexerModel, z: np.ndarray) -> dict[str, np.ndarray]:
+    """ln of each of the machine's parameters that scale with torque (n,)."""
+    return {
+        p.name: p.scale * z[:, k]
+        for k, p in enumerate(model.parameters)
+        if p.name in UNCERTAINTY and p.logarithmic and torque_power(p.unit)
+    }
+
+
+# ---------------------------------------------------------------------------------------------- faults by physics
+
+
+@dataclass(frozen=True)
+class PhysicalFault:
+    """A fault as physics finds it.
+
+    Attributes
+    ----------
+    fault : str
+        Name in the fault table, or the effect's own where the table lacks it.
+    size, low, high : float
+        As share of the fault's largest size, with its 95 % interval; the effect's own unit where the table lacks it.
+    probability : float
+        Among the hypotheses compared.
+    grade : str
+    station : int or None
+    rivals : tuple of str
+    """
+
+    fault: str
+    size: float
+    low: float
+    high: float
+    probability: float
+    grade: str
+    station: int | None = None
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Physics:
+    """What physics says of one or more turns.
+
+    Attributes
+    ----------
+    verdict : str
+        "healthy", "faulty" or "unknown".
+    faults : tuple of PhysicalFault
+    level, before : float
+        rms of the residual on held-out turns over the noise, with what was found and with nothing.
+    sentence : str
+    """
+
+    verdict: str
+    faults: tuple[PhysicalFault, ...]
+    level: float
+    before: float
+    sentence: str
+
+
+def checked(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Experiments:
+    """The records as experiments of this machine; raises a sentence where they are none."""
+    check_records(list(records), machine)
+    return experiments(records, machine, sensor)
+
+
+def explained(
+    given: Experiments, machine: Machine, sensor: Sensor, found: Sequence[Mapping[str, Any]],
+    spread: Mapping[str, float], faults: Sequence[Fault],
+) -> Physics:  # fmt: skip
+    """Faults of the table as hypotheses about turns, from the twin's machine with its posterior as prior.
+
+    Parameters
+    ----------
+    given : Experiments
+    machine, sensor : Machine, Sensor
+        Of the twin, with what was found when it was made.
+    found : sequence of mapping
+        The effects found then: effect, values. Those whose growth is a fault are free.
+    spread : mapping
+        Relative standard deviation of each of the machine's parameters [-].
+    faults : sequence of Fault
+        The table.
+    """
+    wanted = {fault.effect for fault in faults}
+    without = tuple(name for name in EFFECTS if name not in wanted)
+    grown = [row for row in found if row["effect"] in wanted and isinstance(_made(row), MachineEffect)]
+    names = {row["effect"] for row in grown}
+    plain = dataclasses.replace(machine, effects=tuple(e for e in machine.effects if e.name not in names))
+    known = tuple(_free(plain, row, without) for row in grown)
+    told = {"sensor": sensor, "uncertainty": dict(spread), "known": known, "without": without}
+    model, held = (IndexerModel(plain, part, **told) for part in (given.fitted, given.held_out))
+    answer = explain(model, held)
+    table = by_effect(faults)
+    effects, grades = _accepted(answer)
+    found_faults = [
+        _as_fault(answer, h, grade, table.get(h.name), machine) for h, grade in zip(effects, grades, strict=True)
+    ]
+    found_faults += [f for f in (_grown(answer, row, table[row["effect"]], machine) for row in grown) if f is not None]
+    names_found = answer.verdict in NAMING or (answer.verdict == "none" and bool(found_faults))
+    if found_faults and names_found:
+        verdict = "faulty"
+    else:
+        verdict = "healthy" if answer.verdict == "none" else "unknown"
+    best: Candidate = answer.rounds[-1].candidates[0] if effects else answer.base
+    return Physics(verdict, tuple(found_faults), best.held_out, answer.before, answer.reason)
+
+
+def _made(row: Mapping[str, Any]) -> Any:
+    return make_effect(row["effect"], dict(row["values"]))
+
+
+def _free(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> Hypothesis:
+    """An effect that the machine has, its parameters free about what they were."""
+    hypothesis = library(machine, tuple(without), 1000.0)[row["effect"]][0]
+    fixed = {name: row["values"][name] for name in hypothesis.fixed}
+
+    def about(p: Parameter) -> Parameter:
+        value = float(row["values"][p.name.removeprefix(f"{hypothesis.name}.")])
+        return dataclasses.replace(p, nominal=min(max(value, p.low), p.high))
+
+    return Hypothesis(hypothesis.name, tuple(about(p) for p in hypothesis.parameters), fixed, ((),))
+
+
+def _as_fault(
+    answer: Explanation, hypothesis: Hypothesis, grade: str, fault: Fault | None, machine: Machine
+) -> PhysicalFault:
+    finding = _finding(hypothesis, grade, answer)
+    probability = next((row.probability for row in answer.ranking if row.name == hypothesis.name), 1.0)
+    station = finding.values.get("station")
+    value, (low, high) = finding.values[finding.size], finding.interval
+    if fault is not None:
+        value, low, high = (fault.share(number, machine) for number in (value, low, high))
+    return PhysicalFault(
+        fault.name if fault else finding.effect, value, low, high, float(probability), grade,
+        None if station is None else int(station), finding.rivals,
+    )  # fmt: skip
+
+
+def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: Machine) -> PhysicalFault | None:
+    """The growth of an effect that the machine had when it was healthy; None where its interval holds what it was."""
+    name = f"{fault.effect}.{fault.parameter}"
+    now = next((e for e in answer.calibration.estimates if e.name == name), None)
+    before = float(row["values"][fault.parameter])
+    if now is None or now.low <= before <= now.high:
+        return None
+    sizes = (fault.share(number - before, machine) for number in (now.value, now.low, now.high))
+    return PhysicalFault(fault.name, *sizes, 0.95, ESTABLISHED)
+
+
+def machine_of(model: IndexerModel, place: Point) -> Machine:
+    """The machine at a place, with the effects found."""
+    return extended_machine(model, place)
