@@ -23,7 +23,7 @@ from typing import Any
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from twin.faults import FAULTS
-from twin.physics import Physics, PhysicalFault
+from twin.physics import PhysicalFault, Physics
 from twin.twin import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 
 
@@ -152,15 +152,22 @@ def _by_physics(
     return tuple(_physical(one, named, machine, matters) for one in physics.faults)
 
 
-def _physical(
-    one: PhysicalFault, named: set[str], machine: Machine, matters: Mapping[str, float]
-) -> FoundFault:
+def _physical(one: PhysicalFault, named: set[str], machine: Machine, matters: Mapping[str, float]) -> FoundFault:
     by = "physics and network" if one.fault in named else "physics"
     fault = FAULTS.get(one.fault)
     if fault is None:
         effect = EFFECTS[one.fault]
         return FoundFault(
-            one.fault, effect.sentence.rstrip("."), one.size, one.low, one.high, "", one.probability, one.station, by, True
+            one.fault,
+            effect.sentence.rstrip("."),
+            one.size,
+            one.low,
+            one.high,
+            "",
+            one.probability,
+            one.station,
+            by,
+            True,
         )
     shop = [fault.told(share, machine) for share in (one.size, one.low, one.high)]
     words = " or ".join((fault.words, *one.rivals))
@@ -170,9 +177,7 @@ def _physical(
     )  # fmt: skip
 
 
-def _differences(
-    faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics
-) -> tuple[str, ...]:
+def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> tuple[str, ...]:
     names = {fault.name for fault in faults}
     more = [fault for fault in seen if fault.name not in names and fault.matters]
     remarks = []

@@ -65,21 +65,33 @@ def checked(
             alarm = float(told["any"][k] - judge.alarm)
             rows.append({"file": file, "alarm": alarm, "novelty": float(strange[k]), "level": level})
     if not rows:
-        return Check(False, "No healthy record holds a whole turn of the table to check the twin with; record more.", [])
+        return Check(
+            False, "No healthy record holds a whole turn of the table to check the twin with; record more.", []
+        )
     count = len(rows)
     alarms, novel = sum(row["alarm"] > 0.0 for row in rows), sum(row["novelty"] > 1.0 for row in rows)
     off = [row for row in rows if row["level"] > _PREDICTED]
     where = "healthy turns that were fitted" if own else "healthy turns that were held out"
     if float(binom.sf(alarms - 1, count, false_alarms)) < _CHANCE and alarms:
         said = f"{alarms} of {count} {where} are called faulty; one of the records may be of a faulty machine"
-        return Check(False, f"Not to be trusted: {said}, or more than the drawing lacks has changed between them.", rows)
+        return Check(
+            False, f"Not to be trusted: {said}, or more than the drawing lacks has changed between them.", rows
+        )
     if float(binom.sf(novel - 1, count, 1.0 - ACCEPTED)) < _CHANCE and novel:
         said = f"{novel} of {count} {where} are like none of the simulated ones"
-        return Check(False, f"Not to be trusted: {said}; record at the speeds and loads at which you will diagnose.", rows)
+        return Check(
+            False, f"Not to be trusted: {said}; record at the speeds and loads at which you will diagnose.", rows
+        )
     if off:
         said = f"{off[0]['file']} is predicted to {off[0]['level']:.1f} times the noise"
-        return Check(False, f"Not to be trusted: {said}; the drawing, or what was stated of the record, is wrong.", rows)
+        return Check(
+            False, f"Not to be trusted: {said}; the drawing, or what was stated of the record, is wrong.", rows
+        )
     caution = " None was held out, so this proves little: record one more." if own else ""
-    return Check(True, f"All {count} {where} come out healthy, not novel and as predicted.{caution}", rows) if not (
-        alarms or novel
-    ) else Check(True, f"{count - max(alarms, novel)} of {count} {where} come out healthy, as many as chance lets.", rows)
+    return (
+        Check(True, f"All {count} {where} come out healthy, not novel and as predicted.{caution}", rows)
+        if not (alarms or novel)
+        else Check(
+            True, f"{count - max(alarms, novel)} of {count} {where} come out healthy, as many as chance lets.", rows
+        )
+    )

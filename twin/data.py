@@ -88,7 +88,9 @@ def fault_laws(faults: Sequence[Fault], machine: Machine, smallest: float | None
     for fault in faults:
         largest = fault.largest(machine)
         lowest = -largest if fault.signed else 0.0
-        size: dict[str, Any] = {"choice": [{"uniform": [lowest, largest]}, {"uniform": [_SMALL * lowest, _SMALL * largest]}]}
+        size: dict[str, Any] = {
+            "choice": [{"uniform": [lowest, largest]}, {"uniform": [_SMALL * lowest, _SMALL * largest]}]
+        }
         if smallest is not None:
             size = {"log_uniform": [smallest * largest, largest]}
         others = dict(fault.others)

@@ -24,7 +24,9 @@ from twin.twin import NOT_COMPARABLE, TurnDiagnosis, Twin
 FILES = ("answer.json",)
 
 
-def diagnosed(twin: Twin, records: Sequence[Record], *, physics: bool) -> tuple[Answer, list[tuple[str, TurnDiagnosis]]]:
+def diagnosed(
+    twin: Twin, records: Sequence[Record], *, physics: bool
+) -> tuple[Answer, list[tuple[str, TurnDiagnosis]]]:
     """One answer for records of the same machine in the same state, and what the networks say of each."""
     each = [(record.name, twin.diagnose_turn(record.signal, record.conditions)) for record in records]
     comparable = [one for _, one in each if one.verdict != NOT_COMPARABLE]

@@ -1,11 +1,11 @@
 """Drawing and healthy records -> twin, stage by stage; what a stage has left in the folder is not done again.
 
-    calibrate   machine.yaml, sensor.yaml, calibration.yaml, posterior.parquet, remains.safetensors
-    data        data/*.safetensors; removed once everything is learned
-    learn       cnn_0, cnn_1, paper (.safetensors), learned.yaml
-    detect      detection.yaml
-    check       check.yaml
-    report      report.html, and twin.yaml last: the folder is a twin from then on
+calibrate   machine.yaml, sensor.yaml, calibration.yaml, posterior.parquet, remains.safetensors
+data        data/*.safetensors; removed once everything is learned
+learn       cnn_0, cnn_1, paper (.safetensors), learned.yaml
+detect      detection.yaml
+check       check.yaml
+report      report.html, and twin.yaml last: the folder is a twin from then on
 """
 
 from __future__ import annotations
@@ -206,6 +206,7 @@ class Maker:
             **_calibration(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "noise": remains.noise, "unit": found.sensor.unit,
+            "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
         })  # fmt: skip
 
@@ -241,9 +242,7 @@ class Maker:
                 def teach(name: str) -> None:
                     kind, _, number = name.partition("_")
                     tell = (lambda epoch: advance(1)) if kind == "cnn" else (lambda epoch: None)
-                    network = trained(
-                        kind, faulty, self.view, epochs=s.epochs, seed=s.seed + int(number), advance=tell
-                    )
+                    network = trained(kind, faulty, self.view, epochs=s.epochs, seed=s.seed + int(number), advance=tell)
                     save_weights(network.state_dict(), self.out / f"{name}.safetensors")
 
                 with ThreadPoolExecutor(len(NETWORKS)) as pool:
@@ -301,7 +300,7 @@ class Maker:
 
         about = {
             "format": FORMAT, "version": VERSION, "settings": self.settings.plain(), "networks": list(NETWORKS),
-            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "noise", "unit", "recorded")},
+            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "noise", "sample_noise", "unit", "recorded")},
             "calibration": calibration, **self._read("learned"), "detection": self._read("detection"),
             "check": self._read("check"),
         }  # fmt: skip

@@ -72,7 +72,9 @@ class Convolution(nn.Module):
         turns = turns.reshape(n, stations, -1)
         whole = mean_turn(x)
         mean = self.mean(both(whole, whole.pow(2).mean(dim=1, keepdim=True).sqrt()))
-        joint = self.joint(torch.cat([turns.mean(dim=1), turns.amax(dim=1), mean, torch.log1p(size), _level(whole), conditions], dim=1))
+        joint = self.joint(
+            torch.cat([turns.mean(dim=1), turns.amax(dim=1), mean, torch.log1p(size), _level(whole), conditions], dim=1)
+        )
         heads = self.head(joint)
         f = (heads.shape[1] - 1) // 3
         apart = torch.cat([turns - turns.mean(dim=1, keepdim=True), turns], dim=2)
@@ -111,7 +113,9 @@ class Paper(nn.Module):
         n = len(x)
         spectrum = torch.fft.rfft(x.reshape(n, -1), norm="ortho")[:, 1:].abs() ** 2
         bands = nn.functional.adaptive_avg_pool1d(spectrum[:, None], _BANDS)[:, 0]
-        heads = self.head(torch.sigmoid(self.hidden(self.scale(torch.cat([torch.log(bands + 0.1), conditions], dim=1)))))
+        heads = self.head(
+            torch.sigmoid(self.hidden(self.scale(torch.cat([torch.log(bands + 0.1), conditions], dim=1))))
+        )
         f = (heads.shape[1] - 1) // 3
         return Told(heads[:, :f], heads[:, -1], heads[:, f : 2 * f], heads[:, 2 * f : 3 * f], None, None)
 

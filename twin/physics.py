@@ -23,7 +23,7 @@ import numpy as np
 from discrepancy.arrow import arrow
 from discrepancy.candidates import Candidate
 from discrepancy.explain import Explanation, explain
-from discrepancy.indexer import IndexerModel, extended_machine
+from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.library import library
 from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
 from discrepancy.indexer.windows import Experiment
@@ -31,13 +31,13 @@ from discrepancy.model import Hypothesis, Parameter, in_turn
 from discrepancy.naming import NAMING
 from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments, experiments
-from discrepancy.records.quality import check_records
 from discrepancy.records.reading import Record
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS, MachineEffect, make_effect
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
 from twin.faults import Fault, by_effect
 
 ESTABLISHED, FAMILY, STANDS_IN = "established", "family", "stands in"
@@ -144,15 +144,16 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     place = dataclasses.replace(base.place, z=_whole(base.place.z, joint))
     machine, sensor = model.machine_at(place.hypothesis, place.z)
     sensor = dataclasses.replace(sensor, gain=sensor.gain * (1.0 + joint.gain))
-    findings = tuple(_finding(h, g, answer) for h, g in zip(effects, grades, strict=True))
     paths, units, values = zip(*columns, strict=True)
+    drawn = dict(zip(paths, values, strict=True))
+    findings = tuple(_in_draws(_finding(h, g, answer), drawn) for h, g in zip(effects, grades, strict=True))
     logs = _logs(model, z)
     scale = np.mean([own for name, own in logs.items()], axis=0)
     spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
-    for name in UNCERTAINTY:
-        if name not in spread:
-            held = [e for n, e in UNCERTAINTY.items() if n == name][0]
-            spread[name] = dict(subject.uncertainty).get(name, held)
+    for path, column in zip(paths, values, strict=True):
+        name = path.removeprefix("machine.")
+        if name in UNCERTAINTY and name not in spread:
+            spread[name] = max(float(np.std(column) / np.mean(column)), _LEAST_SPREAD)
     headline = _headline(answer, findings)
     return Calibrated(
         machine, sensor, paths, units, np.column_stack(values), findings, answer.verdict, headline,
@@ -179,6 +180,14 @@ def _finding(hypothesis: Hypothesis, grade: str, answer: Explanation) -> Finding
     size = found.parameters[0]
     rivals = tuple(n for n in answer.rounds[-1].names if n != hypothesis.name) if grade == FAMILY else ()
     return Finding(hypothesis.name, grade, values, (size.low, size.high), size.name, rivals)
+
+
+def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
+    """The finding with values and interval of the joint draws, in which the common scale and the loads take part."""
+    paths = {name: f"effects.{finding.effect}.{name}" for name in finding.values}
+    values = {name: float(np.mean(drawn[path])) for name, path in paths.items() if path in drawn}
+    low, high = np.quantile(drawn[paths[finding.size]], (0.025, 0.975))
+    return dataclasses.replace(finding, values={**finding.values, **values}, interval=(float(low), float(high)))
 
 
 def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:
@@ -355,9 +364,24 @@ class Physics:
 
 
 def checked(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Experiments:
-    """The records as experiments of this machine; raises a sentence where they are none."""
-    check_records(list(records), machine)
-    return experiments(records, machine, sensor)
+    """The records as experiments of this machine, the second half of each held out; raises a sentence where they are
+    none. Their start angles must be known."""
+    halves = [half for record in records for half in _halves(record, machine)]
+    return experiments(halves, machine, sensor)
+
+
+def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:
+    """The two halves of a record; the second begins at a later cam angle."""
+    signal, told = record.signal, record.conditions
+    assert told.start_angle is not None, "found by comparison where it was not stated"
+    middle = len(signal.values) // 2
+    later = told.start_angle + machine.reduction * told.motor_speed * middle / signal.sample_rate
+    parts = []
+    for values, start, held in ((signal.values[:middle], told.start_angle, False), (signal.values[middle:], later, True)):
+        part = Signal(values, signal.sample_rate, unit=signal.unit, source=record.name)
+        conditions = dataclasses.replace(told, start_angle=start, held_out=held, pulse_angle=None)
+        parts.append(Record(record.name, part, conditions))
+    return parts[0], parts[1]
 
 
 def explained(
@@ -394,10 +418,8 @@ def explained(
     ]
     found_faults += [f for f in (_grown(answer, row, table[row["effect"]], machine) for row in grown) if f is not None]
     names_found = answer.verdict in NAMING or (answer.verdict == "none" and bool(found_faults))
-    if found_faults and names_found:
-        verdict = "faulty"
-    else:
-        verdict = "healthy" if answer.verdict == "none" else "unknown"
+    otherwise = "healthy" if answer.verdict == "none" else "unknown"
+    verdict = "faulty" if found_faults and names_found else otherwise
     best: Candidate = answer.rounds[-1].candidates[0] if effects else answer.base
     return Physics(verdict, tuple(found_faults), best.held_out, answer.before, answer.reason)
 
@@ -442,8 +464,3 @@ def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: M
         return None
     sizes = (fault.share(number - before, machine) for number in (now.value, now.low, now.high))
     return PhysicalFault(fault.name, *sizes, 0.95, ESTABLISHED)
-
-
-def machine_of(model: IndexerModel, place: Point) -> Machine:
-    """The machine at a place, with the effects found."""
-    return extended_machine(model, place)

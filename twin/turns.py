@@ -107,7 +107,9 @@ class Healthy:
         longest = max((run for _, run in leads), key=lambda run: run.samples or 0)
         batch = simulate_batch([self.machine] * len(points), [point for point, _ in leads], longest)
         if batch.rejected:
-            raise SignalError(f"The twin's machine must run at every operating point, but {min(batch.rejected.values())}")
+            raise SignalError(
+                f"The twin's machine must run at every operating point, but {min(batch.rejected.values())}"
+            )
         records = self.sensor.read_batch(batch.channels["table_acceleration"], self.cells.rate)
         return np.array([
             behind_lead_in(self.machine, self.cells, record, p.motor_speed)
@@ -171,7 +173,9 @@ class Remains:
         return cls(points, fixed.astype(float), spectrum, float(noise[0]))
 
 
-def remains_of(turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], shifts: float, healthy: Healthy) -> Remains:
+def remains_of(
+    turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], shifts: float, healthy: Healthy
+) -> Remains:
     """What is left of healthy turns (k, stations, cells) of each record.
 
     The fixed part is the mean over a record's cam turns, on it that of each station; either is shrunk by how much of it

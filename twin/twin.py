@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,6 +47,9 @@ _DEAD, _CLIPPED = 0.02, 0.002
 _LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
 """Likeness to the healthy machine in the first orders of the cam, and level over its own, outside of which a record is
 none of this machine: faults of the table leave 0.95 and 0.7 to 1.4."""
+
+_BY_COMPARISON = 0.01
+"""rad; standard deviation of a start angle found by comparison."""
 
 _STATED_SLACK = 0.1
 """rad; a stated cam angle that is farther from the record's own is wrong."""
@@ -295,8 +299,12 @@ class Twin:
                 ))  # fmt: skip
         seen_faults.sort(key=lambda one: -one.probability)
         if strange > 1.0:
-            reason = f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
-            return TurnDiagnosis(UNKNOWN, tuple(seen_faults) if alarm > 0.0 else (), probabilities, sizes, alarm, strange, reason)
+            reason = (
+                f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
+            )
+            return TurnDiagnosis(
+                UNKNOWN, tuple(seen_faults) if alarm > 0.0 else (), probabilities, sizes, alarm, strange, reason
+            )
         if alarm <= 0.0:
             reason = "the turn is as the healthy machine's"
             return TurnDiagnosis(HEALTHY, (), probabilities, sizes, alarm, strange, reason)
@@ -312,7 +320,15 @@ class Twin:
         SignalError
             Records that are not comparable, or too few cam turns in all.
         """
-        records = [Record(signal.source or f"turn {k + 1}", signal, told) for k, (signal, told) in enumerate(turns)]
+        records = []
+        for number, (signal, told) in enumerate(turns):
+            name = signal.source or f"turn {number + 1}"
+            reference = self.healthy.turn(OperatingPoint(told.motor_speed, told.load_torque))
+            start, known = self._start(name, signal, told, reference, self.machine.reduction * told.motor_speed)
+            spread = told.start_uncertainty if known else _BY_COMPARISON
+            noise = self.about["sample_noise"] if told.noise is None else told.noise
+            told = dataclasses.replace(told, start_angle=start, start_uncertainty=spread, noise=noise)
+            records.append(Record(name, signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         return physics.explained(
             given, self.machine, self.sensor, self.about["calibration"]["findings"], self.about["calibration"]["spread"],
@@ -353,6 +369,7 @@ def networks_of(folder: Path, names: Sequence[str], faults: int, cells: int) -> 
 
 def view_of(about: Mapping[str, Any], remains: Remains) -> View:
     """What turns go through, from the range and the shift in twin.yaml."""
+
     def middle(key: str, factor: float) -> tuple[float, float]:
         low, high = (factor * float(value) for value in about["range"][key])
         return 0.5 * (low + high), 0.5 * (high - low) or 1.0
