@@ -33,6 +33,9 @@ POINTS = 96
 _SHARD = 512
 """Records simulated at once, which bounds the memory."""
 
+_OWN_LOAD = 0.2
+"""Share of a stated load's error that differs from record to record."""
+
 _SMALL = 0.25
 """Half of the sizes are drawn up to this share of the largest: what a network gets wrong is small."""
 
@@ -117,7 +120,7 @@ def order_of(
             {"motor_speed": p.motor_speed, "load_torque": p.load_torque, "start_angle": -2.0 * math.pi} for p in points
         ),
         split={"calibration": 3, "control": 1, "validation": 0},
-        drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * load_uncertainty}}}
+        drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * _OWN_LOAD * load_uncertainty}}}
         if any(p.load_torque for p in points)
         else {},
     )

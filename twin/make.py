@@ -144,7 +144,7 @@ class Maker:
         self._calibrate()
         machine, sensor = machine_and_sensor(self.out)
         about = self._read("calibration")
-        self.healthy = Healthy(machine, sensor, Cells(**about["cells"]))
+        self.healthy = Healthy(machine, sensor, Cells(**about["cells"]), about["load_factor"])
         self.remains = Remains.restore(load_file(self.out / "remains.safetensors"))
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
@@ -190,7 +190,7 @@ class Maker:
         points = [e.operating_point for e in self.bench.experiments]
         fastest = max(p.motor_speed for p in points)
         cells = Cells.of(found.machine, self.bench.rate, fastest)
-        healthy = Healthy(found.machine, found.sensor, cells)
+        healthy = Healthy(found.machine, found.sensor, cells, found.load_factor)
         turns = [turns_of(e, healthy) for e in self.bench.experiments]
         fitted = [k for k, mine in enumerate(turns) if len(mine) and k < len(self.bench.subject.model.experiments)]
         if not fitted:
@@ -205,7 +205,7 @@ class Maker:
         self._write("calibration", {
             **_calibration(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
-            "noise": remains.noise, "unit": found.sensor.unit,
+            "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
         })  # fmt: skip
@@ -300,7 +300,7 @@ class Maker:
 
         about = {
             "format": FORMAT, "version": VERSION, "settings": self.settings.plain(), "networks": list(NETWORKS),
-            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "noise", "sample_noise", "unit", "recorded")},
+            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "load_factor", "noise", "sample_noise", "unit", "recorded")},
             "calibration": calibration, **self._read("learned"), "detection": self._read("detection"),
             "check": self._read("check"),
         }  # fmt: skip

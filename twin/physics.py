@@ -1,13 +1,14 @@
 """All that the twin asks of `discrepancy`: the calibrated machine with its joint uncertainty, and faults by physics.
 
-The posterior is the normal law at the fitted place (Laplace), start states eliminated (Schur complement), with the load
-of each record and the gain of the sensor as nuisance parameters beside the machine's:
+The posterior is the normal law at the fitted place (Laplace), start states eliminated (Schur complement), with the
+stated loads' common error and the gain of the sensor as nuisance parameters beside the machine's:
 
     z ~ N(ẑ, S^-1/2 max(S^-1/2 M S^-1/2, s²) S^-1/2)
 
 S is the information with the priors, M the covariance of the windows' pulls (White's sandwich, windows as clusters), s²
 the median mean square of the windows; the maximum is taken of eigenvalues. The common scale of all inertias,
-stiffnesses, dampings and torques is told by the load alone, so it stays as wide as load and drawing leave it.
+stiffnesses, dampings and torques is told by the load alone, so it stays as wide as load and drawing leave it. The error
+of the stated loads is one factor for all records, as one instrument or one estimate states them.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
+from datagen.campaigns.own import LOAD_FACTOR
 from twin.faults import Fault, by_effect
 
 ESTABLISHED, FAMILY, STANDS_IN = "established", "family", "stands in"
@@ -89,6 +91,8 @@ class Calibrated:
     ----------
     machine, sensor : Machine, Sensor
         At the mean of the posterior, with what was found.
+    load_factor : float
+        Loads over loads as they are stated [-], at that mean.
     paths : tuple of str
         Quantities of the joint draws, by path as `datagen.quantities` has them.
     units : tuple of str
@@ -109,6 +113,7 @@ class Calibrated:
 
     machine: Machine
     sensor: Sensor
+    load_factor: float
     paths: tuple[str, ...]
     units: tuple[str, ...]
     draws: np.ndarray
@@ -143,7 +148,7 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     columns = _columns(model, base.place.hypothesis, joint, z, uncertain, subject.machine, rng)
     place = dataclasses.replace(base.place, z=_whole(base.place.z, joint))
     machine, sensor = model.machine_at(place.hypothesis, place.z)
-    sensor = dataclasses.replace(sensor, gain=sensor.gain * (1.0 + joint.gain))
+    sensor = dataclasses.replace(sensor, gain=sensor.gain * joint.gain)
     paths, units, values = zip(*columns, strict=True)
     drawn = dict(zip(paths, values, strict=True))
     findings = tuple(_in_draws(_finding(h, g, answer), drawn) for h, g in zip(effects, grades, strict=True))
@@ -156,7 +161,7 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
             spread[name] = max(float(np.std(column) / np.mean(column)), _LEAST_SPREAD)
     headline = _headline(answer, findings)
     return Calibrated(
-        machine, sensor, paths, units, np.column_stack(values), findings, answer.verdict, headline,
+        machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
         float(base.held_out), float(np.std(scale)), spread, tuple(subject.notes),
     )  # fmt: skip
 
@@ -212,12 +217,13 @@ def _unit(finding: Finding) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Joint:
-    """Mean and covariance of the scaled parameters in `rows` of the place, then of the gain's error, and what the loads
-    and the gain came to."""
+    """Mean and covariance of the scaled parameters in `rows` of the place, then of the loads' and the gain's error, and
+    the factors that loads and gain came to."""
 
     rows: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
+    load: float
     gain: float
 
 
@@ -225,17 +231,13 @@ def _joint(model: IndexerModel, place: Point, uncertain: Uncertain) -> _Joint:
     """The posterior at a fitted place; one Gauss–Newton step moves it where the loads or the gain are off."""
     problem = Problem(model, place.hypothesis)
     r, by_global, by_local = problem.linearised(place)
-    records = len(model.experiments)
     heavier = Problem(_with_loads(model, 1.0 + _NUDGE), place.hypothesis)
     by_load = (heavier.residuals(place.z[None], place.states[None])[0] - r) / _NUDGE * uncertain.load
-    loads = np.zeros((records, *r.shape))
-    for record in range(records):
-        loads[record, model.groups == record] = by_load[model.groups == record]
     reading = model.readings(place.hypothesis, problem._everywhere(place.z[None], place.states[None])).reshape(r.shape)
-    columns = np.concatenate([by_global, loads, reading[None] * uncertain.gain])
+    columns = np.concatenate([by_global, by_load[None], reading[None] * uncertain.gain])
     weights = np.minimum(1.0, 2.0 * problem.weights((r**2).sum(axis=1)))
     system = arrow(r, columns, by_local, weights)
-    extra = records + 1
+    extra = 2
     z = np.concatenate([place.z, np.zeros(extra)])
     precision = np.concatenate([problem.precision, np.ones(extra)])
     system = dataclasses.replace(system, A=system.A + np.diag(precision), a=system.a + precision * z)
@@ -251,10 +253,10 @@ def _joint(model: IndexerModel, place: Point, uncertain: Uncertain) -> _Joint:
     level = max(1.0, float(np.median(place.squares / model.counts)))
     covariance[within] = _covariance(information, np.diag(precision)[within], pulls[:, free], level)
     own = np.flatnonzero(problem.of_machine)
-    rows = np.concatenate([own, [len(z) - 1]])
-    gain = float(step[-1]) * uncertain.gain
-    mean = np.concatenate([moved[own], [step[-1]]])
-    return _Joint(own, mean, covariance[np.ix_(rows, rows)], gain)
+    rows = np.concatenate([own, len(place.z) + np.arange(extra)])
+    load, gain = 1.0 + step[-2] * uncertain.load, 1.0 + step[-1] * uncertain.gain
+    mean = np.concatenate([moved[own], step[-extra:]])
+    return _Joint(own, mean, covariance[np.ix_(rows, rows)], float(load), float(gain))
 
 
 def _covariance(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray, level: float) -> np.ndarray:
@@ -269,7 +271,7 @@ def _covariance(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray, l
 
 def _whole(z: np.ndarray, joint: _Joint) -> np.ndarray:
     whole = z.copy()
-    whole[joint.rows] = joint.mean[:-1]
+    whole[joint.rows] = joint.mean[:-2]
     return whole
 
 
@@ -297,6 +299,7 @@ def _columns(
     for effect in (*model.known, hypothesis):
         for name, value in effect.fixed.items():
             columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
+    columns.append((LOAD_FACTOR, "-", 1.0 + uncertain.load * z[:, -2]))
     columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
     housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
     columns.append(("machine.housing_inertia", "kg m²", housing))
@@ -377,7 +380,10 @@ def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:
     middle = len(signal.values) // 2
     later = told.start_angle + machine.reduction * told.motor_speed * middle / signal.sample_rate
     parts = []
-    for values, start, held in ((signal.values[:middle], told.start_angle, False), (signal.values[middle:], later, True)):
+    for values, start, held in (
+        (signal.values[:middle], told.start_angle, False),
+        (signal.values[middle:], later, True),
+    ):
         part = Signal(values, signal.sample_rate, unit=signal.unit, source=record.name)
         conditions = dataclasses.replace(told, start_angle=start, held_out=held, pulse_angle=None)
         parts.append(Record(record.name, part, conditions))

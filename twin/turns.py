@@ -81,11 +81,12 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Healthy:
-    """The healthy machine's turns at any operating point."""
+    """The healthy machine's turns at any operating point; loads are `load_factor` times what is stated."""
 
     machine: Machine
     sensor: Sensor
     cells: Cells
+    load_factor: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", functools.lru_cache(maxsize=256)(self._at))
@@ -97,13 +98,14 @@ class Healthy:
         return self.at(round(point.motor_speed, digits - exponent), float(point.load_torque))  # type: ignore[attr-defined]
 
     def _at(self, speed: float, load: float) -> np.ndarray:
-        point, run = lead_in(self.machine, self.cells, speed, load)
+        point, run = lead_in(self.machine, self.cells, speed, self.load_factor * load)
         record = self.sensor.read(simulate(self.machine, point, run).table_acceleration, self.cells.rate).values
         return behind_lead_in(self.machine, self.cells, record, speed)
 
     def turns(self, points: Sequence[OperatingPoint]) -> np.ndarray:
         """ŷ (n, stations, cells) of many points at once."""
-        leads = [lead_in(self.machine, self.cells, p.motor_speed, p.load_torque) for p in points]
+        factor = self.load_factor
+        leads = [lead_in(self.machine, self.cells, p.motor_speed, factor * p.load_torque) for p in points]
         longest = max((run for _, run in leads), key=lambda run: run.samples or 0)
         batch = simulate_batch([self.machine] * len(points), [point for point, _ in leads], longest)
         if batch.rejected:

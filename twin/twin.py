@@ -160,7 +160,7 @@ class Twin:
         networks = networks_of(folder, about["networks"], len(names), cells.count)
         view = view_of(about, remains)
         return cls(folder, about, machine, sensor, view, networks, Judge.restore(about["judge"]),
-                   Healthy(machine, sensor, cells))  # fmt: skip
+                   Healthy(machine, sensor, cells, about["load_factor"]))  # fmt: skip
 
     @functools.cached_property
     def faults(self) -> tuple[Fault, ...]:
@@ -327,7 +327,8 @@ class Twin:
             start, known = self._start(name, signal, told, reference, self.machine.reduction * told.motor_speed)
             spread = told.start_uncertainty if known else _BY_COMPARISON
             noise = self.about["sample_noise"] if told.noise is None else told.noise
-            told = dataclasses.replace(told, start_angle=start, start_uncertainty=spread, noise=noise)
+            load = self.healthy.load_factor * told.load_torque
+            told = dataclasses.replace(told, start_angle=start, start_uncertainty=spread, noise=noise, load_torque=load)
             records.append(Record(name, signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         return physics.explained(

@@ -25,6 +25,11 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_env.laws import Law
 from indexer_env.operating_point import OperatingPoint
 
+LOAD_FACTOR = "load_factor"
+"""Column of the joint draws that is no quantity: the factor by which loads are other than stated."""
+
+_LOAD = "operating_point.load_torque"
+
 _HEALTHY, _SEVERAL = "healthy", "several faults"
 
 
@@ -45,7 +50,8 @@ class Own(Campaign):
     how_many : sequence of float
         Probabilities of none, one, two ... faults in a record; they sum up to 1.
     points : sequence of mapping
-        Operating points, each as likely; none: as configured, or as `draws` has it.
+        Operating points as stated, each as likely; none: as configured, or as `draws` has it. Their loads are multiplied
+        by the row's `load_factor`, where the joint draws have one.
     """
 
     name: ClassVar[str] = "own"
@@ -82,10 +88,11 @@ class Own(Campaign):
 
         table = pyarrow.parquet.read_table(self.posterior)
         paths = tuple(table.column_names)
+        known = {path: 1.0 for path in paths if path != LOAD_FACTOR}
         values = np.column_stack([table.column(path).to_numpy() for path in paths])
         if not len(values) or not np.isfinite(values).all():
             raise refuse("campaign", "posterior", "a table of finite numbers with a row or more", self.posterior)
-        laws_by_path(_nested({path: float(values[0, k]) for k, path in enumerate(paths)}), "campaign.posterior")
+        laws_by_path(_nested(known), "campaign.posterior")
         return paths, values
 
     @functools.cached_property
@@ -107,7 +114,8 @@ class Own(Campaign):
 
     @property
     def decides(self) -> tuple[str, ...]:
-        return (*self._rows[0], *(self._points[0] if self._points else ()))
+        paths = (path for path in self._rows[0] if path != LOAD_FACTOR)
+        return (*paths, *(self._points[0] if self._points else ()))
 
     @property
     def different(self) -> int:
@@ -125,9 +133,11 @@ class Own(Campaign):
 
     def design(self, index: int, rng: np.random.Generator) -> Design:
         row = self.row(self.machine_draw(index))
+        factor = row.pop(LOAD_FACTOR, 1.0)
         values: dict[str, Any] = {path: _plain(path, value) for path, value in row.items()}
         if self._points:
             values |= self._points[int(rng.integers(len(self._points)))]
+            values[_LOAD] *= factor
         number = int(rng.choice(len(self.how_many), p=np.asarray(self.how_many) / sum(self.how_many)))
         names = list(self._fault_laws)
         for name in rng.permutation(len(names))[:number].tolist():
