@@ -43,6 +43,7 @@ VERBS = {
         Verb("export", "classifier.export", "Learn and diagnose"),
         Verb("explain", "discrepancy", "Find what a model lacks"),
         Verb("twin", "twin", "One's own machine"),
+        Verb("twin-update", "twin.update", "One's own machine"),
         Verb("twin-diagnose", "twin.diagnose", "One's own machine"),
         Verb("compare", "classifier.compare", "Experiments"),
         Verb("study", "classifier.study", "Experiments"),

@@ -19,7 +19,8 @@ from twin.settings import Settings
 _log = logging.getLogger(__name__)
 
 _STAGES = {
-    "calibrate": "calibrate and extend the machine", "data": "simulate machines with faults", "learn": "learn from them",
+    "calibrate": "calibrate and extend the machine", "data": "simulate machines with faults",
+    "learn": "learn from them",
     "detect": "find out what will be seen", "check": "check on healthy turns held out", "report": "write the report",
 }  # fmt: skip
 
@@ -48,13 +49,18 @@ def _in_words(sentence: str) -> str:
 
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin.yaml."""
-    from twin.make import STAGES, Maker
+    from twin.make import Maker
 
-    started, spent = time.perf_counter(), time.process_time()
     names = {field.name for field in dataclasses.fields(Settings)}
     settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
-    bench = bench_of(config)
-    maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
+    return made(Maker(bench_of(config), settings, job_folder("twin", config["out"]), overwrite=config["overwrite"]))
+
+
+def made(maker: Any) -> dict[str, Any]:
+    """Make the twin of a `Maker` and say what it is."""
+    from twin.make import STAGES
+
+    started, spent = time.perf_counter(), time.process_time()
     check = maker.make(lambda stage: _log.info("%d of %d: %s", STAGES.index(stage) + 1, len(STAGES), _STAGES[stage]))
     console = Console(highlight=False, soft_wrap=True)
     for sentence in (*maker.sentences(), check.reason):

@@ -25,16 +25,16 @@ def advice(about: Mapping[str, Any]) -> list[str]:
     recorded = {round(rpm, 0) for rpm, _ in about["recorded"]}
     if len(recorded) == 1:
         found.append(
-            "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the twin "
-            "diagnoses at this speed alone."
+            "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the "
+            "twin diagnoses at this speed alone."
         )
     if about["calibration"]["scale_spread"] > _SCALE:
         share = 100.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
         found.append(
-            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % in common, as healthy motion hardly shows "
-            f"their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. Sizes in N m "
-            "carry this error, all others do not."
+            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % in common, as healthy motion hardly "
+            f"shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
+            "Sizes in N m carry this error, all others do not."
         )
     if about["shift"] > _PULSE:
         found.append(

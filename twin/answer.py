@@ -22,9 +22,9 @@ from typing import Any
 
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 from twin.faults import FAULTS
 from twin.physics import PhysicalFault, Physics
-from twin.twin import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from twin.learn import View
 SMALLEST = 3e-3
 """Smallest size tried, as share of the largest."""
 
-TRIED = 90
+TRIED = 60
 """Turns of each fault at each operating point."""
 
 _HELD = 0.05

@@ -18,8 +18,9 @@ from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError
 from indexer_records.conditions import Pulse
 from twin.answer import Answer, answer_of
+from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis
 from twin.physics import Physics
-from twin.twin import NOT_COMPARABLE, TurnDiagnosis, Twin
+from twin.twin import Twin
 
 FILES = ("answer.json",)
 

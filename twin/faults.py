@@ -141,3 +141,14 @@ def chosen(names: Sequence[str]) -> tuple[Fault, ...]:
 def by_effect(faults: Sequence[Fault]) -> dict[str, Fault]:
     """The faults by the effect that each one is."""
     return {fault.effect: fault for fault in faults}
+
+
+def share_of(fault: Fault, told: float, machine: Machine) -> float:
+    """Size t of a value in the shop's unit, by bisection: what the shop reads is monotonic in t."""
+    low, high = 0.0, 1.0
+    rising = fault.told(1.0, machine) > fault.told(0.5, machine)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        below = fault.told(middle, machine) < told if rising else fault.told(middle, machine) > told
+        low, high = (middle, high) if below else (low, middle)
+    return high

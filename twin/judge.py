@@ -1,7 +1,7 @@
 """What networks say -> what is told: an alarm at a stated rate of false ones, names, sizes with intervals, novelty.
 
-Every threshold is a conformal quantile over simulated turns that no network was taught on, so its rate holds for machines
-of the posterior.
+Every threshold is a conformal quantile over simulated turns that no network was taught on, so its rate holds for
+machines of the posterior.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import hashlib
 import json
 import logging
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet
+import pyarrow.parquet as pq
 import torch
 import yaml
 from safetensors.numpy import load_file, save_file
@@ -33,18 +33,19 @@ from datagen.progress import progress
 from discrepancy.indexer import Experiment, machine_yaml
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_cli.command import check_flag
-from indexer_env import OperatingPoint
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.units import RPM
 from twin import data, detection
+from twin.card import calibration_card, scores, span, turns_of
 from twin.check import Check, checked
 from twin.faults import chosen
-from twin.judge import Judge, judge_of, looked_at, sigmoid
+from twin.folder import FORMAT, VERSION, about_of, machine_and_sensor, networks_of, view_of
+from twin.judge import Judge, judge_of, looked_at
 from twin.learn import trained
+from twin.moved import as_before, moved_since
 from twin.physics import Calibrated, Uncertain, calibrated
 from twin.settings import Settings
 from twin.turns import Cells, Healthy, Remains, remains_of
-from twin.twin import FORMAT, VERSION, machine_and_sensor, networks_of, view_of
 
 _log = logging.getLogger(__name__)
 
@@ -91,9 +92,12 @@ class Bench:
 class Maker:
     """Makes a twin in a folder."""
 
-    def __init__(self, bench: Bench, settings: Settings, out: Path, *, overwrite: bool = False) -> None:
+    def __init__(
+        self, bench: Bench, settings: Settings, out: Path, *, overwrite: bool = False, before: Path | None = None
+    ) -> None:
+        """`before` is the folder of the twin that this one continues: its posterior is the bench's prior."""
         check_flag("twin", "overwrite", overwrite)
-        self.bench, self.settings, self.out = bench, settings, out
+        self.bench, self.settings, self.out, self.before = bench, settings, out, before
         self.faults = chosen(list(settings.faults))
         self._open(overwrite)
 
@@ -111,8 +115,8 @@ class Maker:
             if held and self._read("stage") != mark:
                 if not overwrite:
                     raise ParameterError(
-                        f"twin.out must be a new folder, or that of a twin of the same records and settings, got {self.out}"
-                        ", which is of others; set overwrite=true to make it anew, or name another."
+                        "twin.out must be a new folder, or that of a twin of the same records and settings, got "
+                        f"{self.out}, which is of others; set overwrite=true to make it anew, or name another."
                     )
                 for path in self.out.iterdir():
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
@@ -122,6 +126,7 @@ class Maker:
     def _fingerprint(self) -> str:
         told = hashlib.sha256(json.dumps(self.settings.plain(), sort_keys=True).encode())
         told.update(machine_yaml(self.bench.subject.machine).encode())
+        told.update(repr(sorted(self.bench.subject.uncertainty.items())).encode())
         for experiment in self.bench.experiments:
             told.update(experiment.signal.values.tobytes())
             told.update(repr((experiment.operating_point, experiment.noise, experiment.start_uncertainty)).encode())
@@ -172,7 +177,9 @@ class Maker:
     def sentences(self) -> list[str]:
         """What was found, for the command line."""
         about = self._read("twin")
-        return [about["calibration"]["headline"], *about["calibration"]["notes"]]
+        moved = about["calibration"].get("moved")
+        first = [] if moved is None else [moved["sentence"]]
+        return [*first, about["calibration"]["headline"], *about["calibration"]["notes"]]
 
     # ------------------------------------------------------------------------------------------ stages
 
@@ -180,10 +187,14 @@ class Maker:
         if self._has("calibration.yaml", "posterior.parquet", "remains.safetensors", "machine.yaml", "sensor.yaml"):
             return
         s = self.settings
-        uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty)
+        before = None if self.before is None else about_of(self.before)
+        scale = 0.0 if before is None else before["calibration"]["scale_spread"]
+        uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty, scale)
         found = calibrated(self.bench.subject, uncertain, s.draws, s.seed)
+        if before is not None:
+            found = as_before(found, before["calibration"])
         columns = {path: found.draws[:, k] for k, path in enumerate(found.paths)}
-        pa.parquet.write_table(pa.table(columns), self.out / "posterior.parquet")
+        pq.write_table(pa.table(columns), self.out / "posterior.parquet")
         (self.out / "machine.yaml").write_text(machine_yaml(found.machine), encoding="utf-8")
         values = {n: float(v) if isinstance(v, float) else v for n, v in dataclasses.asdict(found.sensor).items()}
         self._write("sensor", values)
@@ -200,15 +211,31 @@ class Maker:
             )
         remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
         save_file({k: np.ascontiguousarray(v) for k, v in remains.arrays().items()}, self.out / "remains.safetensors")
-        speeds = list(s.motor_speed_rpm or _span([p.motor_speed / RPM for p in points]))
-        loads = list(s.load_torque or _span([p.load_torque for p in points]))
+        speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
+        loads = list(s.load_torque or span([p.load_torque for p in points]))
         self._write("calibration", {
-            **_calibration(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
+            **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
         })  # fmt: skip
+        if before is not None:
+            self._go_on(before, found)
+
+    def _go_on(self, before: dict[str, Any], found: Calibrated) -> None:
+        """Compare with the twin before, and take its networks over where the machine has not moved."""
+        assert self.before is not None
+        moved = moved_since(before["calibration"], self.bench.subject.machine, found)
+        about = self._read("calibration")
+        self._write("calibration", {**about, "moved": moved})
+        same = before["range"] == about["range"] and before["cells"] == about["cells"]
+        if moved["since"] or not same:
+            return
+        for name in (*NETWORKS, PAPER):
+            shutil.copy(self.before / f"{name}.safetensors", self.out)
+        self._write("learned", {key: before[key] for key in ("judge", "records", "scores")})
+        self._write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:
         points = more.pop("points")
@@ -300,58 +327,10 @@ class Maker:
 
         about = {
             "format": FORMAT, "version": VERSION, "settings": self.settings.plain(), "networks": list(NETWORKS),
-            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "load_factor", "noise", "sample_noise", "unit", "recorded")},
+            **{key: calibration.pop(key) for key in ("cells", "shift", "range", "load_factor")},
+            **{key: calibration.pop(key) for key in ("noise", "sample_noise", "unit", "recorded")},
             "calibration": calibration, **self._read("learned"), "detection": self._read("detection"),
             "check": self._read("check"),
         }  # fmt: skip
         (self.out / "report.html").write_text(page(about, self.healthy.machine, self.remains), encoding="utf-8")
         self._write("twin", about)
-
-
-def turns_of(experiment: Experiment, healthy: Healthy) -> np.ndarray:
-    """Whole turns (k, stations, cells) of a record."""
-    point = experiment.operating_point
-    cam_rate = healthy.machine.reduction * point.motor_speed
-    return healthy.cells.turns(experiment.signal.values, cam_rate, point.start_angle)
-
-
-def scores(told: dict[str, np.ndarray], rows: np.ndarray, turns: data.Turns) -> dict[str, float]:
-    """How a network does on control turns: the share whose set of faults it names exactly, by how many there are."""
-    named = sigmoid(told["faults"]) > 0.5
-    there = turns.there[rows]
-    right, number = (named == there).all(axis=1), there.sum(axis=1)
-    return {
-        "all": float(right.mean()), "healthy": float(right[number == 0].mean()), "one": float(right[number == 1].mean()),
-        "several": float(right[number > 1].mean()),
-    }  # fmt: skip
-
-
-def _span(values: Sequence[float]) -> tuple[float, float]:
-    low, high = min(values), max(values)
-    # speeds that a motor is told alike differ by what the records show of slip and of the pulse
-    return (low, high) if high - low > 0.01 * abs(high) else (0.5 * (low + high),) * 2  # type: ignore[return-value]
-
-
-def _calibration(found: Calibrated) -> dict[str, Any]:
-    """What the card says of the calibration."""
-    rows = []
-    for path, unit, column in zip(found.paths, found.units, found.draws.T, strict=True):
-        low, high = np.quantile(column, (0.025, 0.975))
-        rows.append({
-            "path": path, "unit": unit, "value": float(np.mean(column)), "low": float(low), "high": float(high)
-        })  # fmt: skip
-    return {
-        "headline": found.headline, "verdict": found.verdict, "level": found.level,
-        "findings": [
-            {
-                "effect": f.effect, "grade": f.grade, "values": {k: float(v) for k, v in f.values.items()},
-                "interval": [float(v) for v in f.interval], "size": f.size, "rivals": list(f.rivals),
-            }
-            for f in found.findings
-        ],
-        "parameters": rows, "scale_spread": found.scale_spread,
-        "spread": {k: float(v) for k, v in found.spread.items()}, "notes": list(found.notes),
-    }  # fmt: skip
-
-
-__all__ = ["NETWORKS", "STAGES", "Bench", "Maker", "OperatingPoint"]

@@ -1,15 +1,4 @@
-"""All that the twin asks of `discrepancy`: the calibrated machine with its joint uncertainty, and faults by physics.
-
-The posterior is the normal law at the fitted place (Laplace), start states eliminated (Schur complement), with the
-stated loads' common error and the gain of the sensor as nuisance parameters beside the machine's:
-
-    z ~ N(ẑ, S^-1/2 max(S^-1/2 M S^-1/2, s²) S^-1/2)
-
-S is the information with the priors, M the covariance of the windows' pulls (White's sandwich, windows as clusters), s²
-the median mean square of the windows; the maximum is taken of eigenvalues. The common scale of all inertias,
-stiffnesses, dampings and torques is told by the load alone, so it stays as wide as load and drawing leave it. The error
-of the stated loads is one factor for all records, as one instrument or one estimate states them.
-"""
+"""All that the twin takes from an explanation of `discrepancy`: the calibrated machine, and faults by physics."""
 
 from __future__ import annotations
 
@@ -21,26 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.arrow import arrow
 from discrepancy.candidates import Candidate
 from discrepancy.explain import Explanation, explain
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.library import library
-from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
-from discrepancy.indexer.windows import Experiment
+from discrepancy.indexer.parameters import UNCERTAINTY
 from discrepancy.model import Hypothesis, Parameter, in_turn
 from discrepancy.naming import NAMING
-from discrepancy.problem import Point, Problem
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.reading import Record
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS, MachineEffect, make_effect
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from datagen.campaigns.own import LOAD_FACTOR
 from twin.faults import Fault, by_effect
+from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, whole
 
 ESTABLISHED, FAMILY, STANDS_IN = "established", "family", "stands in"
 """Grades of a finding: named; a member of a group that the records cannot tell apart; closes most of the gap without
@@ -48,9 +33,6 @@ being accepted as a name. All three are added to a twin, which must predict; onl
 
 _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
-
-_NUDGE = 1e-2
-"""Relative change of the load by which its derivative is taken: the motion is nearly linear in it."""
 
 _LEAST_SPREAD = 2e-3
 """Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
@@ -126,15 +108,6 @@ class Calibrated:
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Uncertain:
-    """What the records' metadata leave open, as relative standard deviations [-]: load, gain, housing inertia."""
-
-    load: float
-    gain: float
-    housing_inertia: float
-
-
 def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int) -> Calibrated:
     """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
     answer = explain(subject.model, subject.held_out)
@@ -142,17 +115,19 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     base = answer.base if not effects else answer.rounds[-1].candidates[0]
     model = in_turn(subject.model, effects[:-1])
     assert isinstance(model, IndexerModel)
-    joint = _joint(model, base.place, uncertain)
+    joint = joint_of(model, base.place, uncertain)
     rng = np.random.default_rng(seed)
     z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")
-    columns = _columns(model, base.place.hypothesis, joint, z, uncertain, subject.machine, rng)
-    place = dataclasses.replace(base.place, z=_whole(base.place.z, joint))
+    columns = columns_of(model, base.place.hypothesis, joint, z, uncertain, subject.machine, rng)
+    place = dataclasses.replace(base.place, z=whole(base.place.z, joint))
     machine, sensor = model.machine_at(place.hypothesis, place.z)
     sensor = dataclasses.replace(sensor, gain=sensor.gain * joint.gain)
     paths, units, values = zip(*columns, strict=True)
+    if uncertain.scale > 0.0:
+        values = rescaled(paths, units, values, np.exp(uncertain.scale * rng.standard_normal(count)))
     drawn = dict(zip(paths, values, strict=True))
     findings = tuple(_in_draws(_finding(h, g, answer), drawn) for h, g in zip(effects, grades, strict=True))
-    logs = _logs(model, z)
+    logs = logs_of(model, z)
     scale = np.mean([own for name, own in logs.items()], axis=0)
     spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
     for path, column in zip(paths, values, strict=True):
@@ -162,7 +137,7 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     headline = _headline(answer, findings)
     return Calibrated(
         machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
-        float(base.held_out), float(np.std(scale)), spread, tuple(subject.notes),
+        float(base.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread, tuple(subject.notes),
     )  # fmt: skip
 
 
@@ -213,109 +188,6 @@ def _unit(finding: Finding) -> str:
     fields = {field.name: field.metadata for field in dataclasses.fields(EFFECTS[finding.effect])}
     unit = fields[finding.size]["unit"]
     return "" if unit == "-" else f" {unit}"
-
-
-@dataclass(frozen=True, eq=False)
-class _Joint:
-    """Mean and covariance of the scaled parameters in `rows` of the place, then of the loads' and the gain's error, and
-    the factors that loads and gain came to."""
-
-    rows: np.ndarray
-    mean: np.ndarray
-    covariance: np.ndarray
-    load: float
-    gain: float
-
-
-def _joint(model: IndexerModel, place: Point, uncertain: Uncertain) -> _Joint:
-    """The posterior at a fitted place; one Gauss–Newton step moves it where the loads or the gain are off."""
-    problem = Problem(model, place.hypothesis)
-    r, by_global, by_local = problem.linearised(place)
-    heavier = Problem(_with_loads(model, 1.0 + _NUDGE), place.hypothesis)
-    by_load = (heavier.residuals(place.z[None], place.states[None])[0] - r) / _NUDGE * uncertain.load
-    reading = model.readings(place.hypothesis, problem._everywhere(place.z[None], place.states[None])).reshape(r.shape)
-    columns = np.concatenate([by_global, by_load[None], reading[None] * uncertain.gain])
-    weights = np.minimum(1.0, 2.0 * problem.weights((r**2).sum(axis=1)))
-    system = arrow(r, columns, by_local, weights)
-    extra = 2
-    z = np.concatenate([place.z, np.zeros(extra)])
-    precision = np.concatenate([problem.precision, np.ones(extra)])
-    system = dataclasses.replace(system, A=system.A + np.diag(precision), a=system.a + precision * z)
-    reduced, right, inverse = system.reduced()
-    free = np.concatenate([problem.movable, np.ones(extra, dtype=bool)]) & (np.diag(system.A) > 1e-12)
-    pulls = np.einsum("gwn,wn,w->wg", columns, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
-    within = np.ix_(free, free)
-    information = reduced[within]
-    step = np.zeros(len(z))
-    step[free] = -np.linalg.solve(information, right[free])
-    moved = np.clip(place.z + step[: len(place.z)], problem.low, problem.high)
-    covariance = np.zeros((len(z), len(z)))
-    level = max(1.0, float(np.median(place.squares / model.counts)))
-    covariance[within] = _covariance(information, np.diag(precision)[within], pulls[:, free], level)
-    own = np.flatnonzero(problem.of_machine)
-    rows = np.concatenate([own, len(place.z) + np.arange(extra)])
-    load, gain = 1.0 + step[-2] * uncertain.load, 1.0 + step[-1] * uncertain.gain
-    mean = np.concatenate([moved[own], step[-extra:]])
-    return _Joint(own, mean, covariance[np.ix_(rows, rows)], float(load), float(gain))
-
-
-def _covariance(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray, level: float) -> np.ndarray:
-    """The sandwich, no direction of it narrower than the curvature and the misfit leave it."""
-    values, vectors = np.linalg.eigh(information)
-    root = (vectors / np.sqrt(np.maximum(values, 1e-9))) @ vectors.T
-    windows = len(pulls)
-    between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
-    spread, axes = np.linalg.eigh(root @ between @ root)
-    return root @ (axes * np.maximum(spread, level)) @ axes.T @ root
-
-
-def _whole(z: np.ndarray, joint: _Joint) -> np.ndarray:
-    whole = z.copy()
-    whole[joint.rows] = joint.mean[:-2]
-    return whole
-
-
-def _with_loads(model: IndexerModel, factor: float) -> IndexerModel:
-    def changed(experiment: Experiment) -> Experiment:
-        point = experiment.operating_point
-        heavier = OperatingPoint(point.motor_speed, point.load_torque * factor, point.start_angle)
-        return dataclasses.replace(experiment, operating_point=heavier, noise=experiment.noise_level)
-
-    loaded = [changed(experiment) for experiment in model.experiments]
-    return IndexerModel(model.machine, loaded, model.sensor, model.uncertainty, model.known, model.without)
-
-
-def _columns(
-    model: IndexerModel, hypothesis: Hypothesis, joint: _Joint, z: np.ndarray, uncertain: Uncertain,
-    drawing: Machine, rng: np.random.Generator,
-) -> list[tuple[str, str, np.ndarray]]:  # fmt: skip
-    """Path, unit and values (n,) of each drawn quantity."""
-    parameters = model.parameters + hypothesis.parameters
-    columns: list[tuple[str, str, np.ndarray]] = []
-    for place, row in enumerate(joint.rows):
-        p = parameters[row]
-        section = "machine" if p.name in UNCERTAINTY else "effects"
-        columns.append((f"{section}.{p.name}", p.unit, np.array([p.value(value) for value in z[:, place]])))
-    for effect in (*model.known, hypothesis):
-        for name, value in effect.fixed.items():
-            columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
-    columns.append((LOAD_FACTOR, "-", 1.0 + uncertain.load * z[:, -2]))
-    columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
-    housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
-    columns.append(("machine.housing_inertia", "kg m²", housing))
-    return columns
-
-
-def _logs(model: IndexerModel, z: np.ndarray) -> dict[str, np.ndarray]:
-    """ln of each of the machine's parameters that scale with torque (n,)."""
-    return {
-        p.name: p.scale * z[:, k]
-        for k, p in enumerate(model.parameters)
-        if p.name in UNCERTAINTY and p.logarithmic and torque_power(p.unit)
-    }
-
-
-# ---------------------------------------------------------------------------------------------- faults by physics
 
 
 @dataclass(frozen=True)
@@ -468,5 +340,5 @@ def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: M
     before = float(row["values"][fault.parameter])
     if now is None or now.low <= before <= now.high:
         return None
-    sizes = (fault.share(number - before, machine) for number in (now.value, now.low, now.high))
-    return PhysicalFault(fault.name, *sizes, 0.95, ESTABLISHED)
+    size, low, high = (fault.share(number - before, machine) for number in (now.value, now.low, now.high))
+    return PhysicalFault(fault.name, size, low, high, 0.95, ESTABLISHED)

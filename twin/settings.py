@@ -44,7 +44,7 @@ class Settings:
     faults: Sequence[str] = tuple(FAULTS)
     motor_speed_rpm: Sequence[float] | None = None
     load_torque: Sequence[float] | None = None
-    simulated: int = 12000
+    simulated: int = 10000
     draws: int = 1024
     epochs: int = 24
     false_alarms: float = 0.01

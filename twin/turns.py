@@ -1,10 +1,10 @@
-"""A turn of the table as the networks see it: what it differs by from the healthy machine, cell by cell of the cam angle.
+"""A turn of the table as the networks see it: what it differs by from the healthy machine, cell by cell of the cam.
 
     x = (y − ŷ(speed, load) − R(speed, load)) / σ      (stations, cells)
 
 y and ŷ are means over cells of the cam angle, measured and simulated at the twin's mean; R is what healthy records left
-after calibration; σ is the noise of a cell. How far the turn was shifted in its angle at the beginning and at the end is
-a nuisance of known size (the pulse's accuracy) and taken out as far as that prior lets it be (ridge).
+after calibration; σ is the noise of a cell. How far the turn was shifted in its angle at the beginning and at the end
+is a nuisance of known size (the pulse's accuracy) and taken out as far as that prior lets it be (ridge).
 """
 
 from __future__ import annotations
@@ -67,13 +67,16 @@ class Cells:
     def turns(self, values: np.ndarray, cam_rate: float, start: float) -> np.ndarray:
         """Whole turns (k, stations, cells) of a record (n,) whose cam turns at `cam_rate` [rad/s] from `start` [rad];
         cells count from cam angle 0 at station 0, a turn is read in a circle."""
-        whole, width = self.stations * self.count, _TURN / self.count
-        values = np.concatenate([values, np.full(_SHORT, values[-1])])
-        angle = start + cam_rate / self.rate * np.arange(len(values))
+        whole, width, step = self.stations * self.count, _TURN / self.count, cam_rate / self.rate
+        angle = start + step * np.arange(len(values))
+        if angle[-1] + _SHORT * step - start >= whole * width:
+            # a turn that ends within a cell is completed by what the turn before began with
+            more = angle[-1] + step * np.arange(1, math.ceil(width / step) + _SHORT + 1)
+            values = np.concatenate([values, np.interp(more - whole * width, angle, values)])
+            angle = np.concatenate([angle, more])
         first = math.ceil(start / width - 1e-9)
         number = int((angle[-1] / width - first + 1e-9) // whole)
         edges = (first + np.arange(number * whole + 1)) * width
-        step = cam_rate / self.rate
         summed = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1])) * step])
         cells = np.diff(np.interp(edges, angle, summed)) / width
         return np.roll(cells.reshape(number, whole), first % whole, axis=1).reshape(number, self.stations, self.count)

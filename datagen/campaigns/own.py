@@ -50,8 +50,8 @@ class Own(Campaign):
     how_many : sequence of float
         Probabilities of none, one, two ... faults in a record; they sum up to 1.
     points : sequence of mapping
-        Operating points as stated, each as likely; none: as configured, or as `draws` has it. Their loads are multiplied
-        by the row's `load_factor`, where the joint draws have one.
+        Operating points as stated, each as likely; none: as configured, or as `draws` has it. Their loads are times the
+        row's `load_factor`, where the joint draws have one.
     """
 
     name: ClassVar[str] = "own"
