@@ -8,7 +8,7 @@ In reading order, along the data flow:
     labels         classes by the faults of the bench; subsets by machine draw
     campaign       item i -> label and what differs from the base machine; `build` makes the machine
     campaigns/     the families, one file each: table2 (the paper's six classes), bench (its 20 cases), random,
-                   wear (run to failure), grid; cells (combinations of values)
+                   wear (run to failure), own (one's own machine), grid; cells (combinations of values)
     laws_in_place  laws written in a quantity's own place -> the campaign's draws
     preflight      laws that are mistakes, refused before anything is simulated
     order          all that decides the bytes of a data set, checked first

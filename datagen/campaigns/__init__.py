@@ -9,6 +9,7 @@ from typing import Any
 from datagen.campaign import Campaign
 from datagen.campaigns.bench import Bench
 from datagen.campaigns.grid import Grid
+from datagen.campaigns.own import Own
 from datagen.campaigns.random import Random
 from datagen.campaigns.table2 import Table2
 from datagen.campaigns.wear import Wear
@@ -16,7 +17,7 @@ from indexer_env.build import from_mapping
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
 
-CAMPAIGNS: dict[str, type[Campaign]] = {family.name: family for family in (Table2, Bench, Random, Wear, Grid)}
+CAMPAIGNS: dict[str, type[Campaign]] = {family.name: family for family in (Table2, Bench, Random, Wear, Grid, Own)}
 """Family by the `name` that its YAML gives."""
 
 

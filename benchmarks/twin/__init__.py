@@ -1,0 +1,1 @@
+"""The twin's table, measured on machines that the pipeline does not know."""

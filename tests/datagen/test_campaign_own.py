@@ -1,0 +1,88 @@
+"""The campaign `own`: joint draws of a machine, faults on top of what it has, a common factor of all loads."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from datagen.campaign import Base, build
+from datagen.campaigns.own import LOAD_FACTOR, Own
+from indexer_env import OperatingPoint, load_machine
+from indexer_env.errors import ParameterError
+
+FAULTS = {
+    "friction": {"friction.coulomb": {"torque": {"uniform": [1.0, 2.0]}}},
+    "crack": {"roller.crack": {"severity": {"uniform": [0.1, 0.5]}}},
+}
+BASE = Base(load_machine("reference"), OperatingPoint())
+
+
+def table(folder: Path, **columns: list[float]) -> str:
+    path = folder / "posterior.parquet"
+    pq.write_table(pa.table({name.replace("__", "."): values for name, values in columns.items()}), path)
+    return str(path)
+
+
+def test_a_machine_has_its_row_and_growing_friction_adds_to_what_was_there(tmp_path):
+    posterior = table(tmp_path, machine__table_inertia=[4.0, 6.0], effects__friction__coulomb__torque=[5.0, 7.0])
+    own = Own(machines=40, posterior=posterior, faults={"friction": FAULTS["friction"]}, how_many=(0.5, 0.5))
+    codes = set()
+    for index in range(40):
+        item = own.item(index, BASE, 3)
+        machine = build(item, BASE).machine
+        assert machine.table_inertia == (4.0, 6.0)[index % 2]
+        torque, had = machine.effects[0].torque, (5.0, 7.0)[index % 2]
+        if item.label.code == "1":
+            assert had + 1.0 <= torque <= had + 2.0 and item.label.name == "friction"
+        else:
+            assert torque == had and item.label.name == "healthy"
+        codes.add(item.label.code)
+    assert codes == {"0", "1"}
+
+
+def test_how_many_faults_are_there_is_drawn_by_its_law():
+    own = Own(machines=600, faults=FAULTS, how_many=(0.25, 0.5, 0.25))
+    names = Counter(own.item(index, BASE, 0).label.name for index in range(600))
+    # binomial, standard deviation of 11
+    assert abs(names["healthy"] - 150) < 40 and abs(names["several faults"] - 150) < 40
+    assert names["friction"] > 80 and names["crack"] > 80
+    assert own.item(7, BASE, 0) == own.item(7, BASE, 0) != own.item(7, BASE, 1)
+
+
+def test_loads_are_the_rows_factor_times_what_is_stated(tmp_path):
+    posterior = table(tmp_path, **{LOAD_FACTOR: [0.9, 1.1]})
+    own = Own(machines=4, posterior=posterior, points=[{"motor_speed": 150.0, "load_torque": 10.0}])
+    loads = [own.item(index, BASE, 0).operating_point["load_torque"] for index in range(4)]
+    assert loads == pytest.approx([9.0, 11.0, 9.0, 11.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"how_many": (0.5, 0.4)}, "that sum up to 1"),
+        ({"how_many": (0.25, 0.25, 0.25, 0.25)}, "probabilities of 0 to 2 faults"),
+        ({"faults": {"crack": {"roller.crac": {"severity": 0.1}}}, "how_many": (1.0,)}, "roller.crack"),
+        ({"posterior": "absent.parquet"}, "cannot be read"),
+        ({"points": [{"motor_speed": -1.0}]}, r"points\[0\].motor_speed must be"),
+    ],
+)
+def test_mistakes_end_in_a_sentence(given, said):
+    with pytest.raises(ParameterError, match=said):
+        Own(**{"machines": 10, "faults": FAULTS, "how_many": (0.5, 0.5), **given})
+
+
+def test_a_posterior_that_was_changed_is_refused(tmp_path):
+    posterior = table(tmp_path, machine__table_inertia=[4.0])
+    before = Own(machines=1, posterior=posterior).posterior_sha256
+    table(tmp_path, machine__table_inertia=[5.0])
+    with pytest.raises(ParameterError, match="the file is another one now"):
+        Own(machines=1, posterior=posterior, posterior_sha256=before)
+
+
+def test_a_column_that_is_no_quantity_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match="table_inertia"):
+        Own(machines=1, posterior=table(tmp_path, machine__table_inertai=[4.0]))

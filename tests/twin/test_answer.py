@@ -1,0 +1,77 @@
+"""One answer of networks and physics: a test for each rule."""
+
+from __future__ import annotations
+
+from indexer_env import load_machine
+from twin.answer import answer_of
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
+from twin.physics import ESTABLISHED, PhysicalFault, Physics
+
+MACHINE = load_machine("reference")
+MATTERS = {"crack": 0.05, "friction": 0.05, "reducer_play": 0.05}
+
+
+def network(verdict: str, *names: str, matters: bool = True) -> TurnDiagnosis:
+    faults = tuple(FaultSeen(name, 0.9, 5.0, 4.0, 6.0, "N m", 0.2, matters) for name in names)
+    return TurnDiagnosis(verdict, faults, {}, {}, 1.0, 0.5, "because")
+
+
+def physics(verdict: str, *faults: tuple[str, float], level: float = 1.0) -> Physics:
+    found = tuple(PhysicalFault(name, size, 0.9 * size, 1.1 * size, 0.99, ESTABLISHED, None) for name, size in faults)
+    return Physics(verdict, found, level, 5.0, "a black box does better")
+
+
+def answered(seen: TurnDiagnosis, found: Physics | None):
+    return answer_of(seen, found, MACHINE, MATTERS)
+
+
+def test_a_record_that_cannot_be_compared_is_an_answer_of_its_own():
+    answer = answered(network(NOT_COMPARABLE), None)
+    assert answer.verdict == NOT_COMPARABLE and answer.headline == "Not comparable: because"
+
+
+def test_without_physics_the_networks_answer():
+    assert answered(network(HEALTHY), None).verdict == HEALTHY
+    assert answered(network(UNKNOWN), None).verdict == UNKNOWN
+    answer = answered(network(FAULTY, "friction"), None)
+    assert answer.headline == "Faulty: growing friction, 5 N m (4 to 6)."
+
+
+def test_faults_that_physics_finds_are_the_answer_with_what_the_networks_said_beside_it():
+    answer = answered(network(FAULTY, "friction"), physics(FAULTY, ("crack", 0.5)))
+    assert answer.headline == "Faulty: cracked rollers, 30 % of stiffness lost (27 to 33)."
+    assert [fault.by for fault in answer.faults] == ["physics"]
+    assert "Networks: also growing friction" in answer.remarks[0] and "does not name it" not in answer.headline
+    both = answered(network(FAULTY, "crack"), physics(FAULTY, ("crack", 0.5)))
+    assert [fault.by for fault in both.faults] == ["physics and network"] and both.remarks == ()
+
+
+def test_what_remains_behind_found_faults_is_said():
+    answer = answered(network(FAULTY, "crack"), physics(FAULTY, ("crack", 0.5), level=3.0))
+    assert answer.remarks == ("3.0 times the noise remains.",)
+
+
+def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
+    answer = answered(network(FAULTY, "friction"), physics(HEALTHY))
+    assert answer.verdict == HEALTHY and "down to the noise without it" in answer.remarks[0]
+    assert answered(network(HEALTHY), physics(HEALTHY)).remarks == ()
+
+
+def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():
+    answer = answered(network(FAULTY, "crack"), physics(UNKNOWN, level=4.0))
+    assert answer.verdict == FAULTY and "does not confirm" in answer.remarks[0] and "4.0 times" in answer.remarks[0]
+    assert answered(network(HEALTHY), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
+    assert answered(network(UNKNOWN), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
+
+
+def test_what_does_not_matter_is_told_but_not_in_the_headline():
+    answer = answered(network(HEALTHY), physics(FAULTY, ("crack", 0.01)))
+    assert answer.verdict == HEALTHY and "crack" not in answer.headline
+    assert answer.remarks[-1].startswith("Smaller than what is surely seen: cracked rollers")
+    mixed = answered(network(HEALTHY), physics(FAULTY, ("crack", 0.01), ("reducer_play", 0.5)))
+    assert mixed.verdict == FAULTY and "crack" not in mixed.headline and "play in the reducer" in mixed.headline
+
+
+def test_an_effect_outside_the_table_is_told_in_its_own_words():
+    answer = answered(network(HEALTHY), physics(FAULTY, ("friction.viscous", 30.0)))
+    assert answer.headline.startswith("Faulty: Viscous drag in the table bearing")

@@ -1,0 +1,43 @@
+"""The fault table: sizes, shop units, effects."""
+
+from __future__ import annotations
+
+import pytest
+
+from indexer_env import EFFECTS, load_machine, make_effect
+from indexer_env.errors import ParameterError
+from twin.faults import FAULTS, chosen, peak_torque, share_of
+
+MACHINE = load_machine("reference")
+
+
+@pytest.mark.parametrize("name", sorted(FAULTS))
+def test_a_size_goes_to_the_shop_and_back(name):
+    fault = FAULTS[name]
+    for share in (0.01, 0.3, 1.0):
+        assert fault.share(fault.value(share, MACHINE), MACHINE) == pytest.approx(share)
+        assert share_of(fault, fault.told(share, MACHINE), MACHINE) == pytest.approx(share, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", sorted(FAULTS))
+def test_a_fault_of_size_0_is_none_and_the_largest_can_be_built(name):
+    fault = FAULTS[name]
+    others = {"station": 1} if name == "crack_single" else {key: 0.02 for key in fault.others}
+    assert fault.parameter in {field for field in EFFECTS[fault.effect].__dataclass_fields__}
+    assert make_effect(fault.effect, {fault.parameter: 0.0, **others}).is_null
+    assert not make_effect(fault.effect, {fault.parameter: fault.value(1.0, MACHINE), **others}).is_null
+
+
+def test_the_shop_reads_the_papers_20_degrees():
+    assert FAULTS["reducer_play"].told(1.0, MACHINE) == pytest.approx(20.0)
+    assert FAULTS["sensor_loose"].words_of(1.0, MACHINE) == "25 Hz bracket resonance"
+
+
+def test_the_peak_torque_is_that_of_the_motion_law():
+    # J_t h Ca / T²: 5 kg m², 2π/8, 5.528 and half of 1.025 s
+    assert peak_torque(MACHINE) == pytest.approx(5.0 * 0.7854 * 5.528 / 0.5125**2, rel=1e-3)
+
+
+def test_an_unknown_fault_is_refused():
+    with pytest.raises(ParameterError, match="twin.faults must be some of crack"):
+        chosen(["crack", "rust"])

@@ -1,0 +1,175 @@
+"""Thresholds, detection sizes, the check, and what a twin says of a turn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from indexer_env import OperatingPoint
+from indexer_env.units import RPM
+from tests.twin.builders import CELLS, JUDGE, MACHINE, RANGE, Fixed, healthy, record, view
+from twin.check import checked
+from twin.data import Turns
+from twin.detection import Seen, points_of, size_at, worst
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN
+from twin.faults import FAULTS
+from twin.judge import Judge, judge_of
+from twin.learn import Feed, said, trained
+from twin.network import NETWORKS, Convolution
+from twin.twin import Twin
+
+NAMES = list(FAULTS)
+
+
+def turns(count: int, seed: int, *, faulty: bool) -> Turns:
+    """Turns whose one fault is a wave of its own order, as large as its size says."""
+    rng = np.random.default_rng(seed)
+    size = np.zeros((count, 2), dtype=np.float32)
+    if faulty:
+        size[np.arange(count), rng.integers(0, 2, count)] = rng.uniform(0.05, 1.0, count)
+    cam = np.linspace(0.0, 2.0 * np.pi, CELLS.count, endpoint=False)
+    waves = np.stack([np.sin(5.0 * cam), np.sin(11.0 * cam)])
+    x = np.repeat((size @ waves)[:, None], 8, axis=1).astype(np.float32)
+    subset = (np.arange(count) % 4 == 0).astype(int)
+    point = OperatingPoint(1350.0 * RPM, 10.0)
+    reference = healthy().turn(point)[None]
+    none = np.full(count, -1)
+    return Turns(x, np.zeros(count, int), size, size != 0.0, none, subset, [point], reference)
+
+
+@pytest.fixture(scope="module")
+def taught() -> tuple[Any, Turns, Turns, Judge]:
+    torch.set_num_threads(1)
+    both = [turns(480, 1, faulty=True), turns(160, 2, faulty=False)]
+    mixed = Turns(*(
+        np.concatenate([getattr(part, name) for part in both])
+        for name in ("x", "point", "size", "there", "station", "subset")
+    ), both[0].points, both[0].reference)  # fmt: skip
+    network = trained("cnn", mixed, view(), epochs=12, seed=0)
+    control, sound = turns(400, 3, faulty=True), turns(300, 4, faulty=False)
+    judge = judge_of([network], control, sound, view(), false_alarms=0.05, coverage=0.9, seed=0)
+    return network, control, sound, judge
+
+
+def told(network: Any, part: Turns, seed: int) -> dict[str, np.ndarray]:
+    x, conditions, _ = Feed(part, view()).noisy(torch.arange(len(part.x)), torch.Generator().manual_seed(seed))
+    return said(network, x, conditions)
+
+
+def test_false_alarms_come_at_the_stated_rate_and_faults_are_named(taught):
+    network, control, sound, judge = taught
+    assert 0.01 < (told(network, sound, 9)["any"] > judge.alarm).mean() < 0.1
+    large = control.size.max(axis=1) > 0.3
+    found = told(network, control, 9)
+    assert (found["any"][large] > judge.alarm).mean() > 0.97
+    assert (found["faults"][large].argmax(axis=1) == control.size[large].argmax(axis=1)).mean() > 0.97
+
+
+def test_intervals_of_sizes_hold_the_stated_share(taught):
+    network, control, _, judge = taught
+    other = turns(400, 7, faulty=True)
+    found = told(network, other, 8)
+    for fault in range(2):
+        mine = other.there[:, fault] & (found["faults"][:, fault] > 0.0)
+        missed = np.abs(found["size"][mine, fault] - other.size[mine, fault])
+        inside = missed <= judge.reach[fault] * np.exp(found["spread"][mine, fault])
+        assert 0.8 < inside.mean() < 0.98
+
+
+def test_what_is_in_no_table_is_strange_and_turns_of_the_table_are_not(taught):
+    network, control, sound, judge = taught
+    assert (judge.strangeness(told(network, control, 5)) > 1.0).mean() < 0.05
+    cam = np.linspace(0.0, 2.0 * np.pi, CELLS.count, endpoint=False)
+    other = Turns(*(getattr(sound, n) for n in Turns.__dataclass_fields__))
+    strange = np.sign(np.sin(3.0 * cam)) * 0.8
+    object.__setattr__(other, "x", (other.x + strange).astype(np.float32))
+    assert (judge.strangeness(told(network, other, 5)) > 1.0).mean() > 0.9
+
+
+def test_a_judge_is_stored_and_comes_back(taught):
+    judge = taught[3]
+    assert Judge.restore(judge.plain()).plain() == judge.plain()
+
+
+def test_a_turn_may_begin_at_any_station():
+    network = Convolution(3, 64).eval()
+    x = torch.randn((2, 8, 64), generator=torch.Generator().manual_seed(0))
+    conditions = torch.zeros((2, 2))
+    with torch.no_grad():
+        one, other = network(x, conditions), network(torch.roll(x, 3, dims=1), conditions)
+    torch.testing.assert_close(one.faults, other.faults, atol=1e-4, rtol=1e-4)
+    torch.testing.assert_close(torch.roll(one.station, 3, dims=1), other.station, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", sorted(NETWORKS))
+def test_every_network_says_what_is_asked_of_it(kind):
+    found = said(NETWORKS[kind](3, 64).eval(), torch.randn(5, 8, 64), torch.zeros((5, 2)))
+    assert found["faults"].shape == found["size"].shape == (5, 3) and found["any"].shape == (5,)
+
+
+def test_the_smallest_size_is_where_the_power_is_reached():
+    rng = np.random.default_rng(0)
+    logs = rng.uniform(np.log(3e-3), 0.0, 4000)
+    chance = 1.0 / (1.0 + np.exp(-4.0 * (logs - np.log(0.05))))
+    found = size_at(logs, rng.random(4000) < chance, 0.95)
+    assert found == pytest.approx(0.05 * np.exp(np.log(19.0) / 4.0), rel=0.1)
+    assert size_at(logs, np.zeros(4000, dtype=bool), 0.95) is None
+
+
+def test_the_worst_operating_point_says_what_matters():
+    rows = [Seen("crack", rpm, 2.0, size, None, "%") for rpm, size in ((1200.0, 0.1), (1500.0, 0.02))]
+    assert worst(rows, "crack") == 0.1
+    assert worst([*rows, Seen("crack", 1350.0, 2.0, None, None, "%")], "crack") is None
+
+
+def test_a_range_that_is_one_point_is_looked_at_once():
+    assert len(points_of((1500.0, 1500.0), (2.0, 2.0))) == 1
+    assert len(points_of((1200.0, 1500.0), (2.0, 20.0))) == 5
+
+
+def checked_with(network: Fixed, offset: float = 0.0, own: bool = False):
+    point = OperatingPoint(1400.0 * RPM, 5.0)
+    turn = healthy().turn(point) + offset
+    return checked([turn[None]], [point], ["a.csv"], healthy(), view(), [network], JUDGE, 0.01, own)
+
+
+def test_each_way_to_fail_the_check_has_its_sentence():
+    sound = [-3.0] * 10
+    assert checked_with(Fixed(-5.0, sound)).trusted
+    assert "None was held out" in checked_with(Fixed(-5.0, sound), own=True).reason
+    assert "are called faulty" in checked_with(Fixed(5.0, sound)).reason
+    assert "like none of the simulated" in checked_with(Fixed(-5.0, sound, novelty=9.0)).reason
+    off = checked_with(Fixed(-5.0, sound), offset=0.3)
+    assert not off.trusted and "predicted to 3.0 times the noise" in off.reason
+
+
+def twin(network: Fixed) -> Twin:
+    about = {
+        "settings": {"faults": NAMES, "matters": {"reducer_play": 12.0}}, "range": RANGE,
+        "detection": [{"fault": n, "motor_speed_rpm": 1400.0, "load_torque": 5.0, "size": 0.2, "told": 1.0, "unit": ""}
+                      for n in NAMES],
+    }  # fmt: skip
+    sound = healthy()
+    return Twin(Path("twin"), about, MACHINE, sound.sensor, view(), (network,), JUDGE, sound)
+
+
+def test_the_verdicts_on_a_turn():
+    quiet = [-3.0] * 10
+    loud = [3.0 if name in ("crack", "reducer_play") else -3.0 for name in NAMES]
+    given = record()
+    assert twin(Fixed(-1.0, quiet)).diagnose_turn(*given).verdict == HEALTHY
+    found = twin(Fixed(1.0, loud)).diagnose_turn(*given)
+    assert found.verdict == FAULTY and {one.name for one in found.faults} == {"crack", "reducer_play"}
+    # size 0.5 of the largest: 30 % of the stiffness, 10° of play where 12° matter
+    by_name = {one.name: one for one in found.faults}
+    assert by_name["crack"].size == pytest.approx(30.0) and by_name["crack"].matters
+    assert by_name["reducer_play"].size == pytest.approx(10.0) and not by_name["reducer_play"].matters
+    assert by_name["crack"].low < 30.0 < by_name["crack"].high
+    assert twin(Fixed(1.0, loud, novelty=9.0)).diagnose_turn(*given).verdict == UNKNOWN
+    assert twin(Fixed(1.0, quiet)).diagnose_turn(*given).faults[0].probability < 0.1
+    short = twin(Fixed(1.0, quiet)).diagnose_turn(*record(turns=0.5))
+    assert short.verdict == NOT_COMPARABLE and "whole turn" in short.reason

@@ -1,0 +1,71 @@
+"""The joint law of what healthy records leave open, and whether a machine has moved."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from datagen.campaigns.own import LOAD_FACTOR
+from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
+from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
+from twin.moved import moved_since
+from twin.physics import Calibrated, Finding
+from twin.posterior import _covariance, rescaled
+
+SMOOTH = load_machine("smooth")
+
+
+def test_the_common_scale_leaves_the_motion_as_it_is():
+    names = ["table_inertia", "cam_inertia", "follower_inertia"]
+    joints = [f"{j}.{q}" for j in ("input_joint", "output_joint") for q in ("stiffness", "damping")]
+    units = ["kg m²"] * 3 + ["N m/rad", "N m s/rad"] * 2 + ["-"]
+    before = [np.array([read(SMOOTH, name)]) for name in [*names, *joints]] + [np.ones(1)]
+    after = rescaled([*names, *joints, LOAD_FACTOR], units, before, np.array([1.07]))
+    values = {name: float(column[0]) for name, column in zip([*names, *joints], after, strict=False)}
+    heavy, factor = changed(SMOOTH, values), float(after[-1][0])
+    run = Run(500.0, 2000)
+    one = simulate(SMOOTH, OperatingPoint(load_torque=10.0), run).table_acceleration
+    other = simulate(heavy, OperatingPoint(load_torque=10.0 * factor), run).table_acceleration
+    np.testing.assert_allclose(other, one, atol=1e-6 * np.abs(one).max())
+    unscaled = simulate(heavy, OperatingPoint(load_torque=10.0), run).table_acceleration
+    assert np.abs(unscaled - one).max() > 1e-3
+
+
+def test_a_covariance_is_nowhere_narrower_than_curvature_and_misfit_leave_it():
+    rng = np.random.default_rng(0)
+    root = rng.standard_normal((4, 4))
+    information, prior = root @ root.T + np.eye(4), np.eye(4)
+    quiet = _covariance(information, prior, np.zeros((12, 4)), 1.0)
+    assert np.linalg.eigvalsh(quiet - np.linalg.inv(information)).min() > -1e-9
+    wide = _covariance(information, prior, 30.0 * rng.standard_normal((12, 4)), 1.0)
+    assert np.trace(wide) > 10.0 * np.trace(quiet)
+    assert np.trace(_covariance(information, prior, np.zeros((12, 4)), 4.0)) == pytest.approx(4.0 * np.trace(quiet), rel=0.6)
+
+
+def calibrated(machine, *findings: Finding) -> Calibrated:
+    return Calibrated(machine, Sensor(), 1.0, (), (), np.zeros((1, 0)), findings, "none", "", 1.0, 0.03, {}, ())
+
+
+BEFORE = {"spread": dict.fromkeys(UNCERTAINTY, 0.01), "findings": []}
+
+
+def test_a_machine_that_stayed_has_not_moved_and_one_that_changed_has():
+    machine = load_machine("reference")
+    assert not moved_since(BEFORE, machine, calibrated(machine))["since"]
+    near = dataclasses.replace(machine, table_inertia=1.005 * machine.table_inertia)
+    assert not moved_since(BEFORE, machine, calibrated(near))["since"]
+    joint = machine.output_joint
+    soft = dataclasses.replace(machine, output_joint=Joint(0.92 * joint.stiffness, joint.damping))
+    moved = moved_since(BEFORE, machine, calibrated(soft))
+    assert moved["since"] and "output_joint.stiffness -8.0 %" in moved["sentence"]
+
+
+def test_an_effect_that_came_in_is_a_move():
+    machine = load_machine("reference")
+    finding = Finding("friction.coulomb", "established", {"torque": 5.0}, (4.0, 6.0), "torque")
+    moved = moved_since(BEFORE, machine, calibrated(machine, finding))
+    assert moved["since"] and "friction.coulomb came in" in moved["sentence"]
+    known = {**BEFORE, "findings": [{"effect": "friction.coulomb"}]}
+    assert not moved_since(known, machine, calibrated(machine, finding))["since"]

@@ -1,0 +1,84 @@
+"""A turn by cam angle: cells, shifts, and what healthy records leave."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from indexer_env import OperatingPoint
+from indexer_env.units import RPM
+from tests.twin.builders import CELLS, NOISE, RATE, healthy, record
+from twin.turns import remains_of, shift_shapes, without_shift
+
+TURN = 2.0 * math.pi
+
+
+def wave(start: float, cam_rate: float, samples: int) -> np.ndarray:
+    angle = start + cam_rate / RATE * np.arange(samples)
+    return np.sin(angle) + 0.5 * np.cos(3.0 * angle / 8.0)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.234, 17.0, -3.0])
+def test_a_turn_is_the_same_wherever_its_record_begins(start):
+    cam_rate = 6.0
+    samples = math.ceil(8 * TURN / cam_rate * RATE) + 2
+    (turn,) = CELLS.turns(wave(start, cam_rate, samples), cam_rate, start)
+    middle = (np.arange(8 * CELLS.count) + 0.5) * TURN / CELLS.count
+    expected = (np.sin(middle) + 0.5 * np.cos(3.0 * middle / 8.0)).reshape(8, -1)
+    np.testing.assert_allclose(turn, expected, atol=2e-3)
+
+
+def test_a_record_holds_as_many_turns_as_are_whole():
+    samples = math.ceil(8 * TURN / 6.0 * RATE)
+    assert [len(CELLS.turns(np.ones(int(k * samples)), 6.0, 1.0)) for k in (0.9, 1.01, 2.5)] == [0, 1, 2]
+
+
+def test_a_measured_turn_of_the_healthy_machine_is_the_simulated_one():
+    signal, told = record(turns=1.2)
+    sound = healthy()
+    cam_rate = sound.machine.reduction * told.motor_speed
+    (turn,) = CELLS.turns(signal.values, cam_rate, told.start_angle)
+    reference = sound.turn(OperatingPoint(told.motor_speed, told.load_torque))
+    assert np.abs(turn - reference).max() < 1e-2 * np.abs(reference).max()
+
+
+def test_turns_of_many_points_are_those_of_each():
+    sound = healthy()
+    points = [OperatingPoint(rpm * RPM, load) for rpm, load in ((1200.0, 2.0), (1500.0, 20.0))]
+    for turn, point in zip(sound.turns(points), points, strict=True):
+        np.testing.assert_allclose(turn, sound.turn(point), atol=1e-3)
+
+
+def test_a_shift_is_taken_out_and_what_is_no_shift_stays():
+    reference = healthy().turn(OperatingPoint())
+    shapes = shift_shapes(reference, 0.002)
+    shifted = 1.5 * shapes[0] - 0.7 * shapes[1]
+    other = NOISE * np.random.default_rng(1).standard_normal(reference.shape)
+    assert np.abs(without_shift(shifted, shapes, 1e-3 * NOISE)).max() < 1e-3 * np.abs(shifted).max()
+    assert np.std(without_shift(other, shapes, NOISE)) > 0.95 * np.std(other)
+
+
+def test_chance_is_not_learned_by_heart_but_structure_is():
+    sound, point = healthy(), OperatingPoint(1350.0 * RPM, 5.0)
+    reference = sound.turn(point)
+    rng = np.random.default_rng(0)
+    shape = np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((8, 1))
+    for size, kept in ((0.0, 0.1), (3.0, 0.95)):
+        turns = reference + NOISE * (size * shape + rng.standard_normal((3, 8, CELLS.count)))
+        left = remains_of([turns], [point], 0.002, sound)
+        assert left.noise == pytest.approx(NOISE, rel=0.1)
+        share = left.fixed[0].std() / NOISE
+        assert share < kept if size == 0.0 else share > kept * size * shape.std()
+
+
+def test_what_is_left_follows_the_nearer_record():
+    sound = healthy()
+    points = [OperatingPoint(rpm * RPM, 5.0) for rpm in (1200.0, 1500.0)]
+    shape = NOISE * 5.0 * np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((8, 1))
+    rng = np.random.default_rng(0)
+    turns = [sound.turn(p) + k * shape + 0.01 * rng.standard_normal((2, 8, CELLS.count)) for k, p in enumerate(points)]
+    left = remains_of(turns, points, 0.002, sound)
+    share = [float((left.at(p) * shape).sum() / (shape**2).sum()) for p in points]
+    assert share[0] < 0.2 and share[1] > 0.8

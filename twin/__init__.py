@@ -1,0 +1,39 @@
+"""The twin of one's own machine: from its drawing and some healthy records to the diagnosis of its faults.
+
+In reading order:
+    settings     what a twin is made with
+    faults       the fault table: which effect each fault is, its sizes, the shop's units
+    posterior    the joint law of machine, effects, loads and gain at a fitted place
+    physics      all that is taken from an explanation: the calibrated machine, faults as hypotheses
+    turns        a turn as the networks see it: what it differs by from the healthy machine, by cam angle
+    data         simulated turns with faults: the campaign `own` of `datagen`
+    network      the convolution along each cam turn, and the paper's network
+    learn        how they are taught
+    judge        thresholds: alarm, names, intervals of sizes, novelty
+    detection    the smallest size of each fault that will be seen
+    diagnosis    what the networks say of a turn, as objects
+    gate         what a record must be to be compared with a twin
+    folder       the files of a twin
+    check        the check on healthy turns held out
+    moved        has the machine moved since its last healthy records?
+    advice       what to record next, and why
+    card         what twin.yaml says of calibration and networks
+    make         the stages one after the other                          (indexer twin)
+    twin         a twin as it lies in its folder: `Twin.load`, `diagnose_turn`, `explain`
+    answer       one answer of networks and physics
+    update       new healthy records of a twin                           (indexer twin-update)
+    diagnose     records -> answer                                       (indexer twin-diagnose)
+    report/      report.html
+    __main__     the command that makes a twin
+
+Units are SI and rad, sizes of faults are shares of the largest, and in the shop's units where people read them. Arrays
+are (turn, station, cell); a cell is a part of the cam turn, counted from cam angle 0. x is in units of the noise of a
+cell.
+
+    from twin.twin import Twin
+    twin = Twin.load("twin")
+    twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # networks, milliseconds
+    twin.explain([(signal, conditions)])                                          # physics, seconds
+
+Nothing is imported here: ``import twin`` loads no tensor library.
+"""

@@ -1,0 +1,76 @@
+"""A twin from the command line: ``indexer twin healthy=FILES machine=YAML out=DIR``."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import time
+from typing import Any
+
+from rich.console import Console
+
+from discrepancy.subjects.from_config import indexer_subject
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder
+from indexer_env.build import from_mapping
+from indexer_env.errors import IndexerError
+from twin.settings import Settings
+
+_log = logging.getLogger(__name__)
+
+_STAGES = {
+    "calibrate": "calibrate and extend the machine", "data": "simulate machines with faults",
+    "learn": "learn from them",
+    "detect": "find out what will be seen", "check": "check on healthy turns held out", "report": "write the report",
+}  # fmt: skip
+
+
+def bench_of(config: dict[str, Any]) -> Any:
+    """The healthy records of a configuration, checked.
+
+    Raises
+    ------
+    IndexerError
+        One sentence: what keeps them from being used.
+    """
+    from twin.make import Bench
+
+    keys = ("machine", "sensor", "records", "held_out", "known", "pulse")
+    try:
+        return Bench(indexer_subject({**{key: config[key] for key in keys}, "measured": config["healthy"]}))
+    except IndexerError as error:
+        raise type(error)(_in_words(str(error))) from None
+
+
+def _in_words(sentence: str) -> str:
+    """The sentence with the keys of this command."""
+    return sentence.replace("discrepancy.measured", "twin.healthy").replace("discrepancy.", "twin.")
+
+
+def run(config: dict[str, Any]) -> dict[str, Any]:
+    """The command, given its configuration as in conf/twin.yaml."""
+    from twin.make import Maker
+
+    names = {field.name for field in dataclasses.fields(Settings)}
+    settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
+    return made(Maker(bench_of(config), settings, job_folder("twin", config["out"]), overwrite=config["overwrite"]))
+
+
+def made(maker: Any) -> dict[str, Any]:
+    """Make the twin of a `Maker` and say what it is."""
+    from twin.make import STAGES
+
+    started, spent = time.perf_counter(), time.process_time()
+    check = maker.make(lambda stage: _log.info("%d of %d: %s", STAGES.index(stage) + 1, len(STAGES), _STAGES[stage]))
+    console = Console(highlight=False, soft_wrap=True)
+    for sentence in (*maker.sentences(), check.reason):
+        console.print(sentence)
+    seconds, cpu = time.perf_counter() - started, time.process_time() - spent
+    console.print(f"written {maker.out} in {seconds:.0f} s, {cpu:.0f} s of processor time; see report.html")
+    return {"trusted": check.trusted}
+
+
+main = hydra_command("twin")(run)
+
+if __name__ == "__main__":
+    main()

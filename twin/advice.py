@@ -1,0 +1,74 @@
+"""What to record next, and why: rules on what the healthy records left open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_SCALE = 0.02
+"""Relative spread of the common scale above which a load would tell more."""
+
+_OPEN = 0.05
+"""Relative spread of a parameter, beside the common scale, above which it is named as hardly known."""
+
+_PULSE = 0.005
+"""rad; a start angle that is known worse was found by comparison."""
+
+_FEW = 3
+"""Turns held out below which the check proves little."""
+
+
+def advice(about: Mapping[str, Any]) -> list[str]:
+    """Sentences, the one that helps most first."""
+    found = []
+    speeds, loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
+    recorded = {round(rpm, 0) for rpm, _ in about["recorded"]}
+    if len(recorded) == 1:
+        found.append(
+            "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the "
+            "twin diagnoses at this speed alone."
+        )
+    if about["calibration"]["scale_spread"] > _SCALE:
+        share = 100.0 * about["calibration"]["scale_spread"]
+        heaviest = max(abs(load) for load in loads)
+        found.append(
+            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % in common, as healthy motion hardly "
+            f"shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
+            "Sizes in N m carry this error, all others do not."
+        )
+    if about["shift"] > _PULSE:
+        found.append(
+            "Record a once-per-turn pulse: the cam angle was found by comparison, so stations cannot be told apart and "
+            "what shifts the motion is hardly seen."
+        )
+    loose = [name for name, spread in about["calibration"]["spread"].items() if spread > _OPEN]
+    if loose:
+        found.append(f"Hardly known: {', '.join(loose)}; longer records, or more speeds, would tell more.")
+    if len(about["check"]["turns"]) < _FEW:
+        found.append("Hold out another healthy record: few turns prove little about false alarms.")
+    if speeds[0] != speeds[1] or loads[0] != loads[1]:
+        best = _best(about)
+        if best is not None:
+            found.append(best)
+    found.append(
+        "The housing's inertia and its base take no part in healthy motion; they stay as the drawing has them, "
+        f"±{100.0 * about['settings']['housing_uncertainty']:.0f} %."
+    )
+    return found
+
+
+def _best(about: Mapping[str, Any]) -> str | None:
+    """The operating point at which most faults are seen best."""
+    best: dict[tuple[float, float], int] = {}
+    for fault in about["settings"]["faults"]:
+        rows = [row for row in about["detection"] if row["fault"] == fault and row["size"] is not None]
+        if rows:
+            row = min(rows, key=lambda one: one["size"])
+            point = row["motor_speed_rpm"], row["load_torque"]
+            best[point] = best.get(point, 0) + 1
+    if not best:
+        return None
+    (rpm, load), count = max(best.items(), key=lambda item: item[1])
+    return (
+        f"Diagnose at {rpm:.0f} rpm and {load:g} N m where you may choose: {count} of the faults are seen best there."
+    )

@@ -1,0 +1,197 @@
+"""One answer of networks and physics.
+
+The rules, the first that fits:
+
+    the record cannot be compared                       not comparable, and why
+    no physics was asked for                            what the networks say
+    physics finds faults                                these; what the networks say otherwise is told beside them
+    physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
+    physics leaves something, networks name faults      the networks' faults, and what remains
+    otherwise                                           unknown, and what remains
+
+A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone the machine
+is healthy.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from indexer_env.effects import EFFECTS
+from indexer_env.machine import Machine
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
+from twin.faults import FAULTS
+from twin.physics import PhysicalFault, Physics
+
+
+@dataclass(frozen=True)
+class FoundFault:
+    """A fault of the answer.
+
+    Attributes
+    ----------
+    name, words : str
+    size, low, high : float
+        In the shop's unit.
+    unit : str
+    probability : float
+    station : int or None
+    by : str
+        "physics and network", "physics" or "network".
+    matters : bool
+    """
+
+    name: str
+    words: str
+    size: float
+    low: float
+    high: float
+    unit: str
+    probability: float
+    station: int | None
+    by: str
+    matters: bool
+
+    @property
+    def told(self) -> str:
+        """As a sentence has it."""
+        place = "" if self.station is None else f" at station {self.station}"
+        digits = [f"{float(f'{v:.3g}'):g}" for v in (self.size, self.low, self.high)]
+        return f"{self.words}{place}, {digits[0]} {self.unit} ({digits[1]} to {digits[2]})"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer.
+
+    Attributes
+    ----------
+    verdict : str
+        "healthy", "faulty", "unknown" or "not comparable".
+    headline : str
+    faults : tuple of FoundFault
+        Those that matter first.
+    remarks : tuple of str
+        Where networks and physics differ, what remains.
+    network : TurnDiagnosis
+    physics : Physics or None
+    """
+
+    verdict: str
+    headline: str
+    faults: tuple[FoundFault, ...]
+    remarks: tuple[str, ...]
+    network: TurnDiagnosis
+    physics: Physics | None
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON knows it."""
+        return dataclasses.asdict(self) | {"faults": [dataclasses.asdict(f) | {"told": f.told} for f in self.faults]}
+
+
+def answer_of(
+    network: TurnDiagnosis, physics: Physics | None, machine: Machine, matters: Mapping[str, float]
+) -> Answer:
+    """One answer; `matters` has the smallest size of each fault that a headline names, as share of the largest."""
+    if network.verdict == NOT_COMPARABLE:
+        return Answer(NOT_COMPARABLE, f"Not comparable: {network.reason}", (), (), network, physics)
+    seen = _by_network(network)
+    if physics is None:
+        return _with(network.verdict, seen, (), network, None)
+    if physics.verdict == FAULTY:
+        faults = _by_physics(physics, network, machine, matters)
+        return _with(FAULTY, faults, _differences(faults, seen, physics), network, physics)
+    if physics.verdict == HEALTHY:
+        remarks = ()
+        if network.verdict != HEALTHY:
+            said = _list([fault.told for fault in seen]) or "something that is in no table"
+            remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
+        return _with(HEALTHY, (), remarks, network, physics)
+    remains = f"{physics.level:.1f} times the noise remains that no fault of the table explains ({physics.sentence})."
+    if network.verdict == FAULTY:
+        return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
+    return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)
+
+
+def _with(
+    verdict: str, faults: Sequence[FoundFault], remarks: Sequence[str], network: TurnDiagnosis, physics: Physics | None
+) -> Answer:
+    large = [fault for fault in faults if fault.matters]
+    slight = [fault for fault in faults if not fault.matters]
+    if slight and (large or verdict == FAULTY):
+        said = _list([fault.told for fault in slight])
+        remarks = (*remarks, f"Smaller than what is surely seen: {said}.")
+    if verdict == FAULTY and faults and not large:
+        verdict = HEALTHY
+    ordered = tuple(sorted(faults, key=lambda fault: (not fault.matters, -fault.probability)))
+    headline = {
+        HEALTHY: "Healthy: nothing that matters differs from the healthy machine.",
+        FAULTY: f"Faulty: {_list([fault.told for fault in large])}.",
+        UNKNOWN: "Unknown: the record is unlike the healthy machine, and no fault of the table explains it.",
+    }[verdict]
+    return Answer(verdict, headline, ordered, tuple(remarks), network, physics)
+
+
+def _by_network(network: TurnDiagnosis) -> tuple[FoundFault, ...]:
+    return tuple(
+        FoundFault(
+            one.name, FAULTS[one.name].words, one.size, one.low, one.high, one.unit, one.probability, one.station,
+            "network", one.matters,
+        )
+        for one in network.faults
+    )  # fmt: skip
+
+
+def _by_physics(
+    physics: Physics, network: TurnDiagnosis, machine: Machine, matters: Mapping[str, float]
+) -> tuple[FoundFault, ...]:
+    named = {one.name for one in network.faults}
+    return tuple(_physical(one, named, machine, matters) for one in physics.faults)
+
+
+def _physical(one: PhysicalFault, named: set[str], machine: Machine, matters: Mapping[str, float]) -> FoundFault:
+    by = "physics and network" if one.fault in named else "physics"
+    fault = FAULTS.get(one.fault)
+    if fault is None:
+        effect = EFFECTS[one.fault]
+        return FoundFault(
+            one.fault,
+            effect.sentence.rstrip("."),
+            one.size,
+            one.low,
+            one.high,
+            "",
+            one.probability,
+            one.station,
+            by,
+            True,
+        )
+    shop = [fault.told(share, machine) for share in (one.size, one.low, one.high)]
+    words = " or ".join((fault.words, *one.rivals))
+    return FoundFault(
+        fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, by,
+        abs(one.size) >= matters.get(fault.name, 0.0),
+    )  # fmt: skip
+
+
+def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> tuple[str, ...]:
+    names = {fault.name for fault in faults}
+    more = [fault for fault in seen if fault.name not in names and fault.matters]
+    remarks = []
+    if more:
+        said = _list([fault.told for fault in more])
+        found = _list([fault.told for fault in faults])
+        remarks.append(f"Networks: also {said}; physics: {found} explains the record, and these nothing more.")
+    if any(fault.by == "physics" and fault.matters for fault in faults):
+        said = _list([fault.words for fault in faults if fault.by == "physics" and fault.matters])
+        remarks.append(f"By physics alone: {said}; the networks do not name it.")
+    if physics.level > 1.2:
+        remarks.append(f"{physics.level:.1f} times the noise remains.")
+    return tuple(remarks)
+
+
+def _list(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

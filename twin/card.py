@@ -1,0 +1,61 @@
+"""What twin.yaml says of a calibration and of the networks, and the small questions that stages share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from discrepancy.indexer import Experiment
+from twin.data import Turns
+from twin.judge import sigmoid
+from twin.physics import Calibrated
+from twin.turns import Healthy
+
+
+def turns_of(experiment: Experiment, healthy: Healthy) -> np.ndarray:
+    """Whole turns (k, stations, cells) of a record."""
+    point = experiment.operating_point
+    cam_rate = healthy.machine.reduction * point.motor_speed
+    return healthy.cells.turns(experiment.signal.values, cam_rate, point.start_angle)
+
+
+def scores(told: dict[str, np.ndarray], rows: np.ndarray, turns: Turns) -> dict[str, float]:
+    """How a network does on control turns: the share whose set of faults it names exactly, by how many there are."""
+    named = sigmoid(told["faults"]) > 0.5
+    there = turns.there[rows]
+    right, number = (named == there).all(axis=1), there.sum(axis=1)
+    return {
+        "all": float(right.mean()), "healthy": float(right[number == 0].mean()),
+        "one": float(right[number == 1].mean()),
+        "several": float(right[number > 1].mean()),
+    }  # fmt: skip
+
+
+def span(values: Sequence[float]) -> tuple[float, float]:
+    low, high = min(values), max(values)
+    # speeds that a motor is told alike differ by what the records show of slip and of the pulse
+    return (low, high) if high - low > 0.01 * abs(high) else (0.5 * (low + high),) * 2  # type: ignore[return-value]
+
+
+def calibration_card(found: Calibrated) -> dict[str, Any]:
+    """What the card says of the calibration."""
+    rows = []
+    for path, unit, column in zip(found.paths, found.units, found.draws.T, strict=True):
+        low, high = np.quantile(column, (0.025, 0.975))
+        rows.append({
+            "path": path, "unit": unit, "value": float(np.mean(column)), "low": float(low), "high": float(high)
+        })  # fmt: skip
+    return {
+        "headline": found.headline, "verdict": found.verdict, "level": found.level,
+        "findings": [
+            {
+                "effect": f.effect, "grade": f.grade, "values": {k: float(v) for k, v in f.values.items()},
+                "interval": [float(v) for v in f.interval], "size": f.size, "rivals": list(f.rivals),
+            }
+            for f in found.findings
+        ],
+        "parameters": rows, "scale_spread": found.scale_spread,
+        "spread": {k: float(v) for k, v in found.spread.items()}, "notes": list(found.notes),
+    }  # fmt: skip

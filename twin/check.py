@@ -1,0 +1,97 @@
+"""The last stage: healthy turns that nothing was fitted to must come out healthy, not novel, and as predicted."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from indexer_env import OperatingPoint
+from twin.judge import ACCEPTED, Judge, ensemble
+from twin.learn import View
+from twin.turns import Healthy
+
+_CHANCE = 0.05
+"""Probability below which so many alarms are no chance."""
+
+_PREDICTED = 2.0
+"""rms of a turn's difference from the prediction over the noise above which it was not predicted."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """What the check found.
+
+    Attributes
+    ----------
+    trusted : bool
+    reason : str
+    turns : sequence of mapping
+        file, alarm (above 0: called faulty), novelty (above 1: novel), level (rms over the noise) of each turn.
+    """
+
+    trusted: bool
+    reason: str
+    turns: Sequence[dict[str, Any]]
+
+    def plain(self) -> dict[str, Any]:
+        """As YAML knows it."""
+        return dataclasses.asdict(self)
+
+
+def checked(
+    turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], files: Sequence[str], healthy: Healthy, view: View,
+    networks: Sequence[nn.Module], judge: Judge, false_alarms: float, own: bool,
+) -> Check:  # fmt: skip
+    """The check on turns (k, stations, cells) of each record; `own`: they are those that were fitted."""
+    from scipy.stats import binom
+
+    rows = []
+    for mine, point, file in zip(turns, points, files, strict=True):
+        if not len(mine):
+            continue
+        reference = healthy.turn(point)
+        x = np.array([view.measured(turn - reference, reference, point) for turn in mine])
+        conditions = torch.from_numpy(view.conditions([point] * len(x)))
+        told = ensemble(networks, torch.from_numpy(x.astype(np.float32)), conditions)
+        strange = judge.strangeness(told)
+        for k in range(len(x)):
+            level = float(np.sqrt((x[k] ** 2).mean()))
+            alarm = float(told["any"][k] - judge.alarm)
+            rows.append({"file": file, "alarm": alarm, "novelty": float(strange[k]), "level": level})
+    if not rows:
+        return Check(
+            False, "No healthy record holds a whole turn of the table to check the twin with; record more.", []
+        )
+    count = len(rows)
+    alarms, novel = sum(row["alarm"] > 0.0 for row in rows), sum(row["novelty"] > 1.0 for row in rows)
+    off = [row for row in rows if row["level"] > _PREDICTED]
+    where = "healthy turns that were fitted" if own else "healthy turns that were held out"
+    if float(binom.sf(alarms - 1, count, false_alarms)) < _CHANCE and alarms:
+        said = f"{alarms} of {count} {where} are called faulty; one of the records may be of a faulty machine"
+        return Check(
+            False, f"Not to be trusted: {said}, or more than the drawing lacks has changed between them.", rows
+        )
+    if float(binom.sf(novel - 1, count, 1.0 - ACCEPTED)) < _CHANCE and novel:
+        said = f"{novel} of {count} {where} are like none of the simulated ones"
+        return Check(
+            False, f"Not to be trusted: {said}; record at the speeds and loads at which you will diagnose.", rows
+        )
+    if off:
+        said = f"{off[0]['file']} is predicted to {off[0]['level']:.1f} times the noise"
+        return Check(
+            False, f"Not to be trusted: {said}; the drawing, or what was stated of the record, is wrong.", rows
+        )
+    caution = " None was held out, so this proves little: record one more." if own else ""
+    return (
+        Check(True, f"All {count} {where} come out healthy, not novel and as predicted.{caution}", rows)
+        if not (alarms or novel)
+        else Check(
+            True, f"{count - max(alarms, novel)} of {count} {where} come out healthy, as many as chance lets.", rows
+        )
+    )

@@ -1,0 +1,95 @@
+"""A diagnosis from the command line: ``indexer twin-diagnose twin=DIR signal=FILES``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+
+from discrepancy.records.reading import Record, read_records
+from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_env.build import from_mapping
+from indexer_env.errors import SignalError
+from indexer_records.conditions import Pulse
+from twin.answer import Answer, answer_of
+from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis
+from twin.physics import Physics
+from twin.twin import Twin
+
+FILES = ("answer.json",)
+
+
+def diagnosed(
+    twin: Twin, records: Sequence[Record], *, physics: bool
+) -> tuple[Answer, list[tuple[str, TurnDiagnosis]]]:
+    """One answer for records of the same machine in the same state, and what the networks say of each."""
+    each = [(record.name, twin.diagnose_turn(record.signal, record.conditions)) for record in records]
+    comparable = [one for _, one in each if one.verdict != NOT_COMPARABLE]
+    network = min(comparable, key=lambda one: -one.alarm) if comparable else each[0][1]
+    found: Physics | None = None
+    remarks: tuple[str, ...] = ()
+    if physics and comparable:
+        try:
+            found = twin.explain([
+                (record.signal, record.conditions)
+                for record, (_, one) in zip(records, each, strict=True)
+                if one.verdict != NOT_COMPARABLE
+            ])  # fmt: skip
+        except SignalError as error:
+            remarks = (f"Physics was left out: {error}",)
+    answer = answer_of(network, found, twin.machine, twin.matters)
+    left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)
+    left = left if comparable else ()
+    return dataclasses.replace(answer, remarks=(*answer.remarks, *remarks, *left)), each
+
+
+def run(config: dict[str, Any]) -> dict[str, Any]:
+    """The command, given its configuration as in conf/twin-diagnose.yaml."""
+    check_flag("twin", "physics", config["physics"])
+    check_flag("twin", "overwrite", config["overwrite"])
+    out = None
+    if config["out"] is not None:
+        out = check_output_folder(job_folder("twin", config["out"]), FILES, config["overwrite"])
+    twin = Twin.load(path_given("twin", "twin", config["twin"]))
+    answer, each = diagnosed(twin, records_of(config, "signal"), physics=config["physics"])
+    console = Console(highlight=False, soft_wrap=True)
+    if not twin.about["check"]["trusted"]:
+        console.print(f"Caution: {twin.about['check']['reason']}")
+    for sentence in (answer.headline, *answer.remarks):
+        console.print(sentence)
+    if out is not None:
+        content = {"answer": answer.plain(), "records": {name: dataclasses.asdict(one) for name, one in each}}
+        with output_folder(out, FILES, config["overwrite"]) as folder:
+            text = json.dumps(_finite(content), indent=1, ensure_ascii=False, default=float)
+            (folder / FILES[0]).write_text(text, encoding="utf-8")
+        console.print(f"written {out}")
+    return {"verdict": answer.verdict}
+
+
+def records_of(config: dict[str, Any], key: str) -> list[Record]:
+    """The records that a key of a configuration names."""
+    table = None if config["records"] is None else path_given("twin", "records", config["records"])
+    given = config[key]
+    files = given if isinstance(given, list) else str(path_given("twin", key, given))
+    return read_records(files, table, config["known"], from_mapping(Pulse, config["pulse"], "pulse"), [])
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: a size without end is null."""
+    if isinstance(value, dict):
+        return {key: _finite(below) for key, below in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(below) for below in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+main = hydra_command("twin-diagnose")(run)
+
+if __name__ == "__main__":
+    main()

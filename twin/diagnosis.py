@@ -1,0 +1,70 @@
+"""What the networks say of a turn, as objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+HEALTHY, FAULTY, UNKNOWN, NOT_COMPARABLE = "healthy", "faulty", "unknown", "not comparable"
+"""What is said of a turn."""
+
+
+@dataclass(frozen=True)
+class FaultSeen:
+    """A fault as the networks see it.
+
+    Attributes
+    ----------
+    name : str
+    probability : float
+    size, low, high : float
+        In the shop's unit, with the interval that holds the stated share.
+    unit : str
+    share : float
+        The size as share of the largest.
+    matters : bool
+        Whether it is as large as the smallest size that a headline names.
+    station : int or None
+        Where a single roller is cracked, counted from the stated start angle; None where unknown.
+    """
+
+    name: str
+    probability: float
+    size: float
+    low: float
+    high: float
+    unit: str
+    share: float
+    matters: bool
+    station: int | None = None
+
+
+@dataclass(frozen=True)
+class TurnDiagnosis:
+    """What the networks say of a turn, or of several together.
+
+    Attributes
+    ----------
+    verdict : str
+        HEALTHY, FAULTY, UNKNOWN or NOT_COMPARABLE.
+    faults : tuple of FaultSeen
+        Those that are named, the most probable first.
+    probabilities : mapping
+        Of each fault of the table.
+    severities : mapping
+        (size, low, high) of each fault of the table in the shop's unit, were it there.
+    alarm : float
+        Logit of any fault less the threshold; above 0 the turn is not healthy.
+    novelty : float
+        Over its threshold; above 1 the turn is like none of the simulated ones.
+    reason : str
+        One sentence.
+    """
+
+    verdict: str
+    faults: tuple[FaultSeen, ...]
+    probabilities: Mapping[str, float]
+    severities: Mapping[str, tuple[float, float, float]]
+    alarm: float
+    novelty: float
+    reason: str

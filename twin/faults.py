@@ -1,0 +1,154 @@
+"""The fault table: which effect of the library each fault is, how large it is drawn, and how the shop tells its size.
+
+A size is a share t of the fault's largest, in [0, 1]; the effect's parameter is linear in it. What else an effect needs
+(a phase, a station) is drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from indexer_env.errors import refuse
+from indexer_env.faults import LOOSE_HOUSING_HZ
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault.
+
+    Attributes
+    ----------
+    name, words : str
+        As keys and tables have it, and as a sentence has it.
+    effect, parameter : str
+        The effect of `indexer_env.effects` that it is, and the parameter that says how bad it is.
+    largest : callable
+        Machine -> that parameter's value at t = 1 [SI].
+    unit : str
+        Of the shop.
+    shop : callable
+        (value [SI], Machine) -> the value that the shop reads.
+    others : mapping
+        Laws of the effect's other parameters, as `datagen` reads them.
+    signed : bool
+        Whether the parameter may have either sign.
+    """
+
+    name: str
+    words: str
+    effect: str
+    parameter: str
+    largest: Callable[[Machine], float]
+    unit: str
+    shop: Callable[[float, Machine], float]
+    others: Mapping[str, Any] = field(default_factory=dict)
+    signed: bool = False
+
+    def value(self, share: float, machine: Machine) -> float:
+        """The effect's parameter [SI] at a size t."""
+        return share * self.largest(machine)
+
+    def share(self, value: float, machine: Machine) -> float:
+        """Size t of a value of the parameter [SI]."""
+        return value / self.largest(machine)
+
+    def told(self, share: float, machine: Machine) -> float:
+        """A size t in the shop's unit."""
+        return self.shop(self.value(share, machine), machine)
+
+    def words_of(self, share: float, machine: Machine) -> str:
+        """A size with its unit, two digits."""
+        value = self.told(share, machine)
+        return f"{float(f'{value:.2g}'):g} {self.unit}" if math.isfinite(value) else f"over 1000 {self.unit}"
+
+
+def peak_torque(machine: Machine) -> float:
+    """Largest torque that the index asks of the table at the reference motor speed, J_t h C_a/T² [N m]."""
+    duration = machine.turn_duration(OperatingPoint()) / machine.stations * machine.motion_share
+    law = machine.motion_law
+    steps = [k / 400.0 * _TURN * machine.motion_share for k in range(401)]
+    bent = max(abs(float(law.evaluate(a, machine.stations, machine.motion_share)[2])) for a in steps)
+    rate = _TURN * machine.motion_share / duration
+    return machine.table_inertia * bent * rate**2
+
+
+def _full_compliance(machine: Machine) -> float:
+    inertia = machine.follower_inertia + machine.housing_inertia
+    return 1.0 / (inertia * (_TURN * LOOSE_HOUSING_HZ) ** 2)
+
+
+def _hertz(inverse_square: float, _: Machine) -> float:
+    return math.inf if inverse_square <= 0.0 else 1.0 / (_TURN * math.sqrt(inverse_square))
+
+
+def _percent(value: float, _: Machine) -> float:
+    return 100.0 * value
+
+
+def _itself(value: float, _: Machine) -> float:
+    return value
+
+
+_PHASE = {"phase": {"uniform": [0.0, _TURN]}}
+
+FAULTS: dict[str, Fault] = {
+    fault.name: fault
+    for fault in (
+        Fault("crack", "cracked rollers", "roller.crack", "severity", lambda m: 0.6,
+              "% of stiffness lost", _percent),
+        Fault("crack_single", "one cracked roller", "roller.crack_single", "severity", lambda m: 0.8,
+              "% of stiffness lost", _percent),
+        Fault("reducer_play", "play in the reducer", "input.backlash", "play",
+              lambda m: math.radians(20.0) * m.reduction, "° at the motor shaft",
+              lambda v, m: math.degrees(v / m.reduction)),
+        Fault("follower_play", "play of the followers", "output.backlash", "play", lambda m: 5e-4,
+              "arc minutes at the table", lambda v, m: 60.0 * math.degrees(v)),
+        Fault("loose_base", "loose base screws", "base.looseness", "compliance", _full_compliance,
+              "% loose", lambda v, m: 100.0 * v / _full_compliance(m)),
+        Fault("friction", "growing friction", "friction.coulomb", "torque", lambda m: 0.5 * peak_torque(m),
+              "N m", _itself),
+        Fault("imbalance", "imbalance", "load.imbalance", "torque", lambda m: 2.0 * peak_torque(m),
+              "N m", _itself, _PHASE),
+        Fault("mesh_wear", "worn mesh", "drive.mesh_stiffness", "depth", lambda m: 0.35,
+              "% of stiffness", _percent, _PHASE),
+        Fault("sensor_loose", "loose sensor", "sensor.bracket_resonance", "inverse_square",
+              lambda m: 1.0 / (_TURN * 25.0) ** 2, "Hz bracket resonance", _hertz,
+              {"damping": {"uniform": [0.015, 0.06]}}),
+        Fault("sensor_gain", "wrong gain", "sensor.gain", "error", lambda m: 0.3, "%", _percent, signed=True),
+    )
+}  # fmt: skip
+"""All faults that the library can grade. The largest sizes are those of a machine that nobody would call sound: 60 % of
+the stiffness lost, the paper's 20° of play, fully loosened screws, friction of half the index's own torque."""
+
+
+def chosen(names: Sequence[str]) -> tuple[Fault, ...]:
+    """The faults of these names."""
+    if not isinstance(names, list | tuple) or not names:
+        raise refuse("twin", "faults", "a list of one fault or more", names)
+    for name in names:
+        if name not in FAULTS:
+            raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name)
+    return tuple(FAULTS[name] for name in dict.fromkeys(names))
+
+
+def by_effect(faults: Sequence[Fault]) -> dict[str, Fault]:
+    """The faults by the effect that each one is."""
+    return {fault.effect: fault for fault in faults}
+
+
+def share_of(fault: Fault, told: float, machine: Machine) -> float:
+    """Size t of a value in the shop's unit, by bisection: what the shop reads is monotonic in t."""
+    low, high = 0.0, 1.0
+    rising = fault.told(1.0, machine) > fault.told(0.5, machine)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        below = fault.told(middle, machine) < told if rising else fault.told(middle, machine) > told
+        low, high = (middle, high) if below else (low, middle)
+    return high

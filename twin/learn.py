@@ -1,0 +1,159 @@
+"""Learning: Adam on turns whose noise, shift and residual are drawn anew each time that they are seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from indexer_env import OperatingPoint
+from twin.data import Turns
+from twin.network import NETWORKS, Told, mean_turn, squeezed
+from twin.turns import Remains, shift_shapes
+
+_BATCH = 128
+_RATE = 3e-3
+"""Greatest learning rate of Adam; it rises for a tenth of the steps and then falls along a cosine."""
+
+_RESIDUAL = 0.5
+"""How much of what healthy records left comes and goes from turn to turn, as share of itself."""
+
+_WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3, "seen": 0.2}
+"""Weights of the losses beside the faults' own."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What turns go through before a network: residual, noise, shift, unit.
+
+    Attributes
+    ----------
+    remains : Remains
+    shift : float
+        Standard deviation of a turn's angle at its ends [rad].
+    speeds, loads : (float, float)
+        Middle and half width of the range [rad/s, N m].
+    load_uncertainty : float
+    """
+
+    remains: Remains
+    shift: float
+    speeds: tuple[float, float]
+    loads: tuple[float, float]
+
+    def conditions(self, points: Sequence[OperatingPoint]) -> np.ndarray:
+        """Conditions (n, 2) as networks take them."""
+        (s, ds), (t, dt) = self.speeds, self.loads
+        return np.array([((p.motor_speed - s) / ds, (p.load_torque - t) / dt) for p in points], dtype=np.float32)
+
+    def shapes(self, reference: np.ndarray) -> np.ndarray:
+        """`shift_shapes` in units of the noise."""
+        return (shift_shapes(reference, self.shift) / self.remains.noise).astype(np.float32)
+
+    def measured(self, left: np.ndarray, reference: np.ndarray, point: OperatingPoint) -> np.ndarray:
+        """x (stations, cells) of a measured turn less ŷ."""
+        x = torch.from_numpy(((left - self.remains.at(point)) / self.remains.noise).astype(np.float32))[None]
+        return still(x, torch.from_numpy(self.shapes(reference))[None])[0].numpy()
+
+
+def still(x: Tensor, shapes: Tensor) -> Tensor:
+    """Turns (n, s, c) without the shift that is most likely, shapes (n, 2, s, c) in units of the noise."""
+    D, flat = shapes.flatten(2), x.flatten(1)
+    share = torch.linalg.solve(D @ D.transpose(1, 2) + torch.eye(2), (D @ flat[:, :, None]))
+    return (flat - (share.transpose(1, 2) @ D)[:, 0]).reshape(x.shape)
+
+
+class Feed:
+    """Batches of turns as a network will see measured ones."""
+
+    def __init__(self, turns: Turns, view: View) -> None:
+        noise = view.remains.noise
+        self.x = torch.from_numpy(turns.x) / noise
+        self.point = torch.from_numpy(turns.point)
+        self.shapes = torch.from_numpy(np.array([view.shapes(r) for r in turns.reference]))
+        self.conditions = torch.from_numpy(view.conditions(turns.points))
+        cells = turns.x.shape[2]
+        self.fixed = torch.from_numpy((view.remains.fixed / noise).astype(np.float32))
+        self.colour = torch.from_numpy((view.remains.spectrum / (noise * math.sqrt(cells))).astype(np.float32))
+        self.there = torch.from_numpy(turns.there.astype(np.float32))
+        self.size = torch.from_numpy(turns.size)
+        self.station = torch.from_numpy(turns.station)
+
+    def noisy(self, rows: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
+        """x of these rows with noise, conditions, and the mean turn without noise as it is to be seen."""
+        x, shapes = self.x[rows], self.shapes[self.point[rows]]
+        n = len(rows)
+        share = _RESIDUAL * torch.randn((n, len(self.fixed)), generator=generator)
+        x = x + torch.einsum("nr,rsc->nsc", share, self.fixed)
+        x = x + torch.einsum("nk,nksc->nsc", torch.randn((n, 2), generator=generator), shapes)
+        white = torch.randn(x.shape, generator=generator)
+        noise = torch.fft.irfft(torch.fft.rfft(white) * self.colour, n=x.shape[2])
+        clean = still(x, shapes)
+        return clean + still(noise, shapes), self.conditions[self.point[rows]], squeezed(mean_turn(clean))
+
+
+def trained(
+    kind: str, turns: Turns, view: View, *, epochs: int, seed: int, advance: Callable[[int], None] = lambda epoch: None
+) -> nn.Module:
+    """A network of a kind of NETWORKS, taught on the calibration turns; all chance comes from `seed`."""
+    feed, generator = Feed(turns, view), torch.Generator().manual_seed(seed)
+    rows = torch.from_numpy(np.flatnonzero(turns.subset == 0))
+    with torch.random.fork_rng():
+        torch.manual_seed(seed)
+        network = NETWORKS[kind](turns.there.shape[1], turns.x.shape[2])
+        optimiser = torch.optim.Adam(network.parameters(), lr=_RATE)
+        steps = epochs * math.ceil(len(rows) / _BATCH)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=0.1)
+        network.train()
+        for epoch in range(epochs):
+            for part in rows[torch.randperm(len(rows), generator=generator)].split(_BATCH):
+                x, conditions, seen = feed.noisy(part, generator)
+                optimiser.zero_grad()
+                _loss(network(x, conditions), feed, part, seen).backward()
+                nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+                optimiser.step()
+                schedule.step()
+            advance(epoch)
+    return network.eval()
+
+
+def _loss(told: Told, feed: Feed, rows: Tensor, seen: Tensor) -> Tensor:
+    there, size = feed.there[rows], feed.size[rows]
+    bce = nn.functional.binary_cross_entropy_with_logits
+    total = bce(told.faults, there)
+    total = total + _WEIGHTS["any"] * bce(told.any, there.amax(dim=1))
+    # Laplace's law: |error|/b + ln b; the size's own spread is learned beside it
+    spread = told.spread.clamp(-6.0, 1.0)
+    missed = ((told.size - size).abs() * torch.exp(-spread) + spread) * there
+    total = total + _WEIGHTS["size"] * missed.sum() / there.sum().clamp(min=1.0)
+    if told.station is not None:
+        mine = feed.station[rows] >= 0
+        if mine.any():
+            loss = nn.functional.cross_entropy(told.station[mine], feed.station[rows][mine])
+            total = total + _WEIGHTS["station"] * loss
+    if told.seen is not None:
+        total = total + _WEIGHTS["seen"] * nn.functional.smooth_l1_loss(told.seen, seen)
+    return total
+
+
+def said(network: nn.Module, x: Tensor, conditions: Tensor) -> dict[str, np.ndarray]:
+    """What a network says of many turns, as arrays by name; `novelty` is the rms between the mean turn and what the
+    network takes it to be."""
+    parts: dict[str, list[np.ndarray]] = {}
+    with torch.no_grad():
+        for some, those in zip(x.split(256), conditions.split(256), strict=True):
+            told = network(some, those)
+            found = {"faults": told.faults, "any": told.any, "size": told.size, "spread": told.spread.clamp(-6.0, 1.0)}
+            mean = squeezed(mean_turn(some))
+            found["strength"] = mean.pow(2).mean(dim=1).sqrt()
+            if told.station is not None:
+                found["station"] = told.station
+            if told.seen is not None:
+                found["novelty"] = (mean - told.seen).pow(2).mean(dim=1).sqrt()
+            for name, value in found.items():
+                parts.setdefault(name, []).append(value.double().numpy())
+    return {name: np.concatenate(values) for name, values in parts.items()}

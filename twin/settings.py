@@ -1,0 +1,90 @@
+"""What a twin is made with, as conf/twin.yaml has it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from indexer_env.checks import check_integer, check_number
+from indexer_env.errors import refuse
+from twin.faults import FAULTS, chosen
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a twin.
+
+    Attributes
+    ----------
+    faults : sequence of str
+        Of the fault table.
+    motor_speed_rpm, load_torque : sequence of two numbers or None
+        Range of operating points at which diagnosis is wanted [rpm, N m]; None: that of the healthy records.
+    simulated : int
+        Simulated turns that the networks learn from.
+    draws : int
+        Machines drawn from the posterior.
+    epochs : int
+        Times that the networks see each record.
+    false_alarms : float
+        Share of healthy turns that may be called faulty [-].
+    power : float
+        Share of faulty turns of the stated smallest size that are to be noticed [-].
+    coverage : float
+        Of the intervals of sizes [-].
+    load_uncertainty, gain_uncertainty, housing_uncertainty : float
+        Relative standard deviations of a stated load, of the sensor's gain, and of the housing's inertia [-].
+    matters : mapping
+        Smallest size that a headline names, by fault, in the shop's unit; where not given that of the detection table.
+    seed : int
+    """
+
+    faults: Sequence[str] = tuple(FAULTS)
+    motor_speed_rpm: Sequence[float] | None = None
+    load_torque: Sequence[float] | None = None
+    simulated: int = 10000
+    draws: int = 1024
+    epochs: int = 24
+    false_alarms: float = 0.01
+    power: float = 0.95
+    coverage: float = 0.9
+    load_uncertainty: float = 0.1
+    gain_uncertainty: float = 0.01
+    housing_uncertainty: float = 0.2
+    matters: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "faults", tuple(fault.name for fault in chosen(self.faults)))
+        check_integer("twin", "simulated", self.simulated, low=1000)
+        check_integer("twin", "draws", self.draws, low=100)
+        check_integer("twin", "epochs", self.epochs, low=1)
+        check_integer("twin", "seed", self.seed, low=0)
+        for name in ("false_alarms", "power", "coverage"):
+            check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0, high_open=True)
+        for name in ("load_uncertainty", "gain_uncertainty", "housing_uncertainty"):
+            check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0)
+        for name, unit in (("motor_speed_rpm", "rpm"), ("load_torque", "N m")):
+            _check_range(name, getattr(self, name), unit)
+        for name, size in dict(self.matters).items():
+            if name not in self.faults:
+                raise refuse("twin", "matters", "sizes of " + ", ".join(self.faults), name)
+            check_number("twin.matters", name, size, low=0.0, unit=FAULTS[name].unit)
+
+    def plain(self) -> dict[str, Any]:
+        """As YAML knows it."""
+        found = dataclasses.asdict(self)
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in found.items()}
+
+
+def _check_range(name: str, given: object, unit: str) -> None:
+    if given is None:
+        return
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise refuse("twin", name, f"two numbers, the lowest and the highest [{unit}]", given)
+    for value in given:
+        check_number("twin", name, value, unit=unit)
+    if not given[0] <= given[1]:
+        raise refuse("twin", name, f"the lowest and then the highest [{unit}]", list(given))

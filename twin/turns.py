@@ -1,0 +1,237 @@
+"""A turn of the table as the networks see it: what it differs by from the healthy machine, cell by cell of the cam.
+
+    x = (y − ŷ(speed, load) − R(speed, load)) / σ      (stations, cells)
+
+y and ŷ are means over cells of the cam angle, measured and simulated at the twin's mean; R is what healthy records left
+after calibration; σ is the noise of a cell. How far the turn was shifted in its angle at the beginning and at the end
+is a nuisance of known size (the pulse's accuracy) and taken out as far as that prior lets it be (ridge).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from indexer_env import Machine, OperatingPoint, Run, Sensor, SignalError, simulate, simulate_batch
+
+_TURN = 2.0 * math.pi
+
+MOST_CELLS = 256
+"""Cells of a cam turn: 120 Hz at 1 s a cam turn, five times the machine's modes."""
+
+LEAST_CELLS = 64
+
+_SHORT = 2
+"""Samples that a turn may be short of: its length in samples is rounded."""
+
+_SAME_SPEED = 1e-4
+"""Relative steps of speed in which healthy turns are kept for the next turn at the same point [-]."""
+
+_NEAR = 0.1
+"""Square of the distance between operating points, as shares of the range recorded, at which a healthy record's own
+residual counts half of what it does at its point."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The division of a turn.
+
+    Attributes
+    ----------
+    stations, count : int
+        Cam turns of a table turn, cells of a cam turn.
+    rate : float
+        Sampling rate of the records [Hz].
+    """
+
+    stations: int
+    count: int
+    rate: float
+
+    @classmethod
+    def of(cls, machine: Machine, rate: float, fastest: float) -> Cells:
+        """As many cells as the records fill at the fastest motor speed [rad/s]."""
+        samples = rate * machine.turn_duration(OperatingPoint(fastest)) / machine.stations
+        count = 2 ** min(int(math.log2(MOST_CELLS)), int(math.log2(max(1.0, samples / 2.0))))
+        if count < LEAST_CELLS:
+            raise SignalError(
+                f"The records must hold {2 * LEAST_CELLS} samples or more a cam turn, got {samples:.0f}; record with a "
+                "higher rate."
+            )
+        return cls(machine.stations, count, rate)
+
+    def turns(self, values: np.ndarray, cam_rate: float, start: float) -> np.ndarray:
+        """Whole turns (k, stations, cells) of a record (n,) whose cam turns at `cam_rate` [rad/s] from `start` [rad];
+        cells count from cam angle 0 at station 0, a turn is read in a circle."""
+        whole, width, step = self.stations * self.count, _TURN / self.count, cam_rate / self.rate
+        angle = start + step * np.arange(len(values))
+        if angle[-1] + _SHORT * step - start >= whole * width:
+            # a turn that ends within a cell is completed by what the turn before began with
+            more = angle[-1] + step * np.arange(1, math.ceil(width / step) + _SHORT + 1)
+            values = np.concatenate([values, np.interp(more - whole * width, angle, values)])
+            angle = np.concatenate([angle, more])
+        first = math.ceil(start / width - 1e-9)
+        number = int((angle[-1] / width - first + 1e-9) // whole)
+        edges = (first + np.arange(number * whole + 1)) * width
+        summed = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1])) * step])
+        cells = np.diff(np.interp(edges, angle, summed)) / width
+        return np.roll(cells.reshape(number, whole), first % whole, axis=1).reshape(number, self.stations, self.count)
+
+
+@dataclass(frozen=True, eq=False)
+class Healthy:
+    """The healthy machine's turns at any operating point; loads are `load_factor` times what is stated."""
+
+    machine: Machine
+    sensor: Sensor
+    cells: Cells
+    load_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", functools.lru_cache(maxsize=256)(self._at))
+
+    def turn(self, point: OperatingPoint) -> np.ndarray:
+        """ŷ (stations, cells) in the sensor's unit."""
+        digits = -round(math.log10(_SAME_SPEED))
+        exponent = math.floor(math.log10(point.motor_speed))
+        return self.at(round(point.motor_speed, digits - exponent), float(point.load_torque))  # type: ignore[attr-defined]
+
+    def _at(self, speed: float, load: float) -> np.ndarray:
+        point, run = lead_in(self.machine, self.cells, speed, self.load_factor * load)
+        record = self.sensor.read(simulate(self.machine, point, run).table_acceleration, self.cells.rate).values
+        return behind_lead_in(self.machine, self.cells, record, speed)
+
+    def turns(self, points: Sequence[OperatingPoint]) -> np.ndarray:
+        """ŷ (n, stations, cells) of many points at once."""
+        factor = self.load_factor
+        leads = [lead_in(self.machine, self.cells, p.motor_speed, factor * p.load_torque) for p in points]
+        longest = max((run for _, run in leads), key=lambda run: run.samples or 0)
+        batch = simulate_batch([self.machine] * len(points), [point for point, _ in leads], longest)
+        if batch.rejected:
+            raise SignalError(
+                f"The twin's machine must run at every operating point, but {min(batch.rejected.values())}"
+            )
+        records = self.sensor.read_batch(batch.channels["table_acceleration"], self.cells.rate)
+        return np.array([
+            behind_lead_in(self.machine, self.cells, record, p.motor_speed)
+            for record, p in zip(records, points, strict=True)
+        ])  # fmt: skip
+
+
+def lead_in(machine: Machine, cells: Cells, speed: float, load: float) -> tuple[OperatingPoint, Run]:
+    """What is simulated for a turn: from one cam turn before it, in which the sensor's filters forget their start."""
+    duration = machine.turn_duration(OperatingPoint(speed)) * (cells.stations + 1) / cells.stations
+    samples = math.ceil(duration * cells.rate) + _SHORT
+    return OperatingPoint(speed, load, -_TURN), Run(cells.rate, samples, warmup_turns=1)
+
+
+def behind_lead_in(machine: Machine, cells: Cells, record: np.ndarray, speed: float) -> np.ndarray:
+    """The turn (stations, cells) behind the cam turn that leads in."""
+    cam_rate = machine.reduction * speed
+    first = math.floor(_TURN / cam_rate * cells.rate)
+    return cells.turns(record[first:], cam_rate, -_TURN + cam_rate * first / cells.rate)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Remains:
+    """What healthy records leave: a fixed part for each record, and the noise.
+
+    Attributes
+    ----------
+    points : ndarray (r, 2)
+        Motor speed [rad/s] and load [N m] of each record.
+    fixed : ndarray (r, stations, cells)
+        [unit of the sensor]
+    spectrum : ndarray (cells // 2 + 1,)
+        Amplitude of the noise of cells by order of the cam: standard deviation of a cell is `noise`.
+    noise : float
+        σ [unit of the sensor]
+    """
+
+    points: np.ndarray
+    fixed: np.ndarray
+    spectrum: np.ndarray
+    noise: float
+
+    def at(self, point: OperatingPoint) -> np.ndarray:
+        """R (stations, cells) at an operating point: the records' own, the nearer ones for more."""
+        span = np.maximum(np.ptp(self.points, axis=0), np.maximum(1e-9, 1e-3 * np.abs(self.points).max(axis=0)))
+        away = (((self.points - (point.motor_speed, point.load_torque)) / span) ** 2).sum(axis=1)
+        weights = 1.0 / (away + _NEAR)
+        return np.tensordot(weights / weights.sum(), self.fixed, 1)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Its arrays by name, for a file."""
+        return {
+            "remains.points": self.points, "remains.fixed": self.fixed.astype(np.float32),
+            "remains.spectrum": self.spectrum, "remains.noise": np.array([self.noise]),
+        }  # fmt: skip
+
+    @classmethod
+    def restore(cls, arrays: Mapping[str, np.ndarray]) -> Remains:
+        """What gave these arrays."""
+        points, fixed, spectrum, noise = (arrays[f"remains.{n}"] for n in ("points", "fixed", "spectrum", "noise"))
+        return cls(points, fixed.astype(float), spectrum, float(noise[0]))
+
+
+def remains_of(
+    turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], shifts: float, healthy: Healthy
+) -> Remains:
+    """What is left of healthy turns (k, stations, cells) of each record.
+
+    The fixed part is the mean over a record's cam turns, on it that of each station; either is shrunk by how much of it
+    chance explains (James and Stein), so that noise is not learned by heart.
+    """
+    fixed, rest = [], []
+    for mine, point in zip(turns, points, strict=True):
+        reference = healthy.turn(point)
+        left = mine - reference
+        shapes = shift_shapes(reference, shifts)
+        for k in range(len(left)):
+            left[k] = without_shift(left[k], shapes, float(np.median(np.abs(np.diff(left[k], 2)))) / 1.65)
+        count, stations = left.shape[:2]
+        chance = _chance(left)
+        common = left.mean(axis=(0, 1))
+        common *= _kept(common, chance / (count * stations))
+        own = left.mean(axis=0) - common
+        own *= _kept(own, chance / count) if count > 1 else 0.0
+        fixed.append(common + own)
+        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]))
+    rows = np.concatenate(rest)
+    amplitude = np.sqrt((np.abs(np.fft.rfft(rows, axis=1)) ** 2).mean(axis=0))
+    noise = float(rows.std())
+    at = np.array([(p.motor_speed, p.load_torque) for p in points])
+    return Remains(at, np.array(fixed), amplitude, noise)
+
+
+def _chance(left: np.ndarray) -> float:
+    """Variance of a cell among the cam turns of a record."""
+    return float((left.reshape(-1, left.shape[2])).var(axis=0, ddof=1).mean())
+
+
+def _kept(mean: np.ndarray, variance: float) -> float:
+    """Share of a mean that its own variance does not explain."""
+    found = float((mean**2).mean())
+    return max(0.0, 1.0 - variance / found) if found > 0.0 else 0.0
+
+
+def shift_shapes(reference: np.ndarray, shift: float) -> np.ndarray:
+    """What one standard deviation of a shift [rad] adds to a turn (stations, cells): of the whole turn, and growing
+    from its beginning to its end. Shape (2, stations, cells)."""
+    flat = reference.ravel()
+    width = _TURN / reference.shape[1]
+    slope = (np.roll(flat, -1) - np.roll(flat, 1)) / (2.0 * width)
+    along = np.linspace(-0.5, 0.5, len(flat))
+    shapes = np.stack([slope * shift, slope * along * math.sqrt(2.0) * shift])
+    return shapes.reshape(2, *reference.shape)
+
+
+def without_shift(left: np.ndarray, shapes: np.ndarray, noise: float) -> np.ndarray:
+    """A turn (stations, cells) with the shift taken out that its prior and the noise of a cell make most likely."""
+    D = (shapes / max(noise, 1e-12)).reshape(2, -1)
+    share = np.linalg.solve(D @ D.T + np.eye(2), D @ (left.ravel() / max(noise, 1e-12)))
+    return left - np.tensordot(share, shapes, 1)

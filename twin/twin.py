@@ -1,0 +1,185 @@
+"""A twin as it lies in its folder: load it, ask it of a turn, ask physics."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors.numpy import load_file
+from torch import nn
+
+from discrepancy.records.conditions import Conditions
+from discrepancy.records.reading import Record
+from indexer_env.errors import SignalError
+from indexer_env.machine import Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
+from twin import physics
+from twin.detection import Seen, worst
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
+from twin.faults import Fault, chosen, share_of
+from twin.folder import about_of, machine_and_sensor, networks_of, view_of
+from twin.gate import BY_COMPARISON, Gate
+from twin.judge import NAMED, Judge, ensemble, sigmoid
+from twin.learn import View
+from twin.turns import Cells, Healthy, Remains
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """A loaded twin.
+
+    Attributes
+    ----------
+    folder : Path
+    about : mapping
+        All of twin.yaml.
+    machine, sensor : Machine, Sensor
+        Healthy, at the posterior's mean.
+    view : View
+    networks : tuple of Module
+    judge : Judge
+    healthy : Healthy
+    """
+
+    folder: Path
+    about: Mapping[str, Any]
+    machine: Machine
+    sensor: Sensor
+    view: View
+    networks: tuple[nn.Module, ...]
+    judge: Judge
+    healthy: Healthy
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Twin:
+        """The twin of a folder.
+
+        Raises
+        ------
+        ParameterError
+            No folder of a finished twin, or one of another version.
+        """
+        folder = Path(folder)
+        about = about_of(folder)
+        machine, sensor = machine_and_sensor(folder)
+        cells = Cells(**about["cells"])
+        remains = Remains.restore(load_file(folder / "remains.safetensors"))
+        names = [fault for fault in about["settings"]["faults"]]
+        networks = networks_of(folder, about["networks"], len(names), cells.count)
+        view = view_of(about, remains)
+        return cls(folder, about, machine, sensor, view, networks, Judge.restore(about["judge"]),
+                   Healthy(machine, sensor, cells, about["load_factor"]))  # fmt: skip
+
+    @functools.cached_property
+    def gate(self) -> Gate:
+        """What a record must be to be compared."""
+        return Gate(self.healthy, self.view, self.about["range"])
+
+    @functools.cached_property
+    def faults(self) -> tuple[Fault, ...]:
+        """The fault table."""
+        return chosen(list(self.about["settings"]["faults"]))
+
+    @functools.cached_property
+    def seen(self) -> tuple[Seen, ...]:
+        """Smallest sizes that are seen."""
+        return tuple(Seen(**row) for row in self.about["detection"])
+
+    @functools.cached_property
+    def matters(self) -> Mapping[str, float]:
+        """Smallest size of each fault that a headline names, as share of the largest."""
+        given = self.about["settings"]["matters"]
+        sizes = {}
+        for fault in self.faults:
+            smallest = worst(self.seen, fault.name)
+            sizes[fault.name] = 1.0 if smallest is None else smallest
+            if fault.name in given:
+                sizes[fault.name] = share_of(fault, float(given[fault.name]), self.machine)
+        return sizes
+
+    def diagnose_turn(self, signal: Signal, conditions: Conditions) -> TurnDiagnosis:
+        """What the networks say of a record of one turn of the table or more; milliseconds, no physics.
+
+        Parameters
+        ----------
+        signal : Signal
+            Table acceleration in the twin's unit at its sampling rate.
+        conditions : Conditions
+            Motor speed and load, the cam angle of the first sample where it is known.
+        """
+        try:
+            x, point, stations_known = self.gate.looked(signal, conditions)
+        except SignalError as error:
+            return TurnDiagnosis(NOT_COMPARABLE, (), {}, {}, 0.0, 0.0, str(error))
+        return self.judged(x, point, stations_known)
+
+    def judged(self, x: np.ndarray, point: OperatingPoint, stations_known: bool) -> TurnDiagnosis:
+        """The verdict on turns x (k, stations, cells) of one operating point, together."""
+        seen = torch.from_numpy(x.astype(np.float32))
+        conditions = torch.from_numpy(self.view.conditions([point] * len(x)))
+        told = {name: value.mean(axis=0) for name, value in ensemble(self.networks, seen, conditions).items()}
+        strange = float(self.judge.strangeness({n: told[n][None] for n in ("strength", "novelty")})[0])
+        alarm = float(told["any"]) - self.judge.alarm
+        chance = sigmoid(told["faults"])
+        sizes, probabilities = {}, {}
+        seen_faults = []
+        for k, fault in enumerate(self.faults):
+            probabilities[fault.name] = float(chance[k])
+            share = float(told["size"][k])
+            reach = float(self.judge.reach[k] * np.exp(told["spread"][k]))
+            ends = [share, share - reach, share + reach]
+            if not fault.signed:
+                ends = [max(0.0, value) for value in ends]
+            shop = [fault.told(value, self.machine) for value in ends]
+            sizes[fault.name] = (shop[0], min(shop[1:]), max(shop[1:]))
+            if chance[k] >= NAMED or (chance[k] == chance.max() and not (chance >= NAMED).any()):
+                single = fault.name == "crack_single" and "station" in told and stations_known
+                station = int(np.argmax(told["station"])) if single else None
+                seen_faults.append(FaultSeen(
+                    fault.name, float(chance[k]), shop[0], min(shop[1:]), max(shop[1:]), fault.unit, ends[0],
+                    abs(ends[0]) >= self.matters[fault.name], station,
+                ))  # fmt: skip
+        seen_faults.sort(key=lambda one: -one.probability)
+        if strange > 1.0:
+            reason = (
+                f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
+            )
+            return TurnDiagnosis(
+                UNKNOWN, tuple(seen_faults) if alarm > 0.0 else (), probabilities, sizes, alarm, strange, reason
+            )
+        if alarm <= 0.0:
+            reason = "the turn is as the healthy machine's"
+            return TurnDiagnosis(HEALTHY, (), probabilities, sizes, alarm, strange, reason)
+        words = {fault.name: fault.words for fault in self.faults}
+        reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
+        return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)
+
+    def explain(self, turns: Sequence[tuple[Signal, Conditions]]) -> physics.Physics:
+        """What physics says of records together: faults as hypotheses from the twin's machine; seconds.
+
+        Raises
+        ------
+        SignalError
+            Records that are not comparable, or too few cam turns in all.
+        """
+        records = []
+        for number, (signal, told) in enumerate(turns):
+            name = signal.source or f"turn {number + 1}"
+            reference = self.healthy.turn(OperatingPoint(told.motor_speed, told.load_torque))
+            start, known = self.gate.start_of(name, signal, told, reference, self.machine.reduction * told.motor_speed)
+            spread = told.start_uncertainty if known else BY_COMPARISON
+            noise = self.about["sample_noise"] if told.noise is None else told.noise
+            load = self.healthy.load_factor * told.load_torque
+            told = dataclasses.replace(told, start_angle=start, start_uncertainty=spread, noise=noise, load_torque=load)
+            records.append(Record(name, signal, told))
+        given = physics.checked(records, self.machine, self.sensor)
+        found = self.about["calibration"]
+        return physics.explained(given, self.machine, self.sensor, found["findings"], found["spread"], self.faults)

@@ -1,0 +1,39 @@
+"""A twin brought up to date from the command line: ``indexer twin-update twin=DIR healthy=FILES out=DIR``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from indexer_cli.command import hydra_command
+from indexer_cli.job_paths import job_folder, path_given
+from indexer_env.build import from_mapping
+from indexer_env.errors import refuse
+from indexer_env.presets import load_yaml
+from twin.__main__ import bench_of, made
+from twin.settings import Settings
+
+
+def run(config: dict[str, Any]) -> dict[str, Any]:
+    """The command, given its configuration as in conf/twin-update.yaml."""
+    from twin.folder import about_of
+    from twin.make import Maker
+
+    folder, out = path_given("twin", "twin", config["twin"]), job_folder("twin", config["out"])
+    about = about_of(folder)
+    if folder.resolve() == out.resolve():
+        raise refuse("twin", "out", "another folder than the twin's", str(out), "the old twin stays as it is")
+    machine = load_yaml("machine", folder / "machine.yaml")
+    uncertainty = {name: float(spread) for name, spread in about["calibration"]["spread"].items() if spread <= 1.0}
+    sensor = yaml.safe_load((folder / "sensor.yaml").read_text(encoding="utf-8"))
+    prior = {**config, "machine": {**machine, "uncertainty": uncertainty}, "sensor": sensor}
+    settings = from_mapping(Settings, about["settings"], "twin")
+    maker = Maker(bench_of(prior), settings, out, overwrite=config["overwrite"], before=folder)
+    return made(maker)
+
+
+main = hydra_command("twin-update")(run)
+
+if __name__ == "__main__":
+    main()
