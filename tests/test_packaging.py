@@ -63,6 +63,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
         "discrepancy",
         "indexer_experiments",
         "monitor",
+        "twin",
         f"indexer_diagnosis-{PROJECT['version']}.dist-info",
     }
     carried = [Path(name).relative_to("indexer_env/conf") for name in names if "indexer_env/conf/" in name]

@@ -10,26 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.candidates import Candidate
-from discrepancy.explain import Explanation, explain
+from discrepancy import Explanation, explain
+from discrepancy import Finding as Found
+from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
-from discrepancy.indexer.library import library
+from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.parameters import UNCERTAINTY
-from discrepancy.model import Hypothesis, Parameter, in_turn
-from discrepancy.naming import NAMING
+from discrepancy.model import Hypothesis, Parameter
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.reading import Record
+from discrepancy.search import Fitted
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS, MachineEffect, make_effect
+from indexer_env.effects.measures import measures
 from indexer_env.machine import Machine
+from indexer_env.operating_point import REFERENCE_MOTOR_SPEED
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from twin.faults import Fault, by_effect
 from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, whole
-
-ESTABLISHED, FAMILY, STANDS_IN = "established", "family", "stands in"
-"""Grades of a finding: named; a member of a group that the records cannot tell apart; closes most of the gap without
-being accepted as a name. All three are added to a twin, which must predict; only the first two are told as names."""
 
 _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
@@ -46,7 +45,7 @@ class Finding:
     ----------
     effect : str
     grade : str
-        ESTABLISHED, FAMILY or STANDS_IN.
+        Of `discrepancy.grades`; what stands in is added as well, as a twin must predict, but is not told as a name.
     values : mapping
         Value of each of its parameters [SI], the discrete ones too.
     interval : (float, float)
@@ -111,10 +110,7 @@ class Calibrated:
 def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int) -> Calibrated:
     """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
     answer = explain(subject.model, subject.held_out)
-    effects, grades = _accepted(answer)
-    base = answer.base if not effects else answer.rounds[-1].candidates[0]
-    model = in_turn(subject.model, effects[:-1])
-    assert isinstance(model, IndexerModel)
+    base, model = _accepted(answer), subject.model
     joint = joint_of(model, base.place, uncertain)
     rng = np.random.default_rng(seed)
     z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")
@@ -126,7 +122,7 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     if uncertain.scale > 0.0:
         values = rescaled(paths, units, values, np.exp(uncertain.scale * rng.standard_normal(count)))
     drawn = dict(zip(paths, values, strict=True))
-    findings = tuple(_in_draws(_finding(h, g, answer), drawn) for h, g in zip(effects, grades, strict=True))
+    findings = tuple(_in_draws(_finding(found), drawn) for found in _told(answer, base))
     logs = logs_of(model, z)
     scale = np.mean([own for name, own in logs.items()], axis=0)
     spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
@@ -137,29 +133,36 @@ def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: 
     headline = _headline(answer, findings)
     return Calibrated(
         machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
-        float(base.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread, tuple(subject.notes),
+        answer.held[base.name].level(subject.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
+        tuple(subject.notes),
     )  # fmt: skip
 
 
-def _accepted(answer: Explanation) -> tuple[tuple[Hypothesis, ...], tuple[str, ...]]:
-    """The effects a twin is extended by, with their grades."""
-    if not answer.effects:
-        return (), ()
-    if answer.verdict in NAMING:
-        last = FAMILY if answer.verdict == "ambiguous" else ESTABLISHED
-        return answer.effects, (*[ESTABLISHED] * (len(answer.effects) - 1), last)
-    closes = answer.closed_share
-    if math.isfinite(closes) and closes > _CLOSES:
-        return answer.effects, (STANDS_IN,) * len(answer.effects)
-    return (), ()
+def _accepted(answer: Explanation) -> Fitted:
+    """The set of effects that a twin is extended by: what has a name, else what closes most of the gap without one."""
+    if answer.names:
+        return answer.accepted
+    closes = max((found.closes for found in answer.findings), default=0.0)
+    return answer.best if closes > _CLOSES else answer.base
 
 
-def _finding(hypothesis: Hypothesis, grade: str, answer: Explanation) -> Finding:
-    found = next(f for f in answer.found if f.name == hypothesis.name)
-    values = {e.name: e.value for e in found.parameters} | {k: float(v) for k, v in found.choices}
-    size = found.parameters[0]
-    rivals = tuple(n for n in answer.rounds[-1].names if n != hypothesis.name) if grade == FAMILY else ()
-    return Finding(hypothesis.name, grade, values, (size.low, size.high), size.name, rivals)
+def _told(answer: Explanation, fitted: Fitted) -> tuple[Found, ...]:
+    """The findings about the effects of a set."""
+    return tuple(found for found in answer.findings if found.effects[0].name in fitted.place.hypothesis.names)
+
+
+def _finding(found: Found) -> Finding:
+    effect, *others = found.effects
+    values = {e.name: e.value for e in effect.parameters} | {k: float(v) for k, v in effect.choices}
+    size = effect.parameters[0]
+    rivals = tuple(other.name for other in others)
+    return Finding(effect.name, found.grade, values, (size.low, size.high), size.name, rivals)
+
+
+def _left(answer: Explanation) -> str:
+    """Why nothing more is said, in words."""
+    why = " ".join(found.why for found in answer.findings)
+    return why or f"{answer.remains.times_noise:.1f} times the noise is left, and no effect of the library lessens it."
 
 
 def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
@@ -172,9 +175,9 @@ def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
 
 def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:
     if not findings:
-        if answer.verdict == "none":
+        if answer.verdict == "nothing missing":
             return "The drawing, calibrated, explains the healthy records down to the noise."
-        return f"Something remains that no effect of the library explains: {answer.reason}."
+        return f"Something remains that no effect of the library explains: {_left(answer)}"
     told = []
     for finding in findings:
         unit = _unit(finding)
@@ -290,16 +293,14 @@ def explained(
     model, held = (IndexerModel(plain, part, **told) for part in (given.fitted, given.held_out))
     answer = explain(model, held)
     table = by_effect(faults)
-    effects, grades = _accepted(answer)
-    found_faults = [
-        _as_fault(answer, h, grade, table.get(h.name), machine) for h, grade in zip(effects, grades, strict=True)
-    ]
+    best = _accepted(answer)
+    found_faults = [_as_fault(found, table.get(found.effects[0].name), machine) for found in _told(answer, best)]
     found_faults += [f for f in (_grown(answer, row, table[row["effect"]], machine) for row in grown) if f is not None]
-    names_found = answer.verdict in NAMING or (answer.verdict == "none" and bool(found_faults))
-    otherwise = "healthy" if answer.verdict == "none" else "unknown"
-    verdict = "faulty" if found_faults and names_found else otherwise
-    best: Candidate = answer.rounds[-1].candidates[0] if effects else answer.base
-    return Physics(verdict, tuple(found_faults), best.held_out, answer.before, answer.reason)
+    verdict = "healthy" if answer.verdict == "nothing missing" else "unknown"
+    if any(fault.grade in NAMED for fault in found_faults):
+        verdict = "faulty"
+    level = answer.held[best.name].level(held)
+    return Physics(verdict, tuple(found_faults), level, answer.before, _left(answer))
 
 
 def _made(row: Mapping[str, Any]) -> Any:
@@ -308,7 +309,8 @@ def _made(row: Mapping[str, Any]) -> Any:
 
 def _free(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> Hypothesis:
     """An effect that the machine has, its parameters free about what they were."""
-    hypothesis = library(machine, tuple(without), 1000.0)[row["effect"]][0]
+    seen = Seen(measures(machine, REFERENCE_MOTOR_SPEED), 1000.0)
+    hypothesis = library(machine, tuple(without), seen)[row["effect"]][0]
     fixed = {name: row["values"][name] for name in hypothesis.fixed}
 
     def about(p: Parameter) -> Parameter:
@@ -318,17 +320,14 @@ def _free(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> H
     return Hypothesis(hypothesis.name, tuple(about(p) for p in hypothesis.parameters), fixed, ((),))
 
 
-def _as_fault(
-    answer: Explanation, hypothesis: Hypothesis, grade: str, fault: Fault | None, machine: Machine
-) -> PhysicalFault:
-    finding = _finding(hypothesis, grade, answer)
-    probability = next((row.probability for row in answer.ranking if row.name == hypothesis.name), 1.0)
+def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFault:
+    finding = _finding(found)
     station = finding.values.get("station")
     value, (low, high) = finding.values[finding.size], finding.interval
     if fault is not None:
         value, low, high = (fault.share(number, machine) for number in (value, low, high))
     return PhysicalFault(
-        fault.name if fault else finding.effect, value, low, high, float(probability), grade,
+        fault.name if fault else finding.effect, value, low, high, found.probability, found.grade,
         None if station is None else int(station), finding.rivals,
     )  # fmt: skip
 

@@ -22,6 +22,7 @@ import numpy as np
 from datagen.campaigns.own import LOAD_FACTOR
 from discrepancy.arrow import arrow
 from discrepancy.indexer import IndexerModel
+from discrepancy.indexer.library import HOUSING
 from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Hypothesis
@@ -111,7 +112,7 @@ def _with_loads(model: IndexerModel, factor: float) -> IndexerModel:
         return dataclasses.replace(experiment, operating_point=heavier, noise=experiment.noise_level)
 
     loaded = [changed(experiment) for experiment in model.experiments]
-    return IndexerModel(model.machine, loaded, model.sensor, model.uncertainty, model.known, model.without)
+    return IndexerModel(model.machine, loaded, model.sensor, model.uncertainty, model.without, model.known)
 
 
 def columns_of(
@@ -123,15 +124,16 @@ def columns_of(
     columns: list[tuple[str, str, np.ndarray]] = []
     for place, row in enumerate(joint.rows):
         p = parameters[row]
-        section = "machine" if p.name in UNCERTAINTY else "effects"
+        section = "machine" if p.name in (*UNCERTAINTY, HOUSING) else "effects"
         columns.append((f"{section}.{p.name}", p.unit, np.array([p.value(value) for value in z[:, place]])))
-    for effect in (*model.known, hypothesis):
+    for effect in (*model.known, *hypothesis.effects):
         for name, value in effect.fixed.items():
             columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
     columns.append((LOAD_FACTOR, "-", 1.0 + uncertain.load * z[:, -2]))
     columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
-    housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
-    columns.append(("machine.housing_inertia", "kg m²", housing))
+    if all(path != f"machine.{HOUSING}" for path, _, _ in columns):
+        housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
+        columns.append((f"machine.{HOUSING}", "kg m²", housing))
     return columns
 
 

@@ -50,6 +50,8 @@ class IndexerModel(Model):
         Relative standard deviations that replace those of `parameters.UNCERTAINTY`.
     without : tuple of str
         Effects that are not looked for.
+    known : tuple of Hypothesis
+        Single effects that the machine is known to have, their parameters to be fitted as its own are.
     """
 
     channel = layout.TABLE_ACC
@@ -62,8 +64,9 @@ class IndexerModel(Model):
         sensor: Sensor | None = None,
         uncertainty: Mapping[str, float] | None = None,
         without: tuple[str, ...] = (),
+        known: tuple[Hypothesis, ...] = (),
     ) -> None:
-        self.machine, self.experiments, self.without = machine, tuple(experiments), without
+        self.machine, self.experiments, self.without, self.known = machine, tuple(experiments), without, known
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         check_rest(machine)
         for experiment in self.experiments:
@@ -77,7 +80,7 @@ class IndexerModel(Model):
         base = base_parameters(machine, self.uncertainty)
         self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
-        self.parameters = base + of_records
+        self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
         self._columns = {name: self._columns_of(name) for name in OF_RECORDS}
         self._cut()
 
@@ -139,7 +142,11 @@ class IndexerModel(Model):
         seen = Seen(
             measures(self.machine, fastest, self.sensor.radius), self._sample_rate, self.sensor.unit, orders, hums
         )
-        return library(self.machine, {effect.name for effect in self.machine.effects} | set(self.without), seen)
+        return library(self.machine, self._has() | set(self.without), seen)
+
+    def _has(self) -> set[str]:
+        """Names of the effects that the machine has before any is looked for."""
+        return {effect.name for effect in (*self.machine.effects, *self.known)}
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Orders and frequencies at which lines stand in residuals (w, n) of every record, its windows end to end."""
@@ -169,7 +176,7 @@ class IndexerModel(Model):
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        names = [*(effect.name for effect in self.machine.effects), *hypothesis.names]
+        names = self._has() | set(hypothesis.names)
         return len(LOCAL) if "base.looseness" in names else len(LOCAL) - 2
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
@@ -262,7 +269,7 @@ class IndexerModel(Model):
         own = {p.name: values[p.name] for p in self.parameters[: self._n_machine]}
         machine = changed(self.machine, own | {name: values[name] for name in (HOUSING,) if name in values})
         sensor = self.sensor
-        for effect in (effect_of(one, values) for one in hypothesis.effects):
+        for effect in (effect_of(one, values) for one in (*self.known, *hypothesis.effects)):
             if isinstance(effect, MachineEffect):
                 machine = machine.with_effects(effect)
             elif isinstance(effect, SensorEffect):

@@ -24,7 +24,7 @@ from indexer_records.conditions import Pulse
 
 _KINDS = {
     "cam phase": "phase", "sign of the torque": "phase", "station": "station", "motor speed": "speed", "load": "speed",
-    "fixed frequency": "frequency", "table": "station", "cam": "phase", "motor shaft": "frequency",
+    "time": "time", "fixed frequency": "frequency", "table": "station", "cam": "phase", "motor shaft": "frequency",
 }  # fmt: skip
 """Axes of cells and kinds of lines in the challenge's words."""
 
@@ -73,5 +73,5 @@ def _remains(answer: Explanation, where: Where) -> Remains | None:
     if answer.remains.times_noise**2 - 1.0 < answer.criteria.at_noise:
         return None
     first = where.significant[0] if where.significant else None
-    kind = "" if first is None else _KINDS[first.axis if isinstance(first, Cell) else first.kind]
+    kind = "" if first is None else _KINDS.get(first.axis if isinstance(first, Cell) else first.kind, "")
     return Remains(answer.remains.joint, kind)
