@@ -156,21 +156,10 @@ def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndar
 
 
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
-    """largest_steps and accurate_steps of the items, both (n,) [s]."""
-    resolving = _resolving_steps(items)
-    return np.minimum(*resolving), _accurate_steps(items, points, resolving)
-
-
-def accurate_steps(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> np.ndarray:
-    """The automatic step (n,) [s] of each of n items of one model: ACCURATE_SHARES of the largest ones, MOTION_STEPS to
-    a motion of the cam, HARMONIC_PHASE to a step at the drive's orders; half of it with hardening contact, a
-    LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
-    return _accurate_steps(items, points, _resolving_steps(items))
-
-
-def _accurate_steps(
-    items: Sequence[Coefficients], points: Sequence[OperatingPoint], largest: tuple[np.ndarray, np.ndarray]
-) -> np.ndarray:
+    """The largest step (n,) [s] of each of n items of one model, as by `largest_steps`, and its automatic one (n,) [s]:
+    ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE to a step at the drive's
+    orders; half of it with hardening contact, a LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
+    largest = _resolving_steps(items)
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
     reduction = np.array([item["reduction"] for item in items])
     motion = np.array([item.law.motion for item in items]) / (reduction * speed)
@@ -185,7 +174,7 @@ def _accurate_steps(
     ripple = np.array([item["ripple_amplitude"] * item["ripple_order"] for item in items]) / reduction
     hardening = np.array([item["cubic_2"] != 0.0 for item in items])
     half = hardening | (ripple > LARGE_RIPPLE) | (edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0]))
-    return np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
+    return np.minimum(*largest), np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
 
 
 _HARMONICS = (

@@ -11,6 +11,7 @@ dynamics      equations of motion of Models A, B and B on its base as plain scal
 rates         accelerations of a whole block of lanes: law, drive, joints, effects, dynamics
 nystrom       one step of the Runge-Kutta-Nyström scheme, for every model and effect
 plain         the common case, Model B without effects, a whole step in registers
+pieces        the joints' lines and the law's pieces, loaded into a lane
 edges         landing on the edge of a play or of a motion-law segment inside one step
 dwell         the dwell in closed form, in strides of several steps
 recording     samples: judged and written

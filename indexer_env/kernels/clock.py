@@ -12,8 +12,9 @@ import numpy as np
 
 from indexer_env.kernels.compiling import lanes, outlined
 from indexer_env.kernels.dwell import LARGEST_STRIDE, begin_strides
-from indexer_env.kernels.edges import find_piece, load_piece, set_lines, set_turn, settle_regions
+from indexer_env.kernels.edges import settle_regions
 from indexer_env.kernels.layout import *
+from indexer_env.kernels.pieces import find_piece, load_piece, set_lines, set_turn
 from indexer_env.kernels.rates import lane_rates
 from indexer_env.kernels.recording import judge
 
@@ -60,20 +61,6 @@ def set_clock(w, i, step, n_steps, every):
     while stride > 1 and (every % stride != 0 or stride > most):
         stride -= 1
     w[STRIDE + i] = float(stride)
-
-
-@outlined
-def follow_pieces(w, i, pieces):
-    """Load the law's piece that the cam has reached. Smooth junctions need no landing and no new rates: the two
-    polynomials agree there far below the step's error. A cam that jumped further (a run about to be rejected) is looked
-    up, never walked to."""
-    piece = int(w[PIECE + i])
-    if w[CAM + i] >= w[REACH_HIGH + i]:
-        load_piece(w, i, piece + 1, pieces)
-    elif w[CAM + i] < w[REACH_LOW + i]:
-        load_piece(w, i, piece - 1, pieces)
-    if w[CAM + i] >= w[REACH_HIGH + i] or w[CAM + i] < w[REACH_LOW + i]:
-        find_piece(w, i, pieces)
 
 
 @lanes

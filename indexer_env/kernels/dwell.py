@@ -25,12 +25,12 @@ from indexer_env.kernels.edges import (
     hermite,
     joint_guard,
     joint_rows,
-    set_lines,
     slope,
 )
 from indexer_env.kernels.joints import region_after, region_line, straight_torque
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.nystrom import ramp
+from indexer_env.kernels.pieces import set_lines
 
 LARGEST_STRIDE = 0.25
 """rad; most that the faster oscillator's phase goes on in a stride. A touch that begins and ends within one is then not

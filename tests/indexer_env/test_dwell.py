@@ -10,7 +10,7 @@ from indexer_env.coefficients import coefficients
 from indexer_env.effects import make_effect
 from indexer_env.kernels.dwell import propagator
 from indexer_env.machine import Machine
-from indexer_env.modes import FINEST_STEP, accurate_steps, largest_steps
+from indexer_env.modes import FINEST_STEP, largest_steps, steps_of
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, simulate, simulate_batch
 
@@ -105,7 +105,7 @@ def test_the_automatic_step_keeps_its_promise(smooth, play, samples, most):
     truth = simulate_batch(machines, points, dataclasses.replace(run, step=1e-3 / 48)).table_acceleration
     errors = np.sqrt(np.mean((found - truth) ** 2, axis=1) / np.mean(truth**2, axis=1))
     assert 1e-2 * most < errors.max() <= most
-    steps = accurate_steps([coefficients(m, p) for m, p in zip(machines, points, strict=True)], points)
+    _, steps = steps_of([coefficients(m, p) for m, p in zip(machines, points, strict=True)], points)
     assert steps.max() > 1.3 * steps.min() and steps.min() >= FINEST_STEP
 
 
@@ -117,7 +117,7 @@ def test_the_automatic_step_is_the_item_s_own(smooth, reference):
     )
     point, run = OperatingPoint(motor_speed=80.0), Run(samples=300, warmup_turns=0)
     machines = [stiff, stiffer, reference, smooth]
-    parts = [run.steps_per_sample(float(accurate_steps([coefficients(m, point)], [point])[0])) for m in machines]
+    parts = [run.steps_per_sample(float(steps_of([coefficients(m, point)], [point])[1][0])) for m in machines]
     assert len(set(parts)) == 3, parts
     together = simulate_batch(machines, point, run).table_acceleration
     for machine, record in zip(machines, together, strict=True):
@@ -127,7 +127,7 @@ def test_the_automatic_step_is_the_item_s_own(smooth, reference):
 def test_what_asks_for_a_finer_automatic_step(smooth, visible):
     def step(machine: Machine, speed: float = 157.0) -> float:
         point = OperatingPoint(motor_speed=speed)
-        return float(accurate_steps([coefficients(machine, point)], [point])[0])
+        return float(steps_of([coefficients(machine, point)], [point])[1][0])
 
     assert step(smooth) == pytest.approx(0.8 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
     assert step(smooth, 300.0) < step(smooth)
