@@ -22,9 +22,6 @@ reading          shuffled batches and the check: records per second
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it
 naming           whether the search for a missing effect names what was hidden; a command of its own
-play_methods     four ways to name an effect on a machine with play; a command of its own
-whole_record     one of them: records fitted whole
-cam_averages     two of them: the mean cam turn, of all stations or of each
 report           rows with their verdicts, results.json, the table of README.md
 session          the cores used, and what the header of the table says about the machine
 

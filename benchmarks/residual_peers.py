@@ -157,7 +157,7 @@ def case(order: Order, number: int) -> tuple[str, dict[str, float]]:
     base = answer.base.place
     learned, held = samples_of(model, base), samples_of(held_out, held_place(base, held_out))
     shares = {
-        "named": answer.closed_share if answer.verdict in ("named", "ambiguous") else 0.0,
+        "named": answer.closed_share if answer.names else 0.0,
         "sparse": closed(held, sparse(learned, held)),
         "Gaussian": closed(held, gaussian(learned, held, np.random.default_rng(number))),
     }

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import scipy.signal
-from discrepancy.challenge.truth import true_motion
 
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
 from indexer_env import Machine, OperatingPoint, Sensor, load_machine, make_effect
 from indexer_env.effects import Effect, MachineEffect, SensorEffect
 from indexer_env.units import RPM
+from indexer_experiments.challenge.truth import true_motion
 
 RATE = 1000.0
 """Hz."""
