@@ -22,8 +22,8 @@ from indexer_experiments.challenge.records import read_case, write_records
 OUTCOMES = ("right", "ambiguous", "refused", "missed", "partly", "wrong")
 """right: what is hidden, and nothing else, is established, "nothing missing" where nothing is, no name where the
 library lacks it; ambiguous: it is in a family; refused: no name though the library has one, or a remainder where
-nothing is hidden; missed: "nothing missing" though something is; partly: one of two, and no other; wrong: a name of what is not
-there."""
+nothing is hidden; missed: "nothing missing" though something is; partly: one of two, and no other; wrong: a name of
+what is not there."""
 
 
 def solve_case(order: Order, number: int) -> dict[str, Any]:
