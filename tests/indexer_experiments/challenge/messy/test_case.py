@@ -17,9 +17,12 @@ from indexer_experiments.challenge import run
 from indexer_experiments.challenge.messy import case as case_module
 from indexer_experiments.challenge.messy.answer import CaseAnswer, Finding, Interval, Remains, Solved
 from indexer_experiments.challenge.messy.case import OutOfTime, answered, solve_messy, time_limit
+from indexer_experiments.challenge.messy.disturbances import JOINTS, KINDS
 from indexer_experiments.challenge.messy.draw import MessyDraw, MessyOrder, RecordDraw, messy_draw
 from indexer_experiments.challenge.messy.judging import Judge
+from indexer_experiments.challenge.messy.leftover import FITTED
 from indexer_experiments.challenge.messy.machines import Pair
+from indexer_experiments.challenge.messy.method import solved_by_explain
 from indexer_experiments.challenge.messy.records import correlated, true_record, write_messy
 from indexer_experiments.challenge.messy.score import answered as has_answer
 from indexer_experiments.challenge.messy.score import messy_table
@@ -157,6 +160,31 @@ def test_messy_cases_are_resumed_and_have_tables_of_their_own(tmp_path: Path, ch
     assert pyarrow.parquet.read_table(tmp_path / "messy.parquet").num_rows == 3
     assert not (tmp_path / "cases.parquet").exists()
     assert (tmp_path / "table.md").read_text() == table
+
+
+def test_records_that_are_refused_before_any_fit_have_no_answer(tmp_path: Path) -> None:
+    """A stated speed that is 5 % off."""
+    case = small()
+    write_messy(case, tmp_path)
+    rows = yaml.safe_load((tmp_path / "records.yaml").read_text())
+    wrong = [{**row, "motor_speed_rpm": 1.05 * row["motor_speed_rpm"]} for row in rows]
+    (tmp_path / "records.yaml").write_text(yaml.safe_dump(wrong))
+    solved = solved_by_explain(tmp_path, case.drawn.machines.nominal, {})
+    assert solved.answer.verdict == "turned away" and not solved.answer.answered and solved.machine is None
+    assert "the motor speed must be that of the record" in solved.answer.reason
+
+
+@pytest.mark.slow
+def test_explain_answers_in_the_challenges_words(tmp_path: Path) -> None:
+    """Dry friction of 20 N m in two records of three table turns of 4 stations; what is found is judged elsewhere."""
+    case = small()
+    record = dataclasses.replace(case.drawn.records[0], turns=3.0)
+    write_messy(dataclasses.replace(case, drawn=dataclasses.replace(case.drawn, records=(record, record))), tmp_path)
+    solved = solved_by_explain(tmp_path, case.drawn.machines.nominal, dict.fromkeys(FITTED, 0.06))
+    assert solved.answer.answered and solved.machine is not None
+    assert set(FITTED) <= {interval.name for interval in solved.answer.machine}
+    if solved.answer.remains is not None:
+        assert solved.answer.remains.kind in ("", *KINDS) and solved.answer.remains.joint in ("", *JOINTS)
 
 
 @pytest.mark.parametrize(
