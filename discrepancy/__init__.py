@@ -8,6 +8,7 @@ In reading order:
     fit        joint fit of the parameters and of every window's start state (Levenberg–Marquardt)
     linearised what the starts of one more effect promise
     race       where its fit should begin: successive halving
+    dispersion how much less a residual tells than white noise
     search     stepwise selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
     estimates  sizes with intervals, and the machine's calibration

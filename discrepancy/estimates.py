@@ -1,15 +1,14 @@
 """What a fit says in numbers: how large an effect is, and how the machine moved.
 
-Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`), priors included:
+Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`):
 
-    95 % interval = value at z ± t √max(s² S⁻¹, S⁻¹ M S⁻¹)_kk,     s² = max(1, median mean square of the windows)
-    M = P + W/(W - 1) Σ_w u_w u_wᵀ
+    95 % interval = value at z ± t √max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/φ + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/φ²
 
-t is Student's, W - 1 degrees of freedom for W windows. s widens the intervals where the model, though it is the best
-one, does not reach the noise floor. The second one is the sandwich (White, Econometrica 48 (1980) 817, by windows as
-clusters): u_w is what window w alone pulls at the parameters, so windows that disagree among each other by more than
-their noise widen what they disagree about. A prior of precision P
-pulls with a variance of P, as the truth is one draw from it.
+I is the information of the records, P that of what was known beforehand, φ the dispersion, the windows' median mean
+square where the model does not reach the noise floor. The second one is the sandwich (White, Econometrica 48 (1980)
+817, by windows as clusters): u_w is what window w alone pulls at the parameters, so windows that disagree among each
+other by more than their noise, or whose noise is correlated, widen what they disagree about. A prior of precision P
+pulls with a variance of P, as the truth is one draw from it. t is Student's, W - 1 degrees of freedom for W windows.
 """
 
 from __future__ import annotations
@@ -22,6 +21,9 @@ import numpy as np
 from discrepancy.arrow import arrow
 from discrepancy.model import Model, Parameter
 from discrepancy.problem import Point, Problem
+
+_TYPICAL = 4.0 / 3.0
+"""One over the weight of a window whose misfit is the median one."""
 
 _SIDE = 0.975
 """Probability below the upper end of an interval."""
@@ -141,32 +143,30 @@ class Estimates:
 def estimates_of(model: Model, place: Point) -> Estimates:
     """Estimates of all parameters at a place reached by a fit."""
     problem = Problem(model, place.hypothesis)
-    level = place.squares / model.counts
     r, by_global, by_local = problem.linearised(place)
-    # at the noise floor a window's weight in the cost is a half, but what it tells is all there
-    weights = np.minimum(1.0, 2.0 * problem.weights(place.squares))
+    # a window that is as bad as most has its whole weight, a missed one little
+    weights = np.minimum(1.0, problem.eased(place).weights(place.squares) * _TYPICAL)
     system = arrow(r, by_global, by_local, weights)
-    system = problem.informed(system, place.z)
-    free = problem.free(place, system)
-    reduced, _, inverse = system.reduced()
+    free = problem.free(place, problem.informed(system, place.z))
+    information, _, inverse = system.reduced()
     prior = np.diag(problem.precision)
     pulls = np.einsum("gwn,wn,w->wg", by_global, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
     spread = np.zeros(len(place.z))
     within = np.ix_(free, free)
-    scale = max(1.0, float(np.median(level)))
-    spread[free] = np.sqrt(_variances(reduced[within], prior[within], pulls[:, free], scale))
+    dispersion = place.dispersion(model)
+    spread[free] = np.sqrt(_variances(information[within] / dispersion, prior[within], pulls[:, free] / dispersion))
     reach = _reach(len(pulls)) * spread
     estimates = tuple(_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)
     at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
-    return Estimates(problem.parameters, estimates, at_bound, reduced - prior)
+    return Estimates(problem.parameters, estimates, at_bound, information)
 
 
-def _variances(reduced: np.ndarray, prior: np.ndarray, pulls: np.ndarray, scale: float) -> np.ndarray:
+def _variances(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray) -> np.ndarray:
     """Variances (g,) of scaled parameters, by the curvature or by how far the windows' pulls (w, g) differ."""
-    inverse, windows = np.linalg.pinv(reduced), len(pulls)
+    inverse, windows = np.linalg.pinv(information + prior), len(pulls)
     between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
-    return np.maximum(np.maximum(scale * np.diag(inverse), np.diag(inverse @ between @ inverse)), 0.0)
+    return np.maximum(np.maximum(np.diag(inverse), np.diag(inverse @ between @ inverse)), 0.0)
 
 
 def _reach(windows: int) -> float:

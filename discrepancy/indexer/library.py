@@ -17,8 +17,9 @@ from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
 
-ORDERS = (1.0, 2.0)
-"""Orders of the motor shaft that are looked at whatever the records show: an eccentric gear, a worm of two threads."""
+ORDERS = (1.0, 2.0, 3.0)
+"""Orders of the motor shaft that are looked at whatever the records show: an eccentric gear, worms of few threads. What
+the torque modulates, as a mesh's stiffness, stands beside its order and not at it."""
 
 MAINS = (50.0, 60.0)
 """Frequencies of hum that are looked for whatever the records show [Hz]."""

@@ -7,11 +7,12 @@ import pytest
 
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
+from discrepancy.dispersion import autocorrelation_time
 from discrepancy.linearised import neighbours
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Point, Problem
 from discrepancy.race import race
-from discrepancy.search import Search, autocorrelation_time
+from discrepancy.search import Search
 from tests.discrepancy import toy
 from tests.discrepancy.toy import Chord, Stateless
 
