@@ -24,6 +24,9 @@ the torque modulates, as a mesh's stiffness, stands beside its order and not at 
 MAINS = (50.0, 60.0)
 """Frequencies of hum that are looked for whatever the records show [Hz]."""
 
+_LOWEST_HUM = 40.0
+"""Hz; below it a line is rather the machine's own ringing than hum."""
+
 HOUSING = "housing_inertia"
 """A parameter of the machine that takes part only where the base is loose."""
 
@@ -101,7 +104,7 @@ def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
     """What a discrete choice may be."""
     if name == "station":
         return range(machine.stations)
-    return sorted({*ORDERS, *seen.orders}) if name == "order" else sorted({*MAINS, *seen.hums})
+    return sorted({*ORDERS, *seen.orders}) if name == "order" else sorted({*MAINS, *(f for f in seen.hums if f > _LOWEST_HUM)})
 
 
 def _parameter(

@@ -20,9 +20,6 @@ _MOST = 2
 _SLOWEST = 5.0
 """Widths 1/T below which a line cannot be told from a drift."""
 
-_LOWEST = 40.0
-"""Hz; below it a line is the machine's own ringing rather than hum."""
-
 _SAME = 1.5
 """Widths 1/T within which lines of two records stand at one place."""
 
@@ -43,7 +40,7 @@ def lines(
     """
     peaks = [_peaks(row, sample_rate) for row in residuals]
     width = sample_rate / min(len(row) for row in residuals)
-    hums = tuple(f for f in _common(peaks, [1.0] * len(peaks), _SAME * width) if f > _LOWEST)
+    hums = _common(peaks, [1.0] * len(peaks), _SAME * width)
     orders = _common(peaks, motor, _SAME * width / min(motor))
     halves = (round(2.0 * order) / 2.0 for order in orders if _near_half(order))
     return tuple(dict.fromkeys(halves)), hums

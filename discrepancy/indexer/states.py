@@ -37,7 +37,7 @@ _POINTS_LITTLE, _POINTS, _MOST = 7, 13, 37
 _RATE, _REACH = 0.15, 0.58
 """Largest rate of a cam that rattles, in ω g, and its largest deflection, in g: the play's edges are at 0.5."""
 
-_BY_FLANK, _BY_MESH = 2.5, 0.7
+_BY_FLANK, _BY_MESH = 2.5, 0.9
 """What a shaken flank adds to that rate, in its own rate, and a mesh that varies, in its depth times ω g."""
 
 
