@@ -141,6 +141,7 @@ class Pipeline:
                 outcome.turns += more.turns
                 outcome.events += more.events
         self._resume_ns = None
+        self._order.remember()
         self.states.replace(states)
         return outcome
 
