@@ -28,6 +28,7 @@ def message(place: int) -> str:
 def publish(broker: Broker, payloads) -> None:
     client = broker.client("logger", keep_session=False)
     broker.connect(client, keep_session=False)
+    wait_for(client.is_connected)
     for payload in payloads:
         client.publish("plant/press 1/acceleration", payload, 1).wait_for_publish(WAIT_S)
     client.disconnect()
