@@ -5,6 +5,7 @@ In reading order, with the block of ISO 13374 that each is:
 In reading order, each with its block of ISO 13374:
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
     alarms/       the alarm of a quantity: delays, deadband, acknowledge, shelve, re-alarm (OPC UA Part 9)
+    plan          what all machines share, and what comes of a block
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network
     store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
     engine        the thread that takes blocks, runs the pipelines and commits each batch in one transaction

@@ -8,7 +8,6 @@ the batch is taken in again: what of it had been committed comes twice then, and
 from __future__ import annotations
 
 import functools
-import json
 import logging
 import queue
 import threading
@@ -17,18 +16,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from sqlalchemy import Connection, insert
+from sqlalchemy import Connection
 
 from indexer_env.errors import refuse
 from monitor.alarms import Condition, Event
-from monitor.alarms.condition import plain
 from monitor.analysis.finding import Diagnoser
 from monitor.intake.blocks import Block
-from monitor.pipeline import Outcome, Pipeline, Plan, Turn
-from monitor.store.codec import finite
-from monitor.store.schema import EVENT, OUTBOX, RAW, TURN
+from monitor.pipeline import Pipeline
+from monitor.plan import Outcome, Plan
 from monitor.store.store import Store, StoreDown, drop_blocks, write_block, write_machine, write_position
+from monitor.store.writing import write_outcome
 
 _log = logging.getLogger(__name__)
 
@@ -253,7 +250,7 @@ class Engine:
                 if outcome is None:
                     continue
                 write_block(connection, block)
-                self._write_turns(connection, block.machine, outcome)
+                write_outcome(connection, pipeline, outcome, self._channels)
                 happened += outcome.events
                 turns += len(outcome.turns)
             for machine in changes:
@@ -290,7 +287,7 @@ class Engine:
     # ------------------------------------------------------------------------------------------------ writing
 
     def _write(self, connection: Connection, machine: str, outcome: Outcome) -> None:
-        self._write_turns(connection, machine, outcome)
+        write_outcome(connection, self._pipelines[machine], outcome, self._channels)
         self._write_state(connection, machine)
 
     def _write_state(self, connection: Connection, machine: str) -> None:
@@ -299,74 +296,3 @@ class Engine:
         needed = pipeline.first_needed_ns()
         if needed is not None:
             drop_blocks(connection, machine, needed)
-
-    def _write_turns(self, connection: Connection, machine: str, outcome: Outcome) -> None:
-        raised = {one.kind for one in outcome.events} & {"raised"}
-        for turn in outcome.turns:
-            connection.execute(insert(TURN).values(machine=machine, **_turn_values(turn)))
-            record = turn.cut.turn.record
-            if record is not None:
-                keep = "reference" if self._is_reference(machine, turn) else "alarm" if raised else ""
-                connection.execute(
-                    insert(RAW).values(
-                        machine=machine,
-                        number=turn.number,
-                        rate=turn.cut.mode.rate,
-                        unit=turn.cut.mode.unit,
-                        keep=keep,
-                        record=np.asarray(record, "<f4").tobytes(),
-                    )
-                )
-        for happened in outcome.events:
-            number = self._pipelines[machine].turns
-            body = plain(happened)
-            connection.execute(
-                insert(EVENT).values(
-                    machine=machine,
-                    turn=number,
-                    time_ns=happened.time_ns,
-                    quantity=happened.quantity,
-                    kind=happened.kind,
-                    level=happened.level,
-                    content=json.dumps(body),
-                )
-            )
-            if happened.told:
-                for channel in self._channels:
-                    message = {"machine": machine, "turn": number, **body}
-                    connection.execute(insert(OUTBOX).values(channel=channel, content=json.dumps(message)))
-
-    def _is_reference(self, machine: str, turn: Turn) -> bool:
-        """The first turn of a mode whose verdict is healthy is kept to compare later ones with."""
-        if turn.finding is None or not turn.finding.healthy:
-            return False
-        pipeline, mode = self._pipelines[machine], turn.cut.mode.name
-        if mode in pipeline.references:
-            return False
-        pipeline.references[mode] = turn.number
-        return True
-
-
-def _turn_values(turn: Turn) -> dict[str, Any]:
-    finding = turn.finding
-    content: dict[str, Any] = {"state": turn.problem[0] if turn.problem else None}
-    if finding is not None:
-        content |= {
-            "verdict": finding.verdict,
-            "healthy": finding.healthy,
-            "probability": finding.probability,
-            "novelty": finding.novelty,
-            "level": finding.level,
-            "sizes": {name: list(size) for name, size in finding.sizes.items()},
-            "smooth": {name: list(size) for name, size in turn.sizes.items()},
-            "remaining": {name: [one.median, one.low, one.high] for name, one in turn.remaining.items()},
-            "more": dict(finding.more),
-        }
-    return {
-        "number": turn.number,
-        "start_ns": turn.cut.start_ns,
-        "duration": turn.cut.turn.duration,
-        "mode": turn.cut.mode.name,
-        "problem": turn.problem[1] if turn.problem else "",
-        "content": json.dumps(finite(content)),
-    }

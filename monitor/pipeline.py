@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
-from indexer_records.conditions import Pulse, RecordConditions
-from monitor.alarms import Condition, Event, Limits, Rules
+from indexer_records.conditions import RecordConditions
+from monitor.alarms import Condition, Event
 from monitor.alarms.limits import LEVELS
 from monitor.analysis.baseline import Baseline, station_levels
 from monitor.analysis.finding import Diagnoser, Finding, Size
@@ -21,71 +21,11 @@ from monitor.intake.blocks import NANO, Block
 from monitor.intake.cutter import Cutter, CutTurn
 from monitor.intake.order import Order, Placed
 from monitor.intake.states import UNTIL_GOOD_TURN, States
+from monitor.plan import CHANGE, Outcome, Plan, Turn
 
-CHANGE = "change"
-"""Quantity of what no fault explains: how far a turn is from what was taught and from what is usual."""
-
-DEFAULT_RULES = Rules()
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What all machines of a monitor share.
-
-    Attributes
-    ----------
-    limits : mapping of str to Limits
-        Of each quantity, and of CHANGE.
-    rules : Rules
-    window : int
-        Turns of the running median.
-    jitter : float
-        By how much the time of a block may be off [s].
-    pulse_range : tuple of float
-        Least and greatest value of a pulse.
-    pulse : Pulse
-    sensor_radius : float or None
-        Of the accelerometers [m].
-    stations : int
-        Of the tables; levels are told for each where a pulse marks the turns.
-    """
-
-    limits: Mapping[str, Limits]
-    rules: Rules = DEFAULT_RULES
-    window: int = 7
-    jitter: float = 0.02
-    pulse_range: tuple[float, float] = (0.0, 1.0)
-    pulse: Pulse = Pulse()
-    sensor_radius: float | None = None
-    stations: int = 8
-
-
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """A turn that was accepted.
-
-    number    its number, from 1
-    cut       the turn as it was cut
-    problem   state and sentence where it was not diagnosed
-    finding   what it shows; None where there is a problem
-    sizes     smoothed, by quantity
-    remaining time to the limit, by quantity, where it can be told
-    """
-
-    number: int
-    cut: CutTurn
-    problem: tuple[str, str] | None
-    finding: Finding | None
-    sizes: Mapping[str, Size]
-    remaining: Mapping[str, Remaining]
-
-
-@dataclass(eq=False)
-class Outcome:
-    """What a block has led to."""
-
-    turns: list[Turn] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
+SCATTERS = 8.0
+"""Deviation from what is usual that counts as 1 [scatters]: of 30 turns that teach it, the scatter itself is known to
+an eighth, and play makes the tails longer than a normal distribution's."""
 
 
 class Pipeline:
@@ -141,6 +81,7 @@ class Pipeline:
                 outcome.turns += more.turns
                 outcome.events += more.events
         self._resume_ns = None
+        self._order.remember()
         self.states.replace(states)
         return outcome
 
@@ -341,8 +282,3 @@ class Pipeline:
             "baselines": {key: baseline.to_dict() for key, baseline in self.baselines.items()},
             "conditions": {name: one.to_dict() for name, one in self.conditions.items()},
         }
-
-
-SCATTERS = 8.0
-"""Deviation from what is usual that counts as 1 [scatters]: of 30 turns that teach it, the scatter itself is known to
-an eighth, and play makes the tails longer than a normal distribution's."""

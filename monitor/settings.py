@@ -14,7 +14,7 @@ from indexer_env.errors import refuse
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Limits, Rules
-from monitor.pipeline import CHANGE, Plan
+from monitor.plan import CHANGE, Plan
 from monitor.sources.mqtt import Tls
 
 QUANTITIES = ("backlash_deg", "crack", "looseness", CHANGE)

@@ -94,6 +94,8 @@ class Publisher:
 
     def __init__(self, port: int, machines: int, speed: float) -> None:
         self._client = Broker("127.0.0.1", port).client("publisher", keep_session=True)
+        self._taken: set[int] = set()
+        self._client.on_publish = lambda _client, _user, mid, *_: self._taken.add(mid)
         Broker("127.0.0.1", port).connect(self._client, keep_session=True)
         turn = demo.records("press-1", 2)[1]
         # Whole turns follow each other, so that the record has no seam.
@@ -129,9 +131,10 @@ class Publisher:
             }  # fmt: skip
             text = json.dumps(body)
             sent = [self._client.publish(f"plant/m{number}/acceleration", text, 1) for number in range(self._machines)]
-            for message in sent:
-                while not message.is_published():
-                    time.sleep(0.005)
+            # Paho keeps what it could not send and sends it again when the broker is back.
+            while not {message.mid for message in sent} <= self._taken:
+                time.sleep(0.005)
+            self._taken.clear()
             self.sent += 1
 
 

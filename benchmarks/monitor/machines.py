@@ -14,7 +14,7 @@ from datagen.shard import read_shards
 from monitor.alarms import Limits, Rules
 from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.intake.blocks import NANO, Block
-from monitor.pipeline import CHANGE, Plan
+from monitor.plan import CHANGE, Plan
 from monitor.sources import demo
 
 WORK = Path("benchmarks/monitor/.work")

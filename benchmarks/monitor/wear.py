@@ -13,7 +13,8 @@ import numpy as np
 
 from benchmarks.monitor.machines import block, data_set, lives, model, plan
 from monitor.intake.blocks import NANO
-from monitor.pipeline import CHANGE, Pipeline
+from monitor.pipeline import Pipeline
+from monitor.plan import CHANGE
 
 TURN_S = 8.2
 

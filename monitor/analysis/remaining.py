@@ -69,8 +69,8 @@ def remaining_time(history: np.ndarray, limit: float, now: float) -> Remaining |
     if span <= 0.0:
         return None
     told = (time - time[0]) / span
-    # The part of a reading's error that all turns of a machine share: half of its variance (docs/monitor.md).
-    shared = np.median(history[-LEAST_POINTS:, 3] - history[-LEAST_POINTS:, 2]) / (2.0 * _Z90) / np.sqrt(2.0)
+    # As if all of a reading's error were shared by the turns of a machine: the careful end.
+    shared = np.median(history[-LEAST_POINTS:, 3] - history[-LEAST_POINTS:, 2]) / (2.0 * _Z90)
     rng = np.random.default_rng(0)
     fits = [_Fit.of(told, value, curve) for curve in np.linspace(0.0, np.log(FASTEST), _CURVES)]
     alike = min(fits, key=lambda fit: fit.squares).alike

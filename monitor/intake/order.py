@@ -57,6 +57,7 @@ class Order:
         self._behind: list[Block] = []
         self._seen: deque[tuple[int, int | None]] = deque(maxlen=_REMEMBERED)
         self._anchor_ns, self._samples = 0, 0
+        self._known_until: int | None = None
 
     @property
     def waiting(self) -> bool:
@@ -94,6 +95,10 @@ class Order:
                 return self._follow(block)
         return self._ahead(block) if ahead > 1 else self._back(block)
 
+    def remember(self) -> None:
+        """All up to here was there before a restart: what a broker sends again of it came twice, and not late."""
+        self._known_until = None if self._last is None else self._last.end_ns
+
     def flush(self) -> list[Placed]:
         """Wait no longer: the blocks that were held, the hole before them a gap."""
         held, self._held = sorted(self._held, key=_key), []
@@ -130,6 +135,9 @@ class Order:
         return self.flush() if len(self._held) >= HOLD else []
 
     def _back(self, block: Block) -> list[Placed] | None:
+        if self._known_until is not None and block.end_ns <= self._known_until:
+            self._states.note("double", block.start_ns)
+            return None
         chain = self._behind
         if chain and abs(block.start_ns - chain[-1].end_ns) <= self._jitter:
             chain.append(block)

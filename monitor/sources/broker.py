@@ -35,7 +35,8 @@ class BuiltInBroker:
 
     def stop(self) -> None:
         """End."""
-        self._loop.call_soon_threadsafe(self._stop.set)
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._stop.set)
         self._thread.join(timeout=10.0)
 
     def _run(self) -> None:
@@ -45,6 +46,7 @@ class BuiltInBroker:
             self._failure = error
         finally:
             self._ready.set()
+            self._loop.close()
 
     async def _serve(self) -> None:
         from amqtt.broker import Broker

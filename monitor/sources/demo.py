@@ -154,6 +154,8 @@ class DemoSource(Source):
         """As `Source.run`."""
         client = self._broker.client("demo-logger", keep_session=False)
         self._broker.connect(client, keep_session=False)
+        while not client.is_connected() and not self.stopping.wait(0.05):
+            pass
         for place, (topic, payload) in enumerate(messages(TURNS, self._start_ns)):
             sent = client.publish(topic, payload, qos=1)
             while not sent.is_published() and not self.stopping.wait(0.01):

@@ -3,6 +3,7 @@
 schema   the tables
 codec    samples and plain values <-> bytes
 store    reading and writing, one transaction a batch
+writing  what came of a block -> rows
 archive  turns from the database to Parquet files, and how long they are kept
 """
 

@@ -19,7 +19,8 @@ from monitor.alarms.condition import plain
 from monitor.analysis.finding import Diagnoser
 from monitor.engine import Engine
 from monitor.intake.states import WORDS
-from monitor.pipeline import Pipeline, Plan
+from monitor.pipeline import Pipeline
+from monitor.plan import Plan
 from monitor.store import Store
 from monitor.store.codec import finite
 from monitor.web import views

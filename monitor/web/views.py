@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import periodogram
 
 from monitor.analysis.finding import Diagnoser
-from monitor.pipeline import Plan
+from monitor.plan import Plan
 from monitor.store import Store
 from monitor.store.archive import archived
 

@@ -11,7 +11,7 @@ from monitor.alarms import Limits, Rules
 from monitor.analysis.finding import Finding, Size
 from monitor.intake.blocks import NANO, Block
 from monitor.intake.cutter import Mode
-from monitor.pipeline import CHANGE, Plan
+from monitor.plan import CHANGE, Plan
 
 RATE = 100.0
 START_NS = 1_800_000_000 * NANO

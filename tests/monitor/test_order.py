@@ -114,6 +114,12 @@ def test_jitter_is_no_gap(order, states):
     assert states.active == []
 
 
+def test_what_was_there_before_a_restart_comes_twice_and_not_late(order, states):
+    order.offer(numbered(5))
+    order.remember()
+    assert order.offer(numbered(3)) is None and states.active == ["double"]
+
+
 def test_what_was_used_before_a_restart_comes_twice(states):
     order = Order(states, jitter=0.02, used_until_ns=block(100).start_ns)
     assert order.offer(block(50)) is None and states.active == ["double"]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from monitor.intake.blocks import NANO
-from monitor.pipeline import CHANGE, Pipeline
+from monitor.pipeline import Pipeline
+from monitor.plan import CHANGE
 from tests.monitor.fakes import FAST, PLAN, RATE, SLOW, START_NS, FakeDiagnoser, block, samples
 
 

@@ -19,7 +19,7 @@ function told(machine, name) {
   return h("ul.facts", {},
     h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
     level !== "normal" && name !== "change" && !last.healthy && last.probability != null && h("li", {}, T.sure(last.probability)),
-    left && h("li", {}, T.left(left)),
+    left && level !== "danger" && h("li", {}, T.left(left)),
     level !== "normal" && h("li", {}, QUANTITIES[name]?.todo[level]),
     alarm && !alarm.acknowledged && h("li.open", {}, T.unacked),
     alarm?.shelved && h("li", {}, T.shelved(time(alarm.shelved_until_ns))));
