@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from indexer_env.errors import refuse
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
@@ -73,8 +75,8 @@ def peak_torque(machine: Machine) -> float:
     """Largest torque that the index asks of the table at the reference motor speed, J_t h C_a/T² [N m]."""
     duration = machine.turn_duration(OperatingPoint()) / machine.stations * machine.motion_share
     law = machine.motion_law
-    steps = [k / 400.0 * _TURN * machine.motion_share for k in range(401)]
-    bent = max(abs(float(law.evaluate(a, machine.stations, machine.motion_share)[2])) for a in steps)
+    steps = np.linspace(0.0, _TURN * machine.motion_share, 401)
+    bent = float(np.abs(law.evaluate(steps, machine.stations, machine.motion_share)[2]).max())
     rate = _TURN * machine.motion_share / duration
     return machine.table_inertia * bent * rate**2
 

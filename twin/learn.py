@@ -22,6 +22,9 @@ _RATE = 3e-3
 _RESIDUAL = 0.5
 """How much of what healthy records left comes and goes from turn to turn, as share of itself."""
 
+_NOTHING = 1e-6
+"""Stands for 0 where a logarithm is taken; in units of the noise."""
+
 _WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3, "seen": 0.2}
 """Weights of the losses beside the faults' own."""
 
@@ -142,18 +145,18 @@ def _loss(told: Told, feed: Feed, rows: Tensor, seen: Tensor) -> Tensor:
 
 def said(network: nn.Module, x: Tensor, conditions: Tensor) -> dict[str, np.ndarray]:
     """What a network says of many turns, as arrays by name; `novelty` is the rms between the mean turn and what the
-    network takes it to be."""
+    network takes it to be, next to nothing of a network that cannot tell."""
     parts: dict[str, list[np.ndarray]] = {}
     with torch.no_grad():
         for some, those in zip(x.split(256), conditions.split(256), strict=True):
             told = network(some, those)
             found = {"faults": told.faults, "any": told.any, "size": told.size, "spread": told.spread.clamp(-6.0, 1.0)}
             mean = squeezed(mean_turn(some))
-            found["strength"] = mean.pow(2).mean(dim=1).sqrt()
+            found["strength"] = mean.pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
             if told.station is not None:
                 found["station"] = told.station
-            if told.seen is not None:
-                found["novelty"] = (mean - told.seen).pow(2).mean(dim=1).sqrt()
+            missed = torch.zeros_like(mean) if told.seen is None else mean - told.seen
+            found["novelty"] = missed.pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
             for name, value in found.items():
                 parts.setdefault(name, []).append(value.double().numpy())
     return {name: np.concatenate(values) for name, values in parts.items()}

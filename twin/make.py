@@ -234,7 +234,7 @@ class Maker:
             return
         for name in (*NETWORKS, PAPER):
             shutil.copy(self.before / f"{name}.safetensors", self.out)
-        self._write("learned", {key: before[key] for key in ("judge", "records", "scores")})
+        self._write("learned", {key: before[key] for key in ("judge", "paper_judge", "records", "scores")})
         self._write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:
@@ -284,7 +284,8 @@ class Maker:
         paper = networks_of(self.out, [PAPER], len(self.faults), cells)
         control = np.flatnonzero(faulty.subset == 1)
         self._write("learned", {
-            "judge": judge.plain(), "records": len(faulty.x),
+            "judge": judge.plain(),
+                "paper_judge": judge_of(paper, faulty, healthy, self.view, **told).plain(), "records": len(faulty.x),
             "scores": {
                 "cnn": scores(*looked_at(networks, faulty, self.view, control, s.seed + 2, 1), faulty),
                 "paper": scores(*looked_at(paper, faulty, self.view, control, s.seed + 2, 1), faulty),

@@ -16,6 +16,7 @@ from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.parameters import UNCERTAINTY
+from discrepancy.indexer.windows import cut
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.reading import Record
@@ -252,7 +253,10 @@ def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:
     """The two halves of a record; the second begins at a later cam angle."""
     signal, told = record.signal, record.conditions
     assert told.start_angle is not None, "found by comparison where it was not stated"
-    middle = len(signal.values) // 2
+    step = machine.reduction * told.motor_speed / signal.sample_rate
+    begins = cut([len(signal.values)], [step], [told.start_angle]).first
+    # in front of a window of the fit, so that both halves hold as many whole ones as there are
+    middle = int(begins[len(begins) // 2]) - 1 if len(begins) > 1 else len(signal.values) // 2
     later = told.start_angle + machine.reduction * told.motor_speed * middle / signal.sample_rate
     parts = []
     for values, start, held in (

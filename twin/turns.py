@@ -28,7 +28,7 @@ LEAST_CELLS = 64
 _SHORT = 2
 """Samples that a turn may be short of: its length in samples is rounded."""
 
-_SAME_SPEED = 1e-4
+_SAME_SPEED = 1e-6
 """Relative steps of speed in which healthy turns are kept for the next turn at the same point [-]."""
 
 _NEAR = 0.1

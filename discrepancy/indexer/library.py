@@ -104,7 +104,9 @@ def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
     """What a discrete choice may be."""
     if name == "station":
         return range(machine.stations)
-    return sorted({*ORDERS, *seen.orders}) if name == "order" else sorted({*MAINS, *(f for f in seen.hums if f > _LOWEST_HUM)})
+    if name == "order":
+        return sorted({*ORDERS, *seen.orders})
+    return sorted({*MAINS, *(f for f in seen.hums if f > _LOWEST_HUM)})
 
 
 def _parameter(

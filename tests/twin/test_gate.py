@@ -40,7 +40,7 @@ def test_each_reason_has_its_sentence():
     dead = signal.values.copy()
     dead[500:1500] = 0.0
     refused("must vary throughout", changed(signal, values=dead), told)
-    top = 0.3 * np.abs(signal.values).max()
+    top = 0.93 * np.abs(signal.values).max()
     refused("inside the sensor's range", changed(signal, values=np.clip(signal.values, -top, top)), told)
     refused("motor speed must lie within the twin's 1200 to 1500 rpm, got 1600", *record(rpm=1600.0))
     refused("load must lie within the twin's 0 to 20 N m, got 30", *record(load=30.0))
@@ -62,4 +62,4 @@ def test_an_operating_point_of_a_twin_for_one_point_is_that_point():
     signal, told = record(load=12.0)
     with pytest.raises(SignalError, match="within the twin's 10 to 10 N m"):
         gate.looked(signal, told)
-    assert RATE == gate.healthy.cells.rate
+    assert gate.healthy.cells.rate == RATE

@@ -41,7 +41,9 @@ def test_a_covariance_is_nowhere_narrower_than_curvature_and_misfit_leave_it():
     assert np.linalg.eigvalsh(quiet - np.linalg.inv(information)).min() > -1e-9
     wide = _covariance(information, prior, 30.0 * rng.standard_normal((12, 4)), 1.0)
     assert np.trace(wide) > 10.0 * np.trace(quiet)
-    assert np.trace(_covariance(information, prior, np.zeros((12, 4)), 4.0)) == pytest.approx(4.0 * np.trace(quiet), rel=0.6)
+    assert np.trace(_covariance(information, prior, np.zeros((12, 4)), 4.0)) == pytest.approx(
+        4.0 * np.trace(quiet), rel=0.6
+    )
 
 
 def calibrated(machine, *findings: Finding) -> Calibrated:

@@ -1,0 +1,82 @@
+"""The ways to a diagnosis that the table sets side by side, each as a twin of some machine."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import yaml
+
+from benchmarks.twin.truth import Truth
+from discrepancy.indexer import machine_yaml
+from discrepancy.subjects.from_config import indexer_subject
+from indexer_env.errors import refuse
+from indexer_env.presets import load_yaml
+from twin.judge import Judge
+from twin.make import Bench, Maker
+from twin.settings import Settings
+from twin.twin import Twin
+
+METHODS = ("twin", "oracle", "nominal", "point", "paper")
+"""twin: as a user makes it; oracle: the true machine as drawing, known to 0.2 %; nominal: the drawing ±10 % without a
+fit; point: no posterior, one machine; paper: the paper's network on the twin's data."""
+
+FAULTS = ("crack", "loose_base", "reducer_play")
+_KNOWN = 2e-3
+
+
+class _Fixed(Maker):
+    """A maker whose posterior is changed after the calibration, before anything is simulated."""
+
+    method = ""
+
+    def _calibrate(self) -> None:
+        super()._calibrate()
+        path = self.out / "posterior.parquet"
+        table = pq.read_table(path)
+        if self.method == "point":
+            pq.write_table(pa.table({name: [float(np.mean(table[name]))] for name in table.column_names}), path)
+        elif self.method == "nominal":
+            self._nominal(path, table.num_rows)
+
+    def _nominal(self, path: Path, count: int) -> None:
+        """Machines of the drawing, every parameter ±10 %, and the drawing as the healthy machine."""
+        from discrepancy.indexer.parameters import UNCERTAINTY, read
+
+        drawing, rng = self.bench.subject.machine, np.random.default_rng(0)
+        columns = {
+            f"machine.{name}": read(drawing, name) * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, count)) for name in UNCERTAINTY
+        }
+        pq.write_table(pa.table(columns), path)
+        (self.out / "machine.yaml").write_text(machine_yaml(drawing), encoding="utf-8")
+        about = self._read("calibration")
+        self._write("calibration", {**about, "load_factor": 1.0})
+
+
+def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int) -> Twin:
+    """The twin of a bench in `work` by one of METHODS."""
+    if method not in METHODS:
+        raise refuse("benchmarks.twin", "methods", "some of " + ", ".join(METHODS), method)
+    drawing = load_yaml("machine", "reference")
+    if method == "oracle":
+        drawing = yaml.safe_load(machine_yaml(truth.machine))
+        drawing["uncertainty"] = {"table_inertia": _KNOWN, "cam_inertia": _KNOWN, "follower_inertia": _KNOWN} | {
+            f"{joint}.{name}": _KNOWN for joint in ("input_joint", "output_joint") for name in ("stiffness", "damping")
+        }
+    keys = {"sensor": load_yaml("sensor", "ideal"), "records": None, "held_out": [], "known": {}, "pulse": {}}
+    bench = Bench(indexer_subject({**keys, "machine": drawing, "measured": str(work / "bench")}))
+    settings = Settings(faults=FAULTS, simulated=simulated, epochs=epochs)
+    maker = _Fixed(bench, settings, work / "twin")
+    maker.method = method
+    maker.make()
+    twin = Twin.load(work / "twin")
+    if method == "paper":
+        from twin.folder import networks_of
+
+        networks = networks_of(work / "twin", ["paper_0"], len(FAULTS), twin.healthy.cells.count)
+        judge = Judge.restore(twin.about["paper_judge"])
+        twin = dataclasses.replace(twin, networks=networks, judge=judge)
+    return twin

@@ -1,0 +1,75 @@
+"""Mistakes of a user end in a sentence that helps."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from indexer_env.errors import ParameterError
+from twin.advice import advice
+from twin.settings import Settings
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"faults": ["rust"]}, "twin.faults must be some of crack"),
+        ({"simulated": 10}, "twin.simulated must be a whole number >= 1000"),
+        ({"motor_speed_rpm": [1500.0, 1200.0]}, "the lowest and then the highest"),
+        ({"load_torque": 5.0}, "two numbers"),
+        ({"matters": {"rust": 1.0}}, "twin.matters must be sizes of"),
+        ({"false_alarms": 1.5}, "twin.false_alarms must be"),
+    ],
+)
+def test_a_wrong_setting_is_refused(given, said):
+    with pytest.raises(ParameterError) as error:
+        Settings(**given)
+    assert said in str(error.value)
+
+
+def about(**changes):
+    found = {
+        "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [2.0, 20.0]},
+        "recorded": [[1200.0, 2.0], [1500.0, 20.0]], "shift": 0.002, "detection": [],
+        "calibration": {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}},
+        "check": {"turns": [{}, {}, {}]}, "settings": {"faults": ["crack"], "housing_uncertainty": 0.2},
+    }  # fmt: skip
+    return {**found, **changes}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"recorded": [[1500.0, 2.0], [1500.0, 20.0]]}, "Record at a second speed"),
+        ({"calibration": {"scale_spread": 0.04, "spread": {}}}, "a record under a well known load, larger than 20 N m"),
+        ({"shift": 0.01}, "once-per-turn pulse"),
+        ({"calibration": {"scale_spread": 0.01, "spread": {"cam_inertia": 0.2}}}, "Hardly known: cam_inertia"),
+        ({"check": {"turns": [{}]}}, "Hold out another healthy record"),
+        (
+            {"detection": [{"fault": "crack", "motor_speed_rpm": 1500.0, "load_torque": 2.0, "size": 0.01}]},
+            "Diagnose at 1500 rpm and 2 N m",
+        ),
+    ],
+)
+def test_what_to_record_next_follows_from_what_is_open(changes, said):
+    assert not any(said in sentence for sentence in advice(about()))
+    assert any(said in sentence for sentence in advice(about(**changes)))
+
+
+def test_a_folder_that_is_no_twin_and_one_that_is_in_use_are_refused(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    signal = tmp_path / "a.csv"
+    table = np.column_stack([np.arange(100) / 500.0, np.ones(100)])
+    np.savetxt(signal, table, delimiter=",", header="time [s],a [rad/s^2]", comments="")
+    said = subprocess.run(
+        [sys.executable, "-m", "twin.diagnose", f"twin={tmp_path}", f"signal={signal}"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert said.returncode == 2
+    assert "which holds no twin.yaml" in said.stderr and "Traceback" not in said.stderr
