@@ -41,7 +41,7 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
             warnings.simplefilter("ignore", numba.core.errors.NumbaWarning)
             fast = _wrapped(drive, numba.njit(drive.function), arguments)
             return numba.cfunc(SIGNATURE)(fast), True
-    except numba.core.errors.NumbaError:
+    except (numba.core.errors.NumbaError, numba.core.errors.UnsupportedBytecodeError):
         return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False
 
 

@@ -25,7 +25,7 @@ MOTION = ("q", "v", "a")
 
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
-    "windows", "known", "force", "rates",
+    "windows", "known", "sessions", "force", "rates",
 )  # fmt: skip
 
 
@@ -79,6 +79,8 @@ class Drive:
         Length of a window of the forward form [s]; None: by the record.
     known : mapping
         Standard effects that the model has from the start, by name: their parameters' values.
+    sessions : bool
+        Whether each record's force has an offset of its own, as sensors were zeroed in between; inverse form.
     """
 
     path: Path
@@ -94,6 +96,7 @@ class Drive:
     joints: tuple[Joint, ...] = ()
     windows: float | None = None
     known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    sessions: bool = False
 
     @property
     def forward(self) -> bool:
@@ -132,6 +135,7 @@ def load_drive(path: Path) -> Drive:
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
         _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
         found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
+        _flag(name, "sessions", found),
     )  # fmt: skip
 
 
@@ -250,6 +254,12 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
             check_number(name, f"joints[{key!r}] (inertia)", row[2], low=0.0, low_open=True)
         rows.append(Joint(str(key), *row))
     return tuple(states), tuple(rows)
+
+
+def _flag(name: str, key: str, found: Mapping[str, Any]) -> bool:
+    if not isinstance(found.get(key, False), bool):
+        raise refuse(name, key, "True or False", found[key])
+    return bool(found.get(key, False))
 
 
 def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:

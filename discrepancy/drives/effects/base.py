@@ -63,7 +63,8 @@ class Size:
         )  # fmt: skip
 
 
-Law = Callable[["Track", Any, Callable[..., np.ndarray]], np.ndarray]
+Law = Callable[..., np.ndarray]
+"""See `DriveEffect.law`."""
 
 
 @dataclass(frozen=True, eq=False)
