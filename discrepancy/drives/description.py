@@ -216,7 +216,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
         raise refuse(name, "channels", "a mapping of roles to columns of the files", given)
     found = {}
     for role, row in given.items():
-        row = (row,) if isinstance(row, str) else row
+        row: Any = (row,) if isinstance(row, str) else row
         usable = isinstance(row, list | tuple) and 1 <= len(row) <= 3 and isinstance(row[0], str)
         if not usable or not str(role).isidentifier() or (len(row) > 2 and not isinstance(row[2], str)):
             raise refuse(name, f"channels[{role!r}]", "'column' or ('column', factor, 'unit')", given[role])
@@ -224,7 +224,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
             check_number(name, f"channels[{role!r}] (factor)", row[1])
             if not row[1] or not math.isfinite(row[1]):
                 raise refuse(name, f"channels[{role!r}] (factor)", "a number other than 0", row[1])
-        found[str(role)] = Channel(row[0], *row[1:])
+        found[str(role)] = Channel(*row)
     if form == "force":
         if "force" not in found:
             raise refuse(name, "channels", "a mapping with the role 'force', which is what is predicted", list(found))

@@ -43,7 +43,7 @@ _AT = {name: k for k, name in enumerate(FIELDS)}
 class Run:
     """A run of a plant at the controller's rate: time, position and force of the motor, load's position, each (n,).
 
-    A force is held until the next sample; positions are those at the middle of that, so that both belong to one instant.
+    A force is held until the next sample; positions are those at the middle of that: both belong to one instant.
     """
 
     t: np.ndarray
