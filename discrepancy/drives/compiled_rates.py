@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections import namedtuple
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,15 +33,16 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
     arguments = _arguments(drive, inputs)
     _check(drive, arguments, x, u, row)
     import numba
+    from numba.core import errors
 
     from discrepancy.drives.advance import SIGNATURE
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", numba.core.errors.NumbaWarning)
+            warnings.simplefilter("ignore", errors.NumbaWarning)
             fast = _wrapped(drive, numba.njit(drive.function), arguments)
             return numba.cfunc(SIGNATURE)(fast), True
-    except numba.core.errors.NumbaError:
+    except (errors.NumbaError, errors.UnsupportedBytecodeError):
         return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False
 
 
@@ -74,21 +75,27 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     are then no numbers, and the run counts as lost."""
     import numba
 
-    plain = _wrapped(drive, drive.function, given)
-    size = len(drive.states)
-
-    def python(x: np.ndarray, u: np.ndarray, t: float, row: np.ndarray) -> np.ndarray:
-        out = np.full(size, np.nan)
-        with contextlib.suppress(ArithmeticError, ValueError):
-            plain(x, u, t, row, out)
-        return out
+    _CALLED_BACK.append((_wrapped(drive, drive.function, given), len(drive.states)))
+    number = len(_CALLED_BACK) - 1
 
     def wrapped(x, u, t, row, out):
         with numba.objmode(found="float64[:]"):
-            found = python(x, u, t, row)
+            found = _python(number, x, u, t, row)
         out[:] = found
 
     return numba.njit(wrapped)
+
+
+_CALLED_BACK: list[tuple[Callable[..., None], int]] = []
+"""Functions that compiled code calls by their number: numba would have to pickle them."""
+
+
+def _python(number: int, x: np.ndarray, u: np.ndarray, t: float, row: np.ndarray) -> np.ndarray:
+    function, size = _CALLED_BACK[number]
+    out = np.full(size, np.nan)
+    with contextlib.suppress(ArithmeticError, ValueError):
+        function(x, u, t, row, out)
+    return out
 
 
 def _check(drive: Drive, given: dict[str, Any], x: np.ndarray, u: np.ndarray, row: np.ndarray) -> None:

@@ -25,7 +25,7 @@ MOTION = ("q", "v", "a")
 
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
-    "windows", "known", "force", "rates",
+    "windows", "known", "sessions", "force", "rates",
 )  # fmt: skip
 
 
@@ -79,6 +79,8 @@ class Drive:
         Length of a window of the forward form [s]; None: by the record.
     known : mapping
         Standard effects that the model has from the start, by name: their parameters' values.
+    sessions : bool
+        Whether each record's force has an offset of its own, as sensors were zeroed in between; inverse form.
     """
 
     path: Path
@@ -94,6 +96,7 @@ class Drive:
     joints: tuple[Joint, ...] = ()
     windows: float | None = None
     known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    sessions: bool = False
 
     @property
     def forward(self) -> bool:
@@ -132,6 +135,7 @@ def load_drive(path: Path) -> Drive:
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
         _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
         found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
+        _flag(name, "sessions", found),
     )  # fmt: skip
 
 
@@ -212,7 +216,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
         raise refuse(name, "channels", "a mapping of roles to columns of the files", given)
     found = {}
     for role, row in given.items():
-        row = (row,) if isinstance(row, str) else row
+        row: Any = (row,) if isinstance(row, str) else row
         usable = isinstance(row, list | tuple) and 1 <= len(row) <= 3 and isinstance(row[0], str)
         if not usable or not str(role).isidentifier() or (len(row) > 2 and not isinstance(row[2], str)):
             raise refuse(name, f"channels[{role!r}]", "'column' or ('column', factor, 'unit')", given[role])
@@ -220,7 +224,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
             check_number(name, f"channels[{role!r}] (factor)", row[1])
             if not row[1] or not math.isfinite(row[1]):
                 raise refuse(name, f"channels[{role!r}] (factor)", "a number other than 0", row[1])
-        found[str(role)] = Channel(row[0], *row[1:])
+        found[str(role)] = Channel(*row)
     if form == "force":
         if "force" not in found:
             raise refuse(name, "channels", "a mapping with the role 'force', which is what is predicted", list(found))
@@ -250,6 +254,12 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
             check_number(name, f"joints[{key!r}] (inertia)", row[2], low=0.0, low_open=True)
         rows.append(Joint(str(key), *row))
     return tuple(states), tuple(rows)
+
+
+def _flag(name: str, key: str, found: Mapping[str, Any]) -> bool:
+    if not isinstance(found.get(key, False), bool):
+        raise refuse(name, key, "True or False", found[key])
+    return bool(found.get(key, False))
 
 
 def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:

@@ -90,8 +90,8 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
     ]
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
-    if len(model.tracks) > 1:
-        notes.append("Each record has an offset of its own, as sensors are zeroed anew.")
+    if model.drive.sessions:
+        notes.append("Each record has an offset of its own, as its sensors were zeroed anew.")
     if model.left_out:
         names = ", ".join(model.left_out)
         notes.append(f"Not looked for, as the drive's own parameters do the same: {names}.")

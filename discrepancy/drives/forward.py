@@ -63,7 +63,8 @@ class ForwardModel(Model):
         library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
         substeps: int = 0,
     ) -> None:
-        self.drive, self.courses, self.windows, self.scales = drive, tuple(courses), windows, tuple(scales)
+        self.drive, self.courses, self.windows = drive, tuple(courses), windows
+        self.scales: tuple[Scales, ...] = tuple(scales)
         self.measured, self.rates, self.known = measured, rates, known
         self.effects = {effect.name: effect for effect in drive.effects}
         self.own = len(drive.parameters)
@@ -231,7 +232,7 @@ class ForwardModel(Model):
                 continue
             if effect.acts == "reading":
                 if self.courses[0].u.shape[1]:
-                    found[effect.name] = hypotheses_of(effect, _of_input(self.scales[0], self.courses))
+                    found[effect.name] = hypotheses_of(effect, _of_input(next(iter(self.scales)), self.courses))
                 continue
             choices: list[Hypothesis] = []
             for j, scales in enumerate(self.scales):

@@ -58,7 +58,7 @@ class InverseModel(Model):
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
         self.effects = {effect.name: effect for effect in drive.effects}
-        sessions = _sessions(len(windows.tracks), scales) if len(self.tracks) > 1 else ()
+        sessions = _sessions(len(windows.tracks), scales) if drive.sessions else ()
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
         self.counts, self.groups = windows.count, windows.groups
@@ -221,6 +221,9 @@ class InverseModel(Model):
         zero = np.zeros(len(self.parameters))
         slopes = np.array([self._slope(NONE, zero, k) for k in range(self.own)])
         _check_slopes(self.drive, slopes)
+        if self.drive.sessions:
+            owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
+            slopes = np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])
         left = self._left_by(slopes)
         known = {one.name: one for one in self.known}
         found, done = {}, []
@@ -280,7 +283,7 @@ def _check_slopes(drive: Drive, slopes: np.ndarray) -> None:
 
 
 def _sessions(records: int, scales: Scales) -> tuple[Parameter, ...]:
-    """An offset of each record's force: where there are several, sensors were zeroed several times."""
+    """An offset of each record's force, as sensors are zeroed anew."""
     unit = scales.unit("F")
     return tuple(
         Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)

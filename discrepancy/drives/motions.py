@@ -35,7 +35,7 @@ def imagined(track: Track) -> Iterator[tuple[str, Track]]:
         longer = [np.concatenate([row, np.full(still, row[-1])]) for row in _rows(inputs)]
         inputs = longer[0] if isinstance(inputs, np.ndarray) else type(inputs)(*longer)
     standing = dataclasses.replace(track, u=inputs)
-    yield "the same motion with a standstill under control after it", _changed(standing, *held)
+    yield "the same motion with a standstill under control after it", _changed(standing, held[0], held[1], held[2])
 
 
 def _rows(inputs: np.ndarray | tuple) -> list[np.ndarray]:

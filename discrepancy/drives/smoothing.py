@@ -29,6 +29,8 @@ _NOISY = 0.1
 _TOP = 0.5
 """Share of the band, its upper end, in which a position that is sampled faster than it moves shows its noise alone."""
 
+_PARTS = 4
+
 
 def deviation(cutoff: float) -> float:
     """Standard deviation s [s] of the kernel with this f_c [Hz]."""
@@ -73,15 +75,20 @@ def passed_noise(density: float, cutoff: float, order: int = 0) -> float:
 
 
 def density(row: np.ndarray, rate: float, above: float) -> float:
-    """One-sided density [unit²/Hz] of a row's noise: the median over the frequencies above the motion's.
+    """One-sided density [unit²/Hz] of a row's noise above the motion's frequencies: the least of the medians of four
+    parts of the band, as a motion's own spectrum falls over it.
 
     Second differences are taken before the spectrum and divided out after it, as the leakage of a slow large motion
     would else fill the upper band.
     """
     frequency, power = _whitened(row, rate)
-    top = max(above, _TOP * 0.5 * rate)
-    chosen = power[frequency >= min(top, 0.4 * rate)]
-    return float(np.median(chosen)) / math.log(2.0) if len(chosen) else 0.0
+    return _floor(power[frequency >= min(max(above, _TOP * 0.5 * rate), 0.4 * rate)])
+
+
+def _floor(power: np.ndarray) -> float:
+    """Mean of the noise in a spectrum; the median of an exponential law is ln 2 times its mean."""
+    parts = [part for part in np.array_split(power, _PARTS) if len(part)]
+    return min((float(np.median(part)) for part in parts), default=0.0) / math.log(2.0)
 
 
 def holding(row: np.ndarray, rate: float, share: float) -> float:
@@ -89,7 +96,7 @@ def holding(row: np.ndarray, rate: float, share: float) -> float:
     level = row - row.mean()
     power = np.abs(np.fft.rfft(level * np.hanning(len(row)))) ** 2
     frequency = np.fft.rfftfreq(len(row), 1.0 / rate)
-    floor = np.median(power[frequency >= _TOP * 0.5 * rate]) / math.log(2.0)
+    floor = _floor(power[frequency >= _TOP * 0.5 * rate])
     held = np.cumsum(power - floor)
     total = float(held.max())
     return float(frequency[int(np.argmax(held >= share * total))]) if total > 0.0 else 0.0

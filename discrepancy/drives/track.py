@@ -21,6 +21,15 @@ from indexer_env.errors import SignalError
 _HELD = 0.999
 """Share of the force's variance that the comparison must keep."""
 
+_MOVING = 0.99
+"""Share of the speed's variance that it must keep whatever the noise of the acceleration is."""
+
+_HARMONICS = 5.0
+"""Cut-off over the band of that share: what friction and contacts do stands at multiples of a motion's frequency."""
+
+_LEAST_COMPARED = 240
+"""Samples of each record that are compared, at least, where its rate allows: twelve windows of twenty."""
+
 _WIDER = 2.0
 """Cut-off of the motion's kernel over that of the comparison: what a kink of the equations loses to the motion's
 kernel lies within the comparison's."""
@@ -201,12 +210,17 @@ def _cutoff(records: Sequence[Record]) -> float:
     """Of the comparison [Hz]: what holds the force, within what the sampling rate and the motion's noise allow."""
     found = []
     for r in records:
-        wanted = smoothing.holding(r.rows["force"], r.rate, _HELD)
-        top = _WIDER * max(wanted, 10.0 * r.rate / len(r.rows["force"]))
-        top = min(top, smoothing.WIDEST * r.rate)
         role, order = ("q", 2) if "q" in r.rows else ("v", 1)
+        moving = smoothing.holding(np.gradient(r.rows["q"]) if role == "q" else r.rows["v"], r.rate, _MOVING)
+        wanted = max(
+            smoothing.holding(r.rows["force"], r.rate, _HELD), _HARMONICS * moving,
+            _LEAST_COMPARED / _PER_CUTOFF * r.rate / len(r.rows["force"]),
+        )  # fmt: skip
+        top = min(_WIDER * wanted, smoothing.WIDEST * r.rate)
         if "a" not in r.rows:
-            top = smoothing.quiet(r.rows[role], r.rate, top, order)
+            quiet = smoothing.quiet(r.rows[role], r.rate, top, order)
+            # below that the comparison would lose the motion itself
+            top = min(top, max(quiet, _WIDER * moving))
         found.append(top / _WIDER)
     return min(found)
 

@@ -12,7 +12,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -63,7 +63,8 @@ class Size:
         )  # fmt: skip
 
 
-Law = Callable[["Track", Any, Callable[..., np.ndarray]], np.ndarray]
+Law = Callable[..., np.ndarray]
+"""See `DriveEffect.law`."""
 
 
 @dataclass(frozen=True, eq=False)

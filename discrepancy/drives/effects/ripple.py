@@ -50,7 +50,9 @@ def _lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> li
 def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     q = m.q[m.at]
     fastest = math.pi / (np.abs(m.v).max() * m.step * m.every)
-    return _lines(q, left, 0.0, min(fastest, 400.0 * math.pi / float(np.ptp(q))))
+    # two waves over the stroke at least: fewer are a spring
+    slowest = 4.0 * math.pi / float(np.ptp(q))
+    return _lines(q, left, slowest, min(fastest, 100.0 * slowest))
 
 
 def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
@@ -66,7 +68,7 @@ standard(
         "first harmonic of a cogging force, e.g. Krause, Analysis of Electric Machinery",
         (
             Size("force", "amplitude A", "F", (), 0.0, 20.0, 0.0, 0.1),
-            Size("wavenumber", "wavenumber k = 2π/pitch", "Q-1", (), 0.5, 2000.0, step=0.2),
+            Size("wavenumber", "wavenumber k = 2π/pitch", "Q-1", (), 6.0, 2000.0, step=0.2),
             Size("phase", "phase φ at q = 0", "", (), -20.0, 20.0, step=0.5),
         ),
         lambda m, p, base: p.force * np.sin(p.wavenumber * m.q + p.phase), alike=("ripple",), starts=_over_position,

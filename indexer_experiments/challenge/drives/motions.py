@@ -15,10 +15,9 @@ def reference(kind: str, samples: int, turns: float, rng: np.random.Generator) -
     """
     t = np.arange(samples) / samples
     if kind == "sines":
-        row = sum(
-            a * np.sin(2.0 * np.pi * turns * f * t + rng.uniform(0.0, 2.0 * np.pi))
-            for a, f in ((1.0, 0.5), (0.5, 1.13), (0.15, 2.9))
-        )
+        row = np.zeros(samples)
+        for a, f in ((1.0, 0.5), (0.5, 1.13), (0.15, 2.9)):
+            row += a * np.sin(2.0 * np.pi * turns * f * t + rng.uniform(0.0, 2.0 * np.pi))
     elif kind == "sweep":
         row = np.sin(2.0 * np.pi * turns * (0.5 * t + 0.5 * t**2))
     else:

@@ -41,7 +41,10 @@ _AT = {name: k for k, name in enumerate(FIELDS)}
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run of a plant at the controller's rate: time, position and force of the motor, load's position, each (n,)."""
+    """A run of a plant at the controller's rate: time, position and force of the motor, load's position, each (n,).
+
+    A force is held until the next sample; positions are those at the middle of that: both belong to one instant.
+    """
 
     t: np.ndarray
     q: np.ndarray
@@ -146,9 +149,11 @@ def _follow(c, reference, speed, ahead, rate, kp, kd, delay, lag, steps, out):
         if c[LIMIT] > 0.0:
             command = min(max(command, -c[LIMIT]), c[LIMIT])
         asked[k] = command
-        out[0, k], out[1, k], out[2, k] = q, command, x
+        out[1, k] = command
         acting = asked[k - delay] if k >= delay else 0.0
-        for _ in range(steps):
+        for i in range(steps):
+            if i == steps // 2:
+                out[0, k], out[2, k] = q, x
             force = acting if lag <= 0.0 else force + h / lag * (acting - force)
             joint = 0.0
             if two:

@@ -147,6 +147,22 @@ def test_what_the_model_can_do_itself_is_not_looked_for(tmp_path: Path) -> None:
     assert any("Not looked for" in note and "inertia" in note for note in made.notes)
 
 
+def test_sessions_have_offsets_of_their_own(tmp_path: Path) -> None:
+    """Two records whose sensors were zeroed 9 N apart; without `sessions` the difference is left."""
+
+    def level(text: str) -> float:
+        records = [
+            record(lambda t, q, v, a, zero=zero: 95.0 * a + zero, name=name, seed=seed)
+            for name, zero, seed in (("a.csv", 4.0, 1), ("b.csv", -5.0, 2))
+        ]
+        made = subject_of(drive(tmp_path, text), records)
+        assert ("offset" in made.model.left_out) == ("sessions" in text)
+        problem, place = start_of(made)
+        return fit(problem, place, steps=20).place.level(made.model)
+
+    assert level(FILE + "\nsessions = True\n") < 0.2 * level(FILE)
+
+
 def test_an_effect_of_ones_own_takes_part(tmp_path: Path) -> None:
     text = FILE + (
         "\nfrom discrepancy.drives import DriveEffect, Size\n"

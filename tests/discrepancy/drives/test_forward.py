@@ -28,7 +28,7 @@ def rates(x, u, t, p):
 """
 
 RATE = 200.0
-T = np.arange(1200) / RATE
+T = np.arange(800) / RATE
 PUSH = 0.35 * np.sin(2.0 * math.pi * 0.31 * T) + 0.2 * np.sin(2.0 * math.pi * 0.73 * T + 1.0)
 
 
@@ -44,8 +44,9 @@ def solved(friction: float) -> np.ndarray:
     out, at, state = np.zeros(len(T)), 0.0, [0.3, 0.0]
     while at < T[-1]:
         if state[1] == 0.0 and abs(held(at, state[0])) <= friction:
-            later = [t for t in np.arange(at, T[-1] + 1e-5, 1e-5) if abs(held(t, state[0])) > friction]
-            end = later[0] if later else T[-1] + 1e-9
+            grid = np.arange(at, T[-1] + 1e-5, 1e-5)
+            later = np.abs(np.interp(grid, T, PUSH) - math.sin(state[0])) > friction
+            end = float(grid[later.argmax()]) if later.any() else T[-1] + 1e-9
             inside = (at <= T) & (end >= T)
             out[inside] = state[0]
             at = end
@@ -60,7 +61,7 @@ def solved(friction: float) -> np.ndarray:
 
         stops.terminal, stops.direction = True, -1.0
         found = solve_ivp(
-            rates, (at, T[-1] + 1e-9), state, events=stops, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True
+            rates, (at, T[-1] + 1e-9), state, events=stops, rtol=1e-9, atol=1e-11, max_step=5e-3, dense_output=True
         )
         inside = (at <= T) & (found.t[-1] >= T)
         out[inside] = found.sol(T[inside])[0]

@@ -20,14 +20,15 @@ def test_the_plant_agrees_with_scipy() -> None:
     run = simulate_plant(values, wanted, rate, (9e3, 3e2), steps=200)
     middle = 0.5 * (wanted.min() + wanted.max())
     state = [wanted[0], 0.0]
-    for k in range(n - 1):
+    for k in range(n):
 
         def rates(t: float, y: np.ndarray, force: float = run.force[k]) -> list[float]:
             x = y[0] - middle
             return [y[1], (force - 4.0 * y[1] - 50.0 * x**3 - 2.0 * np.sin(40.0 * y[0])) / 3.0]
 
-        state = solve_ivp(rates, (0.0, 1.0 / rate), state, rtol=1e-9, atol=1e-12).y[:, -1]
-        assert abs(state[0] - run.q[k + 1]) < 1e-4
+        found = solve_ivp(rates, (0.0, 1.0 / rate), state, t_eval=[0.5 / rate, 1.0 / rate], rtol=1e-9, atol=1e-12).y
+        assert abs(found[0, 0] - run.q[k]) < 1e-4
+        state = found[:, 1]
 
 
 def test_dry_friction_holds_what_is_below_it_and_stops_in_finite_time() -> None:
@@ -66,7 +67,7 @@ def test_every_disturbance_moves_the_plant() -> None:
         assert set(values) <= set(FIELDS), name
         moved = simulate_plant({**base, **values}, wanted, 500.0, (9e3, 3e2), steps=20)
         share = float(np.std(moved.force - plain.force)) / sizes.F
-        assert 1e-3 < share < 1.0, (name, share)
+        assert 1e-3 < share < 3.0, (name, share)
 
 
 def test_the_table_counts_right_and_wrong() -> None:
