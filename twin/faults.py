@@ -103,14 +103,14 @@ _PHASE = {"phase": {"uniform": [0.0, _TURN]}}
 FAULTS: dict[str, Fault] = {
     fault.name: fault
     for fault in (
-        Fault("crack", "cracked rollers", "roller.crack", "severity", lambda m: 0.6,
+        Fault("crack", "cracked rollers", "roller.crack", "stiffness_loss", lambda m: 0.6,
               "% of stiffness lost", _percent),
-        Fault("crack_single", "one cracked roller", "roller.crack_single", "severity", lambda m: 0.8,
+        Fault("crack_single", "one cracked roller", "roller.crack_single", "stiffness_loss", lambda m: 0.8,
               "% of stiffness lost", _percent),
-        Fault("reducer_play", "play in the reducer", "input.backlash", "play",
+        Fault("reducer_play", "play in the reducer", "input.backlash", "backlash",
               lambda m: math.radians(20.0) * m.reduction, "° at the motor shaft",
               lambda v, m: math.degrees(v / m.reduction)),
-        Fault("follower_play", "play of the followers", "output.backlash", "play", lambda m: 5e-4,
+        Fault("follower_play", "play of the followers", "output.backlash", "backlash", lambda m: 5e-4,
               "arc minutes at the table", lambda v, m: 60.0 * math.degrees(v)),
         Fault("loose_base", "loose base screws", "base.looseness", "compliance", _full_compliance,
               "% loose", lambda v, m: 100.0 * v / _full_compliance(m)),

@@ -46,7 +46,7 @@ class Own(Campaign):
     posterior_sha256 : str or None
         Checksum of that file, so that a data set is not gone on with from another one; filled in where not given.
     faults : mapping
-        For each fault its effect and laws of the effect's parameters: {crack: {roller.crack: {severity: LAW}}}.
+        For each fault its effect and laws of the effect's parameters: {crack: {roller.crack: {stiffness_loss: LAW}}}.
     how_many : sequence of float
         Probabilities of none, one, two ... faults in a record; they sum up to 1.
     points : sequence of mapping

@@ -16,7 +16,7 @@ from indexer_env.errors import ParameterError
 
 FAULTS = {
     "friction": {"friction.coulomb": {"torque": {"uniform": [1.0, 2.0]}}},
-    "crack": {"roller.crack": {"severity": {"uniform": [0.1, 0.5]}}},
+    "crack": {"roller.crack": {"stiffness_loss": {"uniform": [0.1, 0.5]}}},
 }
 BASE = Base(load_machine("reference"), OperatingPoint())
 
@@ -65,7 +65,7 @@ def test_loads_are_the_rows_factor_times_what_is_stated(tmp_path):
     [
         ({"how_many": (0.5, 0.4)}, "that sum up to 1"),
         ({"how_many": (0.25, 0.25, 0.25, 0.25)}, "probabilities of 0 to 2 faults"),
-        ({"faults": {"crack": {"roller.crac": {"severity": 0.1}}}, "how_many": (1.0,)}, "roller.crack"),
+        ({"faults": {"crack": {"roller.crac": {"stiffness_loss": 0.1}}}, "how_many": (1.0,)}, "roller.crack"),
         ({"posterior": "absent.parquet"}, "cannot be read"),
         ({"points": [{"motor_speed": -1.0}]}, r"points\[0\].motor_speed must be"),
     ],
