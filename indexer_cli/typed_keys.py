@@ -41,7 +41,7 @@ _SECTIONS = ("effects", "motion_law")
 
 _EFFECTS = "machine.effects"
 _UNITS = ("", *ENDINGS)
-_PARAMETER = re.compile(r"(?<![\w./'\"-])[A-Za-z_]\w*(?:\.\w+)+")
+_PARAMETER = re.compile(r"(?<![\w./'\"-])[A-Za-z_][\w-]*(?:\.\w+)+")
 
 
 def as_typed(sentence: str, command: str, keys: Collection[str], refused: OutOfRange | None = None) -> str:

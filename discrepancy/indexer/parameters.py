@@ -23,6 +23,9 @@ _UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "in
 OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-"}
 """Nuisance parameters of each record with their units; but for the angle relative to what was stated."""
 
+_BOUNDED = ("drift", "load", "clock")
+"""Those that an effect could hide behind: a clock that is far off looks like a gain."""
+
 _REACH = 3.0
 """Standard deviations to which a parameter is bounded: what lies beyond is not this machine, but an effect."""
 
@@ -52,7 +55,9 @@ def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, .
         experiment.clock_uncertainty,
     )  # fmt: skip
     return tuple(
-        Parameter(f"record {number}.{name}", unit, 0.0, spread, known=True, record=number)
+        Parameter(f"record {number}.{name}", unit, 0.0, spread, -_REACH * spread, _REACH * spread, True, record=number)
+        if name in _BOUNDED
+        else Parameter(f"record {number}.{name}", unit, 0.0, spread, known=True, record=number)
         for (name, unit), spread in zip(OF_RECORDS.items(), spreads, strict=True)
         if spread > 0.0
     )

@@ -197,7 +197,7 @@ def test_a_shorter_file_is_refused_and_a_longer_one_cut(files, run_command):
     code, out, err = run_command(ingesting, *TABLE, "out=set")
     assert code == 0, err
     data = load_dataset("set")
-    assert data.records.shape == (59, SHORT - 8) and "1 files or turns rejected" in out
+    assert data.records.shape == (59, SHORT - 8) and "1 file or turn rejected" in out
 
 
 # -------------------------------------------------------------------------------- several channels, in the library

@@ -109,7 +109,7 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=bench", "out=x", "campaign.roller=[[intact],cracked]"], "a choice of values and laws"),
         (["out=x", "count=2"], "error: count must be <= 1 where nothing is drawn"),
         (["out=x", "faults.roller=broken"], "faults.roller must be one of intact, cracked, got 'broken'"),
-        (["out=x", "faults.roller=cracked", "faults.roller_crack=0.2"], "left out where roller_crack is given"),
+        (["out=x", "faults.roller=cracked", "faults.roller_crack=0.2"], "left out where faults.roller is given"),
         (["campaign=table2", "out=x", "run.step=0.02", "run.sample_rate=50", "count=6"], "to resolve the fastest mode"),
         (["campaign=table2", "out=x", "run.samples=1000000000"], "samples in one file"),
         (["campaign=table2", "out=x", "machine.name=5"], "error: machine.name must be a text, got 5"),
