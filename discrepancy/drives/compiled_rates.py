@@ -75,6 +75,8 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     are then no numbers, and the run counts as lost."""
     import numba
 
+    from discrepancy.drives.advance import SIGNATURE
+
     _CALLED_BACK.append((_wrapped(drive, drive.function, given), len(drive.states)))
     number = len(_CALLED_BACK) - 1
 
@@ -83,7 +85,9 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
             found = _python(number, x, u, t, row)
         out[:] = found
 
-    return numba.njit(wrapped)
+    # compiled by itself first: inside a C callback numba would leave out what Python needs to be called
+    inner = numba.njit(SIGNATURE)(wrapped)
+    return lambda x, u, t, row, out: inner(x, u, t, row, out)
 
 
 _CALLED_BACK: list[tuple[Callable[..., None], int]] = []
