@@ -27,6 +27,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "datagen": ("",),
     "classifier": ("",),
     "discrepancy": ("",),
+    "twin": ("",),
     "train": ("",),
     "command": ("",),
 }
@@ -38,7 +39,7 @@ _SECTIONS = ("effects", "motion_law")
 
 _EFFECTS = "machine.effects"
 _UNITS = ("", "_rpm", "_deg")
-_PARAMETER = re.compile(r"(?<![\w./'\"-])[A-Za-z_]\w*(?:\.\w+)+")
+_PARAMETER = re.compile(r"(?<![\w./'\"-])[A-Za-z_][\w-]*(?:\.\w+)+")
 
 
 def as_typed(sentence: str, command: str, keys: Collection[str]) -> str:
