@@ -61,12 +61,13 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
         "datagen",
         "classifier",
         "discrepancy",
+        "twin",
         f"indexer_diagnosis-{PROJECT['version']}.dist-info",
     }
     carried = [Path(name).relative_to("indexer_env/conf") for name in names if "indexer_env/conf/" in name]
     assert CONFIGURATIONS
     assert sorted(carried) == CONFIGURATIONS
-    assert "discrepancy/report/page.html" in names
+    assert {"discrepancy/report/page.html", "twin/report/page.html"} <= set(names)
 
 
 def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> None:
