@@ -30,6 +30,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "datagen": ("",),
     "classifier": ("",),
     "discrepancy": ("",),
+    "twin": ("",),
     "train": ("",),
     "command": ("",),
 }
