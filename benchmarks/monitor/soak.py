@@ -66,7 +66,7 @@ def measure(days: float, every_min: float, records: int, seed: int) -> dict[str,
     events: list[str] = []
     problems = turns = 0
     for first in range(0, len(times), _BATCH):
-        part = times[first : first + _BATCH]
+        part, blocks = times[first : first + _BATCH], []
         for rpm in SPEEDS_RPM:
             mine = part[((part % 86400.0 < 57600.0) == (rpm == SPEEDS_RPM[0]))]
             if not len(mine):
@@ -77,14 +77,16 @@ def measure(days: float, every_min: float, records: int, seed: int) -> dict[str,
             rngs = [np.random.default_rng([seed, round(time)]) for time in mine]
             read = sensor.read_batch(batch.table_acceleration, 1000.0, rngs)
             gain = 1 + 0.01 * warmth + 0.03 * mine / times[-1]
-            for time, row in zip(mine, read * gain[:, None], strict=True):
-                block = Block("healthy", round((1.8e9 + time) * NANO), 1000.0, "m/s^2", row,
-                              motor_speed=rpm * RPM, begins=True)  # fmt: skip
-                outcome = pipeline.take(block)
-                assert outcome is not None
-                turns += len(outcome.turns)
-                problems += sum(turn.problem is not None for turn in outcome.turns)
-                events += [f"{event.quantity} {event.kind} {event.level}" for event in outcome.events]
+            blocks += [
+                Block("healthy", round((1.8e9 + time) * NANO), 1000.0, "m/s^2", row, motor_speed=rpm * RPM, begins=True)
+                for time, row in zip(mine, read * gain[:, None], strict=True)
+            ]
+        for block in sorted(blocks, key=lambda one: one.start_ns):
+            outcome = pipeline.take(block)
+            assert outcome is not None and len(outcome.turns) == 1
+            turns += 1
+            problems += outcome.turns[0].problem is not None
+            events += [f"{event.quantity} {event.kind} {event.level}" for event in outcome.events]
     states = {name: state["count"] for name, state in pipeline.states.to_dict().items()}
     return {"days": days, "turns": turns, "not_diagnosed": problems, "alarm_events": events[:20], "count": len(events),
             "states": states, "radius_m": RADIUS_M}  # fmt: skip
