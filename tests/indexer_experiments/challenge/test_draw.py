@@ -2,14 +2,14 @@
 
 import pytest
 
-from discrepancy.indexer.library import MOVES
 from discrepancy.indexer.parameters import UNCERTAINTY, read
+from indexer_env.effects import EFFECTS
 from indexer_env.errors import ParameterError
 from indexer_experiments.challenge.draw import HIDDEN, KINDS, Order, draw, nominal_machine
 
 
 def test_every_effect_of_the_library_is_hidden_in_turn() -> None:
-    assert set(HIDDEN) == set(MOVES)
+    assert set(HIDDEN) == set(EFFECTS)
     order = Order(len(HIDDEN), 3)
     assert {draw(order, k).hidden[0].name for k in range(order.count)} == set(HIDDEN)
 
