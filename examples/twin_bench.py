@@ -31,7 +31,7 @@ HEALTHY = ((1500.0, 2.0, "no"), (1250.0, 2.0, "no"), (1400.0, 20.0, "no"), (1450
 DAYS = {
     "monday": (),
     "tuesday": (make_effect("roller.crack", stiffness_loss=0.2),),
-    "wednesday": (make_effect("input.backlash", play=math.radians(4.0) / 25.625),),
+    "wednesday": (make_effect("input.backlash", backlash=math.radians(4.0) / 25.625),),
 }
 """What is wrong on each day: nothing, 20 % of the rollers' stiffness lost in one sense, 4° more play at the motor."""
 
