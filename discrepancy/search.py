@@ -137,7 +137,7 @@ class Search:
         while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             added = self._added(current)
             grown = self._pruned(added[0]) if added else current
-            _log.info("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in added))
+            _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in added))
             if len(grown.effects) <= len(current.effects) and not self._wins(grown, current):
                 break
             current, rivals, added = grown, added[1:], []
