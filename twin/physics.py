@@ -34,6 +34,10 @@ from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, w
 _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
 
+_FROM_DAY_TO_DAY = 0.2
+"""Relative standard deviation of an effect that the machine had when it was healthy [-]: more of it is a fault, which the
+records must show, and not what the search begins with."""
+
 _LEAST_SPREAD = 2e-3
 """Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
 
@@ -319,7 +323,12 @@ def _free(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> H
 
     def about(p: Parameter) -> Parameter:
         value = float(row["values"][p.name.removeprefix(f"{hypothesis.name}.")])
-        return dataclasses.replace(p, nominal=min(max(value, p.low), p.high))
+        return dataclasses.replace(
+            p,
+            nominal=min(max(value, p.low), p.high),
+            known=True,
+            scale=max(_FROM_DAY_TO_DAY * abs(value), p.scale / 20.0),
+        )
 
     return Hypothesis(hypothesis.name, tuple(about(p) for p in hypothesis.parameters), fixed, ((),))
 
