@@ -35,8 +35,8 @@ _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
 
 _FROM_DAY_TO_DAY = 0.2
-"""Relative standard deviation of an effect that the machine had when it was healthy [-]: more of it is a fault, which the
-records must show, and not what the search begins with."""
+"""Relative standard deviation of an effect that the machine had when it was healthy [-]: more of it is a fault, which
+the records must show, and not what the search begins with."""
 
 _LEAST_SPREAD = 2e-3
 """Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
