@@ -29,10 +29,10 @@ def advice(about: Mapping[str, Any]) -> list[str]:
             "twin diagnoses at this speed alone."
         )
     if about["calibration"]["scale_spread"] > _SCALE:
-        share = 100.0 * about["calibration"]["scale_spread"]
+        share = 196.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
         found.append(
-            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % in common, as healthy motion hardly "
+            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % (95 %) in common, as healthy motion hardly "
             f"shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
             "Sizes in N m carry this error, all others do not."
         )
