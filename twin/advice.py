@@ -32,8 +32,8 @@ def advice(about: Mapping[str, Any]) -> list[str]:
         share = 196.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
         found.append(
-            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % (95 %) in common, as healthy motion hardly "
-            f"shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
+            f"All inertias, stiffnesses and torques are known to ±{share:.1f} % (95 %) in common, as healthy motion "
+            f"hardly shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
             "Sizes in N m carry this error, all others do not."
         )
     if about["shift"] > _PULSE:
