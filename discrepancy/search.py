@@ -206,19 +206,19 @@ class Search:
                 bar = base.cost + _HALF_WAY * (found[0].place.cost - base.cost)
                 if place.cost > bar:
                     continue
-            found.append(self._fit(place, thorough=True))
-            found.sort(key=lambda one: self._plain(one))
+            found.append(self._fit(place))
+            found.sort(key=self._plain)
         return found
 
     def _plain(self, fitted: Fitted) -> float:
         return fitted.place.cost + fitted.price
 
-    def _fit(self, place: Point, *, thorough: bool) -> Fitted:
+    def _fit(self, place: Point) -> Fitted:
         """A place fitted to the end, what is known of the machine losing its extra weight on the way."""
         problem = Problem(self.model, place.hypothesis, caution=_BETWEEN)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
         problem = Problem(self.model, place.hypothesis)
-        result = fit(problem, problem.adopted(place), steps=_LONG, thorough=thorough)
+        result = fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
         return self._kept(result.place, result.converged)
 
     def _kept(self, place: Point, converged: bool) -> Fitted:

@@ -92,10 +92,4 @@ def worst(seen: Sequence[Seen], fault: str) -> float | None:
     return None if any(size is None for size in mine) else max(size for size in mine if size is not None)
 
 
-def best_point(seen: Sequence[Seen], fault: str) -> Seen | None:
-    """Where a fault is seen best."""
-    mine = [one for one in seen if one.fault == fault and one.size is not None]
-    return min(mine, key=lambda one: one.size or 0.0) if mine else None
-
-
 Progress = Callable[[int], None]

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import Channel, Drive
+from discrepancy.records.reading import measured_paths
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
-from indexer_records.file_table import FILE, common_folder, files_found, table_rows
+from indexer_records.file_table import FILE, table_rows
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
 from indexer_records.time_grid import even_rate
@@ -71,7 +72,7 @@ def read_drive_records(
     ------
     SignalError, ParameterError
     """
-    paths, root = _paths(measured)
+    paths, root = measured_paths(measured)
     table = table or next((root / name for name in TABLES if (root / name).is_file()), None)
     paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
@@ -83,17 +84,6 @@ def read_drive_records(
         told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(name, {})}
         records.append(_record(drive, path, name, told))
     return _kept(records, held_out)
-
-
-def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
-    if isinstance(measured, str):
-        root, paths = files_found("discrepancy", "measured", measured)
-        return paths, root
-    paths = [Path(name).absolute() for name in measured]
-    for path in paths:
-        if not path.is_file():
-            raise refuse("discrepancy", "measured", "files that exist", str(path), "check the path")
-    return paths, common_folder(paths)
 
 
 def _rows(table: Path, drive: Drive) -> dict[str, dict[str, Any]]:

@@ -17,9 +17,6 @@ from discrepancy.subjects.base import Subject
 from indexer_cli.job_paths import path_given
 from indexer_env.errors import refuse
 
-ENDING = ".py"
-"""Of a value of `system` that is a drive's file."""
-
 _KEYS = (
     "system",
     "measured",

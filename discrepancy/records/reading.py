@@ -61,7 +61,7 @@ def read_records(
     SignalError, ParameterError
         No file, a table or file that cannot be used, or whatever keeps a file from being a record.
     """
-    paths, root = _paths(measured)
+    paths, root = measured_paths(measured)
     table = table or table_beside(paths, root)
     paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
@@ -80,7 +80,8 @@ def read_records(
     return records
 
 
-def _paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
+def measured_paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
+    """The files that `measured` means, a folder, a pattern or a list, and the folder of them all."""
     if isinstance(measured, str):
         root, paths = files_found("discrepancy", "measured", measured)
         return paths, root

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from discrepancy.chain import Outcome
 from discrepancy.estimates import Estimate, FoundEffect
 from discrepancy.explain import Finding
-from discrepancy.gap import Share
 from discrepancy.grades import FAMILY, NAMED
 from discrepancy.locate import Where
 from discrepancy.locate.sentences import shortly
@@ -96,11 +95,6 @@ def percent(share: float) -> str:
     """A share in per cent, with as many digits as it needs near 0 and 1."""
     distance = min(abs(share), abs(1.0 - share))
     return f"{100.0 * share:.{1 if 0.0 < distance < 0.095 else 0}f} %"
-
-
-def percents(share: Share) -> str:
-    """A share with its interval in per cent."""
-    return f"{percent(share.value)} ({percent(share.low)} to {percent(share.high)})"
 
 
 def joined(words: Sequence[str]) -> str:
