@@ -24,6 +24,7 @@ Read in this order:
     leaveout_methods  the methods that it sets side by side
     leaveout       each sensor, machine or day left out in turn                  (indexer leaveout)
     transfer       a model goes on learning on another machine                   (indexer transfer)
+    estimators     the network and its features as scikit-learn's estimators (extra [sklearn])
     style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, reliability, diagnosis
     job            a training as its configuration asks for it

@@ -17,6 +17,7 @@ from classifier.tasks.convolution import Convolution
 from classifier.tasks.need import NotAvailable
 from classifier.tasks.novelty import NOVEL, Novelty
 from classifier.tasks.range import OUTSIDE, Range
+from classifier.tasks.remaining import Remaining
 from classifier.tasks.severity import Severity
 from indexer_env.checks import check_choice
 from indexer_env.errors import refuse
@@ -62,7 +63,7 @@ class Part(Protocol):
         ...
 
 
-PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Range, Novelty, Severity)}
+PARTS: dict[str, type[Part]] = {part.kind: part for part in (Confidence, Range, Novelty, Severity, Remaining)}
 """Classes of parts by their kind, in the order in which they are fitted where none is asked for by name."""
 
 ON_REQUEST: dict[str, type[Part]] = {Convolution.kind: Convolution}

@@ -13,7 +13,8 @@ from classifier.tasks.confidence import Confidence
 from classifier.tasks.novelty import NEIGHBOURS, Novelty
 from classifier.tasks.range import OUTSIDE, Range, octave_count
 from classifier.tasks.regression import KernelRidge
-from classifier.tasks.severity import QUANTITIES, Severity
+from classifier.tasks.remaining import Remaining
+from classifier.tasks.severity import Severity
 
 
 class Column(NamedTuple):
@@ -141,7 +142,7 @@ def _severity(graph: Graph, part: Severity, scaled: str, outputs: str) -> Column
     ends = {"": middle, "_low": graph.add("Sub", middle, reach), "_high": graph.add("Add", middle, reach)}
     columns = {}
     for place, name in enumerate(part.names):
-        high = min(QUANTITIES[name].high, np.finfo(np.float64).max)
+        high = min(part.quantities[name].high, np.finfo(np.float64).max)
         for ending, values in ends.items():
             one = graph.add("Gather", values, np.array(place), axis=1)
             columns[name + ending] = Column(graph.add("Clip", one, 0.0, high))
@@ -152,5 +153,6 @@ ADDERS: dict[str, Callable[[Graph, Any, str, str], Columns]] = {
     Confidence.kind: _confidence,
     Novelty.kind: _novelty,
     Severity.kind: _severity,
+    Remaining.kind: _severity,
 }
 """Adds the columns of a part by its kind, from scaled features (n, count) and outputs (n, bits)."""

@@ -6,6 +6,7 @@
     confidence   probabilities of classes and faults, by a temperature
     regression   kernel ridge regression in closed form, and its errors on machines left out
     severity     backlash in degrees, crack and looseness, each with its interval
+    remaining    turns left until the machine fails, with an interval for a new life
     novelty      whether a record is like those of the training at all, by its spectrum
     range        the same by its level and octaves, which few records are enough for
     logistic     logistic regression, the linear method beside the network in `leaveout` and `compare`

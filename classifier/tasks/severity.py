@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from indexer_env.units import DEGREE
 
 
 class Quantity(NamedTuple):
-    """A severity: the column of `datagen.schema` that holds it, the factor to the unit it is told in, and its most."""
+    """What is told: the column of `datagen.schema` that holds it, the factor to the unit it is told in, and its most."""
 
     column: str
     factor: float
@@ -42,10 +42,11 @@ _ERROR_RIDGE = 1.0
 """Sizes of errors scatter more than severities, so the regression of them is held smoother."""
 
 
-def severities_of(dataset: Dataset) -> dict[str, np.ndarray]:
-    """True severities (n,) by name, of those that every row states and that vary over the calibration records."""
+def severities_of(dataset: Dataset, quantities: Mapping[str, Quantity] = QUANTITIES) -> dict[str, np.ndarray]:
+    """True values (n,) of quantities by name, of those that every row states and that vary over the calibration
+    records."""
     found = {}
-    for name, (column, factor, _) in QUANTITIES.items():
+    for name, (column, factor, _) in quantities.items():
         if column not in dataset.table.column_names or dataset.table.column(column).null_count:
             continue
         values = factor * dataset.table.column(column).to_numpy()
@@ -77,6 +78,8 @@ class Severity:
     """
 
     kind: ClassVar[str] = "severity"
+    quantities: ClassVar[Mapping[str, Quantity]] = QUANTITIES
+    missing: ClassVar[str] = "no size of a fault that every row states and that varies"
 
     names: tuple[str, ...]
     coverage: float
@@ -89,8 +92,8 @@ class Severity:
     quantile: np.ndarray
 
     def __post_init__(self) -> None:
-        if not self.names or any(name not in QUANTITIES for name in self.names):
-            raise refuse("Severity", "names", f"some of {', '.join(QUANTITIES)}", self.names)
+        if not self.names or any(name not in self.quantities for name in self.names):
+            raise refuse("Severity", "names", f"some of {', '.join(self.quantities)}", self.names)
         check_number("Severity", "coverage", self.coverage, low=0.0, high=1.0, low_open=True, high_open=True)
         for name in ("span", "floor", "quantile"):
             if getattr(self, name).shape != (len(self.names),):
@@ -99,15 +102,15 @@ class Severity:
     @classmethod
     def fit(
         cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int, coverage: float = COVERAGE
-    ) -> Severity:
+    ) -> Self:
         """Fitted to scaled features (n, count) of all records. Raises NotAvailable where no severity is stated and
         varies, or the records are too few for a regression and its interval."""
-        values = severities_of(dataset)
+        values = severities_of(dataset, cls.quantities)
         if not values:
-            raise NotAvailable("no size of a fault that every row states and that varies")
+            raise NotAvailable(cls.missing)
         calibration, control = dataset.rows("calibration"), dataset.rows("control")
         need("calibration records", _LEAST_RECORDS, int(calibration.sum()))
-        need("independent control records", least_records(coverage), count_independent(dataset, "control"))
+        cls.check_control(dataset, coverage)
         names, truth = tuple(values), np.stack(list(values.values()), axis=1)
         span = truth[calibration].max(axis=0)
         compression = Compression.fit(features[calibration])
@@ -120,7 +123,18 @@ class Severity:
         raw = cls(names, coverage, compression, standard, value, error, span, floor, np.ones(len(names)))
         told, unit = raw.estimate(features[control])
         scores = np.abs(truth[control] - told) / unit
-        return replace(raw, quantile=np.array([conformal_quantile(column, coverage) for column in scores.T]))
+        quantile = [conformal_quantile(column, coverage, cls.units_of(dataset)) for column in scores.T]
+        return replace(raw, quantile=np.array(quantile))
+
+    @classmethod
+    def check_control(cls, dataset: Dataset, coverage: float) -> None:
+        """Raise NotAvailable where the control records are too few for an interval of this coverage."""
+        need("independent control records", least_records(coverage), count_independent(dataset, "control"))
+
+    @classmethod
+    def units_of(cls, dataset: Dataset) -> np.ndarray | None:
+        """Labels (k,) of what new ones are expected of, for the k control records; None: records."""
+        return None
 
     def estimate(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values ŷ and units u of their intervals, both (n, names), for scaled features (n, count)."""
@@ -135,11 +149,11 @@ class Severity:
         for place, name in enumerate(self.names):
             middle, reach = value[:, place], self.quantile[place] * unit[:, place]
             for ending, told in (("", middle), ("_low", middle - reach), ("_high", middle + reach)):
-                columns[name + ending] = np.clip(told, 0.0, QUANTITIES[name].high)
+                columns[name + ending] = np.clip(told, 0.0, self.quantities[name].high)
         return columns
 
     @classmethod
-    def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Severity:
+    def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Self:
         """The part that gave this body and these arrays."""
         value, error = (
             KernelRidge(arrays["centres"], body[f"{name}_width"], arrays[f"{name}_weights"], arrays[f"{name}_offset"])

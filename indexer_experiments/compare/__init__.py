@@ -15,5 +15,5 @@ Read in this order:
     draw        pictures that several studies share
     __main__    the command                                                      (indexer compare)
 
-Only here scikit-learn is needed (gradient-boosted trees), which the extra [compare] installs.
+Only here scikit-learn is needed (gradient-boosted trees), which the extra [sklearn] installs.
 """

@@ -58,7 +58,7 @@ def _study(name: object) -> Study:
         if (error.name or "").partition(".")[0] != "sklearn":
             raise
         raise IndexerError(
-            "compare must have the package scikit-learn, got none; run: pip install 'indexer-diagnosis[compare]'."
+            "compare must have the package scikit-learn, got none; run: pip install 'indexer-diagnosis[sklearn]'."
         ) from None
     check_choice("compare", "study", name, STUDIES)
     return STUDIES[str(name)]

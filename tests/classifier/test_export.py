@@ -18,6 +18,7 @@ from classifier.model import save_model
 from classifier.tasks.confidence import Confidence
 from classifier.tasks.novelty import SCORES, Novelty
 from classifier.tasks.range import Range
+from classifier.tasks.remaining import Remaining
 from classifier.tasks.severity import Severity
 from classifier.train import train
 from indexer_env.errors import ParameterError
@@ -74,6 +75,7 @@ def with_severities(dataset):
             "fault_backlash": 0.1 * classes + 0.01 * rng.uniform(size=len(classes)),
             "fault_roller_crack": rng.uniform(size=len(classes)),
             "machine_draw": np.arange(len(classes)),
+            "remaining_turns": 1000 * classes,
         }
     )
     subsets = np.tile(dataset.subsets, 3)
@@ -91,6 +93,7 @@ def test_parts_say_the_same(result, dataset, score):
         Range.fit(stated, scaled, outputs, 0),
         Novelty.fit(stated, scaled, outputs, 0, score=score),
         Severity.fit(stated, scaled, outputs, 0),
+        Remaining.fit(stated, scaled, outputs, 0),
     )
     model = dataclasses.replace(result.model, parts=parts)
     # Some that are strange indeed, so that both flags come up.

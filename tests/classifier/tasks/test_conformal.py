@@ -32,3 +32,12 @@ def test_new_records_are_covered_as_promised_whatever_the_law():
 def test_no_coverage_of_all_or_nothing(coverage):
     with pytest.raises(ParameterError, match="coverage"):
         conformal_quantile(np.arange(100.0), coverage)
+
+
+def test_each_unit_counts_as_one():
+    """Nine units of a score each, 1 … 9, and one of ninety, 10 … 99: 5.5 units lie below the sixth score."""
+    scores, units = np.arange(1.0, 100.0), np.r_[np.arange(9), np.full(90, 9)]
+    assert conformal_quantile(scores, 0.5, units) == 6.0
+    assert conformal_quantile(scores, 0.5, np.arange(99)) == conformal_quantile(scores, 0.5) == 50.0
+    with pytest.raises(ParameterError, match="at least 9 held-out records or units"):
+        conformal_quantile(np.arange(800.0), 0.9, np.arange(800) % 8)
