@@ -1,4 +1,4 @@
-"""The classifier as scikit-learn knows classifiers, for its pipelines, searches and cross-validations (extra [sklearn]).
+"""The classifier as scikit-learn knows classifiers: for its pipelines, searches and cross-validations (extra [sklearn]).
 
     from sklearn.pipeline import make_pipeline
     model = make_pipeline(SpectralFeatures(sample_rate=1000.0), NetworkClassifier(random_state=0))
