@@ -1,4 +1,4 @@
-"""The classifier as scikit-learn knows classifiers: for its pipelines, searches and cross-validations (extra [sklearn]).
+"""The classifier as scikit-learn's estimators, for its pipelines, searches and cross-validations (extra [sklearn]).
 
     from sklearn.pipeline import make_pipeline
     model = make_pipeline(SpectralFeatures(sample_rate=1000.0), NetworkClassifier(random_state=0))
@@ -27,6 +27,11 @@ from classifier.tasks.confidence import class_logits, fit_temperature, softmax
 from classifier.trainers import Examples, make_trainer
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
+
+
+def _matrix(estimator: BaseEstimator, X: Any, **rules: Any) -> np.ndarray:
+    """X as a float64 matrix, checked as scikit-learn checks."""
+    return np.asarray(validate_data(estimator, X, dtype=np.float64, **rules))
 
 
 class SpectralFeatures(TransformerMixin, BaseEstimator):
@@ -67,7 +72,7 @@ class SpectralFeatures(TransformerMixin, BaseEstimator):
     def fit(self, X: Any, y: Any = None) -> SpectralFeatures:
         """Look at the length of the records (n, samples), of two samples or more. Raises ParameterError, a
         ValueError."""
-        records = validate_data(self, X, dtype=np.float64, ensure_min_features=2)
+        records = _matrix(self, X, ensure_min_features=2)
         check_number("SpectralFeatures", "sample_rate", self.sample_rate, low=0.0, low_open=True, unit="Hz")
         resolution = self.sample_rate / records.shape[1] if self.resolution_hz is None else self.resolution_hz
         maximum = self.sample_rate / 2 if self.maximum_hz is None else self.maximum_hz
@@ -79,7 +84,7 @@ class SpectralFeatures(TransformerMixin, BaseEstimator):
     def transform(self, X: Any) -> np.ndarray:
         """Features (n, count) of records (n, samples)."""
         check_is_fitted(self)
-        return self.psd_.compute(validate_data(self, X, dtype=np.float64, reset=False), self.sample_rate)
+        return self.psd_.compute(_matrix(self, X, reset=False), self.sample_rate)
 
     def get_feature_names_out(self, input_features: Any = None) -> np.ndarray:
         """Names of the columns: ``psd_12.5Hz``."""
@@ -148,20 +153,21 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
 
         Raises ParameterError, a ValueError, for a parameter that breaks its rule or records of one class alone.
         """
-        inputs, y = validate_data(self, X, y, dtype=np.float64)
+        checked: Any = validate_data(self, X, y, dtype=np.float64)
+        inputs, y = checked
         check_classification_targets(y)
         check_integer("NetworkClassifier", "restarts", self.restarts, low=1)
         check_number(
             "NetworkClassifier", "control", self.control, low=0.0, low_open=True, high=1.0, high_open=True, unit="-"
         )
         encoder = LabelEncoder().fit(y)
-        self.classes_ = encoder.classes_
-        if len(self.classes_) < 2:
+        self.classes_ = np.asarray(encoder.classes_)
+        codes = np.eye(self.classes_.size)
+        if len(codes) < 2:
             raise refuse("NetworkClassifier", "y", "records of two classes or more", "one class")
         positions = np.asarray(encoder.transform(y))
-        random = check_random_state(self.random_state)
+        random: Any = check_random_state(self.random_state)
         taught, control = self._parts(positions, groups, random)
-        codes = np.eye(len(self.classes_))
 
         self.network_ = Mlp(inputs.shape[1], self.hidden, len(codes))
         self.scaling_ = Scaling.fit(inputs[taught])
@@ -169,7 +175,8 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
         trainer = make_trainer({"kind": self.rule, "epochs": self.epochs, "patience": self.patience})
         generator = torch.Generator().manual_seed(int(random.randint(2**31 - 1)))
         start = self.network_.initial(self.restarts, generator)
-        training = trainer.train(self.network_, start, *(Examples(scaled[k], wanted[k]) for k in (taught, control)))
+        examples, judged = (Examples(scaled[rows], wanted[rows]) for rows in (taught, control))
+        training = trainer.train(self.network_, start, examples, judged)
 
         self.parameters_ = training.parameters[training.best]
         self.n_iter_ = int(training.epochs[training.best])
@@ -179,8 +186,7 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
     def predict_proba(self, X: Any) -> np.ndarray:
         """Probabilities (n, classes) of features (n, count), in the order of `classes_`."""
         check_is_fitted(self)
-        inputs = validate_data(self, X, dtype=np.float64, reset=False)
-        return softmax(self._logits(inputs), self.temperature_)
+        return softmax(self._logits(_matrix(self, X, reset=False)), self.temperature_)
 
     def predict(self, X: Any) -> np.ndarray:
         """Most probable classes (n,) of features (n, count)."""
@@ -190,18 +196,16 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
     def _logits(self, inputs: np.ndarray) -> np.ndarray:
         scaled = torch.from_numpy(self.scaling_.apply(inputs))
         outputs = self.network_.outputs_of(self.parameters_[None], scaled)[0].numpy()
-        return class_logits(np.eye(len(self.classes_)), outputs)
+        return class_logits(np.eye(self.network_.outputs), outputs)
 
-    def _parts(
-        self, positions: np.ndarray, groups: Any, random: np.random.RandomState
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _parts(self, positions: np.ndarray, groups: Any, random: Any) -> tuple[np.ndarray, np.ndarray]:
         """Rows that teach and rows of the control subset: whole groups, or of each class its share where that can be
         had."""
         settings: dict[str, Any] = {"n_splits": 1, "test_size": self.control, "random_state": random}
         if groups is not None:
             return next(GroupShuffleSplit(**settings).split(positions, positions, groups))
         rows = round(self.control * len(positions))
-        fewest, classes = int(np.bincount(positions).min()), len(self.classes_)
+        fewest, classes = int(np.bincount(positions).min()), int(positions.max()) + 1
         stratified = fewest >= 2 and classes <= rows <= len(positions) - classes
         splitter = StratifiedShuffleSplit(**settings) if stratified else ShuffleSplit(**settings)
         return next(splitter.split(positions[:, None], positions))

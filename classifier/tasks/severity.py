@@ -20,7 +20,7 @@ from indexer_env.units import DEGREE
 
 
 class Quantity(NamedTuple):
-    """What is told: the column of `datagen.schema` with it, the factor to the unit in which it is told, and its most."""
+    """What is told: its column of `datagen.schema`, the factor to the unit in which it is told, and its most."""
 
     column: str
     factor: float
