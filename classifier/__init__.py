@@ -11,6 +11,7 @@ Read in this order:
     indexing       the table's indexing in a record: how often in a turn, and in which sense
     conditions     under what records were taken: radius, speed, machine; what a sensor may clip; indexing and sign
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
+    benchmark      the benchmark set: frozen items, three splits, one line to load it
     evaluate       mean square error [%], misclassified share [%], confusion, macro F1, AUROC, reliability
     train          features + network + trainer -> classifier and its scores
     parts          what a classifier can say beyond its outputs, stored with it

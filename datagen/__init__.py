@@ -23,6 +23,7 @@ In reading order, along the data flow:
     executors/     who does the tasks: threads of this process, a Ray cluster
     run_log        run.json: when, on what, with how many interruptions
     generate       an order -> a folder: shards, rejected items, example, manifest; goes on where it was stopped
+    recipes        data sets as command lines, made once and kept
     example        example.csv, as a data logger would write it, and its truth
     card           README.md with its pictures (`pictures`) and Croissant metadata (`croissant`)
     batches        a data set -> shuffled PyTorch batches, or single records by place

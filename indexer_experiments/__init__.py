@@ -2,7 +2,7 @@
 
 Read in this order:
 
-    recipes     data sets as command lines of `datagen`, made once and kept
+    recipes     data sets, with what a network is to say of their records
     tables      shares with their intervals, tables in Markdown
     study/      the paper's claims, worked through one by one                    (indexer study)
     compare/    other methods, severities, novelty and robustness, measured      (indexer compare)

@@ -30,7 +30,7 @@ def run(config: dict[str, Any]) -> None:
     check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
     check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
     check_integer("compare", "threads", config["threads"], low=1)
-    methods = chosen_methods("compare", config["methods"], study.methods)
+    methods = _methods(config["methods"], study)
     data = path_given("compare", "data", config["data"])
     torch.set_num_threads(config["threads"])
 
@@ -62,6 +62,18 @@ def _study(name: object) -> Study:
         ) from None
     check_choice("compare", "study", name, STUDIES)
     return STUDIES[str(name)]
+
+
+def _methods(given: object, study: Study) -> tuple[str, ...]:
+    """The methods to compare; those of a user's own file are loaded once, so that a mistake is told at once."""
+    if not study.own or not isinstance(given, list):
+        return chosen_methods("compare", given, study.methods)
+    from indexer_experiments.compare.methods.own import is_own, method_of
+
+    own = [name for name in given if is_own(name)]
+    for name in own:
+        method_of(name)
+    return chosen_methods("compare", given, (*study.methods, *own))
 
 
 main = hydra_command("compare")(run)

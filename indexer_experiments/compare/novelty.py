@@ -20,11 +20,11 @@ from classifier.tasks.novelty import ACCEPTED, SCORES, Novelty
 from classifier.tasks.severity import QUANTITIES
 from classifier.trainers import Examples
 from classifier.trainers.traingdx import TrainGdx
+from datagen.recipes import Recipe
 from indexer_experiments.compare.draw import dots
 from indexer_experiments.compare.recipes import but, drawn
 from indexer_experiments.compare.study import Setting, Study
 from indexer_experiments.compare.trained import Seen
-from indexer_experiments.recipes import Recipe
 
 AREA, FALSE_NAMES, KEPT = "AUROC", f"false names at {100 * ACCEPTED:.0f} % accepted [%]", "known accepted [%]"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from indexer_experiments.recipes import Recipe
+from datagen.recipes import Recipe
 
 
 def but(recipe: Recipe, name: str, *overrides: str) -> Recipe:

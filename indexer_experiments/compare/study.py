@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from classifier.dataset import Dataset, load_dataset
 from classifier.results import Row
+from datagen.recipes import Recipe, make
 from datagen.shard import Records, read_shards
-from indexer_experiments.recipes import Recipe, make
 
 _APART = 1000
 """Seeds of a study stay below, so that no seed is used twice."""
@@ -51,6 +51,7 @@ class Study:
     metrics   columns of its table with their decimals, names as in the rows
     pictures  by file name: figures from the rows of all seeds
     beside    a metric and the method that all others are compared with seed by seed; None: no such table
+    own       whether methods of a user's own may join, as FILE.py:NAME
     """
 
     question: str
@@ -59,3 +60,4 @@ class Study:
     metrics: Sequence[tuple[str, int]]
     pictures: Mapping[str, Callable[[Sequence[Row]], Figure]]
     beside: tuple[str, str] | None = None
+    own: bool = False

@@ -10,8 +10,9 @@ from typing import Any
 
 from classifier.features import Psd
 from classifier.trainers import TRAINERS
+from datagen.recipes import Recipe, make
 from indexer_env.checks import check_integer
-from indexer_experiments.recipes import Labelled, Recipe, labelled_by_code, make
+from indexer_experiments.recipes import Labelled, labelled_by_code
 from indexer_experiments.study.settings import Setting, Training
 from indexer_experiments.study.trials import Trained, Variant, train
 

@@ -8,7 +8,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from indexer_experiments.recipes import Recipe
+from datagen.recipes import Recipe
 
 STEPS = 10
 """Steps of the play between none and that of the faulty classes, fig. 11."""

@@ -14,11 +14,11 @@ from classifier.dataset import SUBSETS, Dataset
 from classifier.features import Psd
 from classifier.train import Result, train
 from classifier.trainers.traingdx import TrainGdx
+from datagen.recipes import Recipe, make
 from datagen.schema import COLUMNS, FORMAT, RECORD, SCHEMA_VERSION
 from datagen.shard import Records, parquet_bytes, read_shards, to_table
 from datagen.store import MANIFEST, as_json, shard_name
 from indexer_cli.places import open_place
-from indexer_experiments.recipes import Recipe, make
 from tests.ringing import ringing
 
 

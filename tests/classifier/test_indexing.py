@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from classifier.indexing import indexing_of
+from datagen.recipes import Recipe, make
 from datagen.shard import read_shards
 from indexer_experiments.compare.recipes import drawn
-from indexer_experiments.recipes import Recipe, make
 
 
 def rigid(share, stations=8, start=0.3, samples=8200):

@@ -222,7 +222,7 @@ def test_help_needs_no_extra():
 @pytest.mark.parametrize(
     ("command", "arguments", "extra"),
     [
-        ("compare", ("study=baselines", "out=nothing-is-written"), "compare"),
+        ("compare", ("study=baselines", "out=nothing-is-written"), "sklearn"),
         ("tune", ("data=none", "out=nothing-is-written"), "tune"),
         ("export", ("model=none", "out=nothing-is-written.onnx"), "onnx"),
     ],

@@ -3,7 +3,7 @@
 import pytest
 
 from classifier.dataset import Dataset
-from indexer_experiments.recipes import Recipe
+from datagen.recipes import Recipe
 from tests.ringing import ringing
 
 

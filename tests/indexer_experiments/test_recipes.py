@@ -1,6 +1,7 @@
 import numpy as np
 
-from indexer_experiments.recipes import Recipe, labelled_by_code, make
+from datagen.recipes import Recipe, make
+from indexer_experiments.recipes import labelled_by_code
 
 
 def test_a_data_set_is_made_once_and_is_what_its_command_makes(table2, tmp_path):

@@ -7,6 +7,7 @@
     decimate    records at a lower rate, for the next two
     kernels     MiniRocket's random convolutions of the record, judged by logistic regression
     cnn         a one-dimensional convolutional network on the record
+    own         methods by name, those of a user's own file among them
 
 Every method learns from the calibration subset, chooses its own settings on the control subset, and sees nothing else.
 """

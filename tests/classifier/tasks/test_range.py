@@ -9,9 +9,9 @@ import pytest
 from classifier.dataset import Dataset
 from classifier.tasks.need import NotAvailable
 from classifier.tasks.range import LEAST, MARGIN, REFUSED, Range, octaves
+from datagen.recipes import Recipe, make
 from datagen.shard import read_shards
 from indexer_experiments.compare.recipes import drawn
-from indexer_experiments.recipes import Recipe, make
 
 NOTHING = np.empty(0)
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from indexer_experiments.recipes import Labelled, Recipe
+from datagen.recipes import Recipe
+from indexer_experiments.recipes import Labelled
 from indexer_experiments.study.settings import Training
 
 
