@@ -33,7 +33,8 @@ ENERGY_CHANNELS = (
 def energies(machine: Machine, channels: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Total energy and the cam's share of it [J], each (n,), of Model B on its base with play in joint 1 only.
 
-    T = ½ J_C α̇² + ½ J_F (β' α̇ + θ̇)² + ½ J_t φ̇² + ½ J_b θ̇² and V = ½ k2 δ2² + ½ k3 δ3² (docs/physics.md): joint 1
+    T = ½ J_C α̇² + ½ J_F (β' α̇ + θ̇)² + ½ J_t φ̇² + ½ J_b θ̇² and V = ½ k2 δ2² + ½ k3 δ3²
+    (docs/explanation/physics.md): joint 1
     must stay inside its play, which the caller sees in region_1.
     """
     w, housing_rate = channels["cam_rate"], channels["housing_rate"]

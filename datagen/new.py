@@ -28,7 +28,7 @@ _CHOICES = {
 }
 _REMARKS = {
     "name": "used in messages",
-    "effects": "what the machine is extended by, e.g. {friction.coulomb: {torque: 5}}; docs/effects.md lists them",
+    "effects": "what the machine is extended by, e.g. {friction.coulomb: {torque: 5}}; see docs/reference/effects.md",
 }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from examples.dwell_vibration import Policy, Score, constant, profile, score
 
-FOLDER = Path(__file__).parent.parent / "docs" / "environments"
+FOLDER = Path(__file__).parent.parent / "docs" / "reference" / "environments"
 
 FAULTS: dict[str, dict[str, Any]] = {
     "healthy": {},

@@ -2,8 +2,9 @@
 
     python -m examples.train_ppo [FOLDER] [--seeds 0 1 2] [--steps 4000000]
 
-writes learning.json, learning.png and one policy_SEED.safetensors for each training seed, into docs/environments where
-no folder is named, and prints the table of docs/environments/learning.md. Needs the extra ``[rl]``.
+writes learning.json, learning.png and one policy_SEED.safetensors for each training seed, into
+docs/reference/environments where no folder is named, and prints the table of learning.md there. Needs the
+extra ``[rl]``.
 
 Trained on machines drawn ±10 % with up to 15° of play in the reducer; measured on other machines, drawn with other
 seeds, and on faults that are not among those trained on. The same seed gives the same policy, bit for bit, on the same

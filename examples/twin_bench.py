@@ -3,7 +3,7 @@
 `python -m examples.twin_bench OUT` writes OUT/healthy, four CSV files with records.csv beside them, and
 OUT/days/monday, tuesday and wednesday, one file each. The machine differs from the drawing by up to 8 % in every
 parameter and its table bearing drags with 5 N m that the drawing lacks; the reference solver, which shares no code with
-the simulator of the twin, made the motion. docs/twin.md finds out what came on which day.
+the simulator of the twin, made the motion. docs/tutorials/twin.md finds out what came on which day.
 """
 
 from __future__ import annotations

@@ -33,7 +33,8 @@ render                     pictures of a running machine; imported by itself, as
 Units: SI and radians everywhere; degrees and rpm only in YAML keys that end in ``_deg`` or ``_rpm``.
 Indices: joints are numbered 1 (input), 2 (output), 3 (base); stations 0 … S-1; arrays are (item, sample).
 The paper: "Detection of various failure causes in complex mechanical systems by the use of Artificial Neural Networks";
-its sections and figures are cited by number. The equations, and what is corrected of its print: docs/physics.md.
+its sections and figures are cited by number. The equations, and what is corrected of its print:
+docs/explanation/physics.md.
 Signs: δ1 = τγ - α, δ2 = φ - β(α) - θ, δ3 = θ; a backlash is the TOTAL play of its joint.
 """
 

@@ -1,6 +1,6 @@
 """`indexer_env/IndexerDiagnosis-v1`: a fault to be named from turns that cost, one machine: a fleet of one.
 
-All about it: docs/environments/indexer_diagnosis.md.
+All about it: docs/reference/environments/indexer_diagnosis.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`indexer_env/Indexer-v1`: one machine under speed control, a fleet of one (docs/environments/indexer.md)."""
+"""`indexer_env/Indexer-v1`: one machine under speed control (docs/reference/environments/indexer.md)."""
 
 from __future__ import annotations
 

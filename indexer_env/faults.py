@@ -1,4 +1,4 @@
-"""Faults of the bench (the paper, section 5) as severities, and their effects (docs/physics.md, section Faults)."""
+"""Faults of the bench (the paper, section 5) as severities; docs/explanation/physics.md, section Faults."""
 
 from __future__ import annotations
 

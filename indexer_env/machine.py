@@ -34,7 +34,7 @@ they pull; damped_play: the damper also acts inside the play. Without play nothi
 
 @dataclass(frozen=True)
 class Joint:
-    """An elasto-dynamic joint, all four shapes of the paper's fig. 3 (docs/physics.md, section Joints).
+    """An elasto-dynamic joint, all four shapes of the paper's fig. 3 (docs/explanation/physics.md, section Joints).
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Machine:
-    """A cam indexing machine (docs/physics.md, section The machine).
+    """A cam indexing machine (docs/explanation/physics.md, section The machine).
 
     Attributes
     ----------

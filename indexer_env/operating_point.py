@@ -11,7 +11,7 @@ REFERENCE_MOTOR_SPEED = 1500.0 * RPM
 """Nominal speed of the paper's four-pole induction motor, 1500 rpm, in rad/s (section 2)."""
 
 REFERENCE_LOAD_TORQUE = 2.0
-"""Load torque on the table of the reference machine, N m (docs/physics.md, section The reference machine)."""
+"""Load torque of the reference machine, N m (docs/explanation/physics.md, section The reference machine)."""
 
 
 @dataclass(frozen=True)

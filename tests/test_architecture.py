@@ -149,8 +149,8 @@ def test_import_does_no_work(package: str, tmp_path: Path) -> None:
 
 
 def test_the_page_s_picture_is_the_contract():
-    """docs/architecture.md: rows of the picture from the top are the contract's layers; its table has every package."""
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    """docs/explanation/architecture.md: the picture's rows are the contract's layers; its table has every package."""
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
     picture = page.split("```text\n")[1].split("```")[0]
     rows = [line.strip() for line in picture.splitlines() if line.strip() not in ("", "↑")]
     (layers,) = [c["layers"] for c in PROJECT["tool"]["importlinter"]["contracts"] if c["id"] == "layers"]

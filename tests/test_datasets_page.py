@@ -1,4 +1,4 @@
-"""docs/datasets.md: every command on it is an order, and its tables say what the code says."""
+"""docs/reference/datasets.md: every command on it is an order, and its tables say what the code says."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from datagen.order import order_from
 from indexer_env.laws import LAWS
 from indexer_env.presets import config_dir
 
-PAGE = (Path(__file__).parents[1] / "docs" / "datasets.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "datasets.md").read_text(encoding="utf-8")
 COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL) for line in block.splitlines()]
 
 

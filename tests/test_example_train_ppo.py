@@ -14,7 +14,7 @@ from indexer_env import OperatingPoint, Run, load_machine, simulate
 from indexer_env.control import ControlTask
 from indexer_env.variation import variation_rng, varied
 
-PAGE = Path(__file__).parents[1] / "docs" / "environments" / "learning.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reference" / "environments" / "learning.md"
 MARGIN = 2.5
 """What the page states of every pair of seeds, loose screws apart [-]."""
 

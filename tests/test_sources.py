@@ -25,17 +25,18 @@ def test_no_file_names_what_readers_do_not_have(name):
 
 
 def test_every_section_of_the_physics_page_that_is_cited_is_there():
-    page = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "explanation" / "physics.md").read_text(encoding="utf-8")
     sections = set(re.findall(r"^##+ (.+)$", page, re.MULTILINE))
     cited: set[str] = set()
     for path in TEXTS:
-        for words in re.findall(r"docs/physics\.md, sections? ([A-Z][A-Za-z ]*)", path.read_text(encoding="utf-8")):
+        text = path.read_text(encoding="utf-8")
+        for words in re.findall(r"docs/explanation/physics\.md, sections? ([A-Z][A-Za-z ]*)", text):
             cited |= {name.strip() for name in words.split(" and ")}
     assert {"Joints", "The machine", "Motion laws"} <= cited <= sections
 
 
 def test_the_peaks_on_the_physics_page_are_those_of_the_laws():
-    page = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "explanation" / "physics.md").read_text(encoding="utf-8")
     row = r"^\| `(\w+)`(?: \(default\))? \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| −([\d.]+) \|$"
     rows = re.findall(row, page, re.MULTILINE)
     assert {name for name, *_ in rows} == set(MOTION_LAWS) - {"table"}

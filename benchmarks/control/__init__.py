@@ -3,7 +3,7 @@
 single_file_ppo   CleanRL's continuous PPO by its documented defaults, in plain torch
 scripts           both scripts, trained and measured
 baselines         constant speeds, random commands, and how any policy is measured
-page              the table of docs/environments/indexer.md
+page              the table of docs/reference/environments/indexer.md
 
 ``python -m benchmarks.control`` trains, measures, and writes the table and results.json.
 """

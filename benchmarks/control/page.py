@@ -1,4 +1,4 @@
-"""The table of docs/environments/indexer.md."""
+"""The table of docs/reference/environments/indexer.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-PAGE = Path(__file__).parents[2] / "docs" / "environments" / "indexer.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "environments" / "indexer.md"
 RESULTS = Path(__file__).parent / "results.json"
 
 

@@ -1,4 +1,4 @@
-"""The tables of docs/environments/indexer_diagnosis.md and the picture beside them."""
+"""The tables of docs/reference/environments/indexer_diagnosis.md and the picture beside them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.diagnosis.evaluate import Row
 
 ROOT = Path(__file__).parents[2]
 RESULTS = Path(__file__).parent / "results.json"
-PAGE = ROOT / "docs" / "environments" / "indexer_diagnosis.md"
+PAGE = ROOT / "docs" / "reference" / "environments" / "indexer_diagnosis.md"
 PICTURE = ROOT / "docs" / "pictures" / "diagnosis_baselines.png"
 
 _MARKERS = {

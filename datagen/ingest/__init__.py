@@ -10,5 +10,5 @@ In reading order, along the data flow:
     __main__       indexer ingest
 
 Files are read by `indexer_records.measured`, so what that refuses is refused here with the same sentence, as a row of
-rejected.parquet. docs/measured_data.md says it to users.
+rejected.parquet. docs/how-to/measured_data.md says it to users.
 """

@@ -1,4 +1,4 @@
-"""Print the effect library as the Markdown table that stands in docs/effects.md: ``python -m indexer_env.effects``."""
+"""Print the effect library as the Markdown table of docs/reference/effects.md: ``python -m indexer_env.effects``."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def _parameters(effect: type[Effect]) -> str:
 
 
 def effects_page() -> str:
-    """The page docs/effects.md: one row per effect of the library."""
+    """The page docs/reference/effects.md: one row per effect of the library."""
     head = """# The effect library
 
 Effects by which the model can be extended (`indexer_env.effects`). In YAML they stand under a machine's `effects:` by
 name; in Python `make_effect(name, …)` builds one and `machine.with_effects(…)` adds it. At its null value an effect
 leaves the machine bit-equal to the machine without it. Effects whose name begins with `sensor.` extend a `Sensor`.
-The paper among the sources, and the equations to which effects add, stand in [physics.md](physics.md). This page is
-printed by `python -m indexer_env.effects`; a test keeps it so.
+The paper among the sources, and the equations to which effects add, stand in
+[physics](../explanation/physics.md). This page is printed by `python -m indexer_env.effects`; a test keeps it so.
 
 | name | what it is | equation | parameters | enters | source |
 | --- | --- | --- | --- | --- | --- |

@@ -21,7 +21,7 @@ class InputBacklash(MachineEffect):
     name = "input.backlash"
     sentence = "The reducer has more play."
     equation = "g1 → g1 + backlash (total play at the cam shaft; dead zone ±g1/2)"
-    source = "docs/physics.md, section Joints; the paper, fig. 3b"
+    source = "docs/explanation/physics.md, section Joints; the paper, fig. 3b"
     enters = "torque of joint 1"
     models = ("B", "B_on_base")
 
@@ -46,7 +46,7 @@ class OutputBacklash(MachineEffect):
     name = "output.backlash"
     sentence = "There is more play between the cam and its rollers."
     equation = "g2 → g2 + backlash (total play at the table; dead zone ±g2/2)"
-    source = "docs/physics.md, section Joints; the paper, fig. 3b"
+    source = "docs/explanation/physics.md, section Joints; the paper, fig. 3b"
     enters = "torque of joint 2"
 
     backlash: float = parameter(
@@ -93,7 +93,7 @@ class BaseLooseness(MachineEffect):
     name = "base.looseness"
     sentence = "The base screws are loose, so that the housing rotates against the floor."
     equation = "k3 = 1/compliance, r3 = 2 ζ √(k3 (J_F + J_b)), total play g3; compliance 0 is Model B"
-    source = "docs/physics.md, sections The machine and Faults"
+    source = "docs/explanation/physics.md, sections The machine and Faults"
     enters = "joint 3"
     models = ("B", "B_on_base")
 

@@ -53,7 +53,7 @@ def within(value, limit):
 
 @scalar
 def observation(reading, table, table_rate, cam, motor_speed, stations, acceleration_limit, rate_limit, speed_limit):
-    """What is seen of one machine: seven numbers in [-1, 1] (docs/environments/indexer.md)."""
+    """What is seen of one machine: seven numbers in [-1, 1] (docs/reference/environments/indexer.md)."""
     station = stations * table
     return (
         within(reading, acceleration_limit),

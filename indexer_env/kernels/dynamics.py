@@ -1,4 +1,4 @@
-"""Equations of motion (docs/physics.md, section The machine) as plain scalar functions; symbols as there.
+"""Equations of motion (docs/explanation/physics.md, section The machine) as plain scalar functions; symbols as there.
 
 b0, b1, b2 are β, β', β''; w is α̇; M1, M2, M3 the joints' torques; T_L everything that opposes the table.
 """

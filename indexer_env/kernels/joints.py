@@ -1,6 +1,6 @@
 """Torque of one joint: four shapes in one, and the regions between their edges.
 
-For a deflection δ with rate δ̇ (docs/physics.md, section Joints; the paper, fig. 3)::
+For a deflection δ with rate δ̇ (docs/explanation/physics.md, section Joints; the paper, fig. 3)::
 
     M = k (δ - g/2) + r δ̇   for δ > g/2        region +1
     M = ρ k (δ + g/2) + r δ̇ for δ < -g/2       region -1

@@ -49,7 +49,7 @@ class MotionLaw(ABC):
 
     @abstractmethod
     def peaks(self) -> Peaks:
-        """Cv, Ca, Cj and the jerk at mid-motion of the normalised rise (docs/physics.md, section Motion laws)."""
+        """Cv, Ca, Cj and the jerk at mid-motion of the rise (docs/explanation/physics.md, section Motion laws)."""
 
 
 def check_use(owner: str, stations: int, motion_share: float) -> None:

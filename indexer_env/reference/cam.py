@@ -130,7 +130,7 @@ _RISES: dict[type[MotionLaw], tuple[Span, ...]] = {
     Cycloidal: (Span(0.0, 1.0, _cycloid),),
     Polynomial345: (Span(0.0, 1.0, _polynomial_345),),
 }
-"""Normalised rises: height, velocity and acceleration at the share s of the motion (docs/physics.md, Motion laws)."""
+"""Normalised rises: height, velocity and acceleration at the share s (docs/explanation/physics.md, Motion laws)."""
 
 
 def _scaled(rise: Curve, advance: float, share: float) -> Curve:

@@ -1,6 +1,7 @@
 """One joint with play and bilinear stiffness: where its regions end, and its straight line in each.
 
-With x = δ - g/2 at the positive flank and x = -δ - g/2, v = -δ̇, ρk for k at the negative one (docs/physics.md)::
+With x = δ - g/2 at the positive flank and x = -δ - g/2, v = -δ̇, ρk for k at the negative one
+(docs/explanation/physics.md)::
 
     clipped          M = k x + r v while x > 0 and k x + r v > 0 (pushes; with hardening k x + k_c x³ + r v)
     kelvin_voigt     M = k x + r v while x > 0

@@ -1,4 +1,4 @@
-"""The equations of motion with all effects, as one smooth function between two edges, from docs/physics.md."""
+"""The equations of motion with all effects, smooth between two edges, from docs/explanation/physics.md."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The machine's equations once more, in compiled plain floats that share no code with the kernels or with `reference`.
 
-Symbols are those of docs/physics.md. State y (13,): α, α̇, φ, φ̇, θ, θ̇, γ, γ̇, then those of `unlisted`. A joint's
+Symbols: docs/explanation/physics.md. State y (13,): α, α̇, φ, φ̇, θ, θ̇, γ, γ̇, then those of `unlisted`. A joint's
 region is +1 or -1 in contact and 0 inside its play.
 """
 
@@ -163,7 +163,7 @@ def opposing(p: Plant, alpha: float, phi: float, rate: float) -> float:
 
 @numba.njit(cache=True)
 def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, out: np.ndarray) -> None:
-    """dy/dt into out (STATES,); docs/physics.md, models B and B_on_base."""
+    """dy/dt into out (STATES,); docs/explanation/physics.md, models B and B_on_base."""
     u = p.unlisted
     d1, v1, d2, v2 = deflections(p, y, turn)
     _, b1, b2 = follower(p, y[0], turn)

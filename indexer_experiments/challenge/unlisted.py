@@ -40,7 +40,7 @@ class Bump(NamedTuple):
 
 
 class Unlisted(NamedTuple):
-    """Numbers of all disturbances; docs/challenge.md gives their equations in these symbols.
+    """Numbers of all disturbances; docs/explanation/challenge.md gives their equations in these symbols.
 
     `seed` is that of `chance`; `sticking` the share of the cam turns in which the table sticks.
     """

@@ -1,4 +1,4 @@
-"""docs/discrepancy.md says what the code does: its keys, numbers and rules, and its first use on shorter records."""
+"""docs/explanation/discrepancy.md says what the code does; its first use, on shorter records."""
 
 import dataclasses
 import json
@@ -16,7 +16,7 @@ from discrepancy.explain import VERDICTS
 from discrepancy.grades import RULES
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "discrepancy.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "explanation" / "discrepancy.md").read_text(encoding="utf-8")
 TURNS = "1.0"
 
 

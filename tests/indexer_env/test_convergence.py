@@ -105,7 +105,7 @@ def undriven(smooth, monkeypatch) -> Machine:
 
 
 def energies(machine: Machine, seconds: float, step: float) -> np.ndarray:
-    """T + V at every millisecond (docs/physics.md), started with the cam at speed and the table deflected."""
+    """T + V at every millisecond (docs/explanation/physics.md), started at speed with the table deflected."""
     point = OperatingPoint(load_torque=0.0, start_angle=0.5)
     packed = pack([coefficients(machine, point)], [point])
     every, samples = round(1e-3 / step), round(seconds * 1000)

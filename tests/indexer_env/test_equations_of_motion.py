@@ -1,4 +1,4 @@
-"""Recorded motions obey docs/physics.md: each row of the equations put together from channels alone."""
+"""Recorded motions obey docs/explanation/physics.md: each row of the equations put together from channels alone."""
 
 import dataclasses
 import math

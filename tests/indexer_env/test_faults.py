@@ -93,7 +93,7 @@ def test_backlash_is_read_at_the_motor_shaft(reference):
     healthy, faulty = reference, Faults(backlash=math.radians(20.0)).applied_to(reference)
     added = 2.0 * (coefficients(faulty, POINT)["edge_1"] - coefficients(healthy, POINT)["edge_1"])
     assert added == pytest.approx(math.radians(20.0) / 25.625, rel=1e-12)
-    assert added == pytest.approx(13.6e-3, rel=2e-3)  # docs/physics.md, section Faults
+    assert added == pytest.approx(13.6e-3, rel=2e-3)  # docs/explanation/physics.md, section Faults
 
 
 def test_fully_loose_screws_put_the_housing_at_its_frequency(reference):

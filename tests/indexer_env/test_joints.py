@@ -1,4 +1,4 @@
-"""Joint torques of simulated machines against the formulas of docs/physics.md, written here on their own."""
+"""Joint torques of simulated machines against the formulas of docs/explanation/physics.md, written anew here."""
 
 import dataclasses
 import math

@@ -150,7 +150,7 @@ def test_a_law_piece_and_its_derivatives():
 
 
 def test_accelerations_obey_the_equations_of_motion():
-    """docs/physics.md, section The machine, each row put together here."""
+    """docs/explanation/physics.md, section The machine, each row put together here."""
     J_C, J_F, J_b, b1, b2, w, M1, M2, M3 = 0.5, 0.3, 20.0, 0.44, -0.9, 6.1, 55.0, -230.0, 410.0
     assert dynamics.table_acceleration(5.0, 2.0, -100.0) == pytest.approx(98.0 / 5.0, rel=1e-15)
 

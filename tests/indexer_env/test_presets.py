@@ -42,7 +42,7 @@ def test_the_defaults_are_the_reference_and_the_ideal():
 
 
 def test_the_reference_machine_is_that_of_the_design():
-    """docs/physics.md, section The reference machine."""
+    """docs/explanation/physics.md, section The reference machine."""
     machine = load_machine("reference")
     assert (machine.stations, machine.reduction_ratio, machine.motion_share) == (8, 25.625, 0.5)
     assert (machine.motion_law.name, machine.model, machine.contact_law) == ("modified_sine", "B", "clipped")

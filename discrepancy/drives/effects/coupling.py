@@ -105,7 +105,7 @@ standard(
     DriveEffect(
         "play.contact", "Part of the mass, with some of the dry friction, lies behind play and strikes its flanks.",
         "F += M - s m a - F_l sign(v), s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
-        "the joint of the indexing machine: docs/physics.md, section Joints",
+        "the joint of the indexing machine: docs/explanation/physics.md, section Joints",
         (
             Size("play", "total play g", "Q", (0.003, 0.02), 0.0, 1.0, 0.0, 0.005),
             Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),

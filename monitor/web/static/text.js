@@ -50,7 +50,7 @@ export const T = {
   allWell: (n) => n === 1 ? "The machine runs as usual." : `All ${n} machines run as usual.`,
   wrong: (n) => n === 1 ? "One machine needs attention" : `${n} machines need attention`,
   none: "No machine has sent samples yet.",
-  noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/monitor.md shows how to send one.",
+  noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/tutorials/monitor.md shows how to send one.",
   live: "live", lost: "Connection lost; what you see may be old. Trying again …",
   since: (t) => `since ${t}`,
   sure: (p) => p == null ? "" : `the network is ${Math.round(100 * p)} % sure of it`,

@@ -1,4 +1,4 @@
-"""docs/diagnosis.md: its program runs, its keys are those of the configurations, its numbers those of the code."""
+"""docs/how-to/diagnosis.md: its program runs, its keys are those of conf/, its numbers those of the code."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ from indexer_env.presets import config_dir
 from indexer_records import resample
 from indexer_records.measured import RATE_TOLERANCE
 
-PAGE = (Path(__file__).parents[3] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "diagnosis.md").read_text(encoding="utf-8")
 
 
 def test_its_program_runs(result, dataset, monkeypatch, capsys):

@@ -114,7 +114,7 @@ def test_it_comes_back_bit_for_bit(few, strange_records):
 @pytest.mark.parametrize("count", [6, 10])
 def test_how_often_few_records_refuse_wrongly_and_rightly(recipe, count, tmp_path_factory, few):
     """Limits of `count` records of two or three classes, 300 drawings: shares refused of the other records of these
-    classes, as they are and changed, and of noise and a tone of the same level (docs/classifier.md); seed 0."""
+    classes, as they are and changed, and of noise and a tone of that level (docs/explanation/classifier.md); seed 0."""
     folder = tmp_path_factory.getbasetemp() / "rates"
     data = read_shards(
         folder / f"{recipe.name}-0" if (folder / f"{recipe.name}-0").is_dir() else make(recipe, 0, folder)

@@ -1,4 +1,4 @@
-"""Every command line of docs/measured_data.md is one that the command takes."""
+"""Every command line of docs/how-to/measured_data.md is one that the command takes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from datagen.ingest.settings import settings_from
 from indexer_env.presets import config_dir
 from indexer_records.formats import FORMATS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "measured_data.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "measured_data.md").read_text(encoding="utf-8")
 LINES = re.findall(r"^\.venv/bin/indexer ingest (.+)$", PAGE, flags=re.MULTILINE)
 
 

@@ -48,7 +48,7 @@ def test_what_is_hidden_is_named(name: str, tmp_path: Path) -> None:
 
 
 def _page() -> str:
-    return (ROOT / "docs" / "drives.md").read_text(encoding="utf-8")
+    return (ROOT / "docs" / "tutorials" / "drives.md").read_text(encoding="utf-8")
 
 
 def test_the_files_of_the_tutorial_are_those_that_run(tmp_path: Path) -> None:

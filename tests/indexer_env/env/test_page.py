@@ -12,7 +12,7 @@ from indexer_env.control import TERMINATION_PENALTY, ControlTask
 from indexer_env.env import IndexerEnv
 from indexer_env.registration import MAX_EPISODE_STEPS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "environments" / "indexer.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "reference" / "environments" / "indexer.md").read_text(encoding="utf-8")
 
 
 def test_it_has_gymnasium_s_headings():

@@ -206,5 +206,5 @@ def test_every_kind_acts_in_the_equations_or_on_the_reading(name: str) -> None:
 
 
 def test_the_page_has_the_table() -> None:
-    page = Path(__file__).parents[4] / "docs" / "challenge.md"
+    page = Path(__file__).parents[4] / "docs" / "explanation" / "challenge.md"
     assert disturbance_table() in page.read_text(encoding="utf-8")

@@ -1,0 +1,54 @@
+"""Docstrings as reStructuredText: what is laid out in columns, or means something else there, keeps its look."""
+
+from __future__ import annotations
+
+import re
+
+from sphinx.application import Sphinx
+
+_COLUMNS = re.compile(r"\S {2,}\S")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Called by Sphinx; before napoleon, which reads sections."""
+    app.connect("autodoc-process-docstring", _process, priority=100)
+    return {"parallel_read_safe": True}
+
+
+def _process(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    lines[:] = as_rst(lines)
+
+
+def as_rst(lines: list[str]) -> list[str]:
+    """Paragraphs with columns become literal blocks; signs of mathematics that are marks in reStructuredText are escaped."""
+    found: list[str] = []
+    paragraph: list[str] = []
+    literal = False
+    for line in [*lines, ""]:
+        if line.strip():
+            paragraph.append(line)
+            continue
+        if paragraph:
+            inside = literal and paragraph[0].startswith(" ")
+            literal = inside or (literal and not paragraph[0].strip())
+            found += paragraph if inside else _paragraph(paragraph)
+            literal = literal or paragraph[-1].rstrip().endswith("::")
+            paragraph = []
+        found.append("")
+    return found
+
+
+def _paragraph(lines: list[str]) -> list[str]:
+    if any(_COLUMNS.search(line) for line in lines) and not _underlined(lines):
+        return ["::", "", *(f"    {line}" for line in lines)]
+    return [_escaped(line) for line in lines]
+
+
+def _underlined(lines: list[str]) -> bool:
+    return any(re.fullmatch(r"\s*-{3,}", line) for line in lines)
+
+
+def _escaped(line: str) -> str:
+    """|φ̇| and *args outside code."""
+    parts = re.split(r"(`+[^`]*`+)", line)
+    return "".join(part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts)
