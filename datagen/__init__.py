@@ -27,6 +27,7 @@ In reading order, along the data flow:
     example        example.csv, as a data logger would write it, and its truth
     card           README.md with its pictures (`pictures`) and Croissant metadata (`croissant`)
     batches        a data set -> shuffled PyTorch batches, or single records by place
+    publish        indexer publish: a copy for the Hugging Face Hub, with a split for each subset
     remake         a row -> its record again, bit for bit; a command
     audit/         what DATA.md promises, asserted
     check          indexer check: the verdict on a data set

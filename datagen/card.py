@@ -7,6 +7,7 @@ section (time and hardware).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import pyarrow as pa
@@ -29,7 +30,30 @@ MOST_REASONS = 10
 _SIZES = ((10**3, "n<1K"), (10**4, "1K<n<10K"), (10**5, "10K<n<100K"), (10**6, "100K<n<1M"), (10**7, "1M<n<10M"))
 
 
-def write_card(place: Place, manifest: Mapping[str, Any], run: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class PublishedFiles:
+    """Splits of the Hub with the pattern of each one's files."""
+
+    splits: tuple[tuple[str, str], ...] = (("train", "data/*.parquet"),)
+
+    @property
+    def by_subset(self) -> bool:
+        """Whether the splits are the subsets."""
+        return self.splits[0][0] != "train"
+
+    def configs(self) -> list[dict[str, Any]]:
+        """What stands in the head of a card."""
+        files = [{"split": split, "path": pattern} for split, pattern in self.splits]
+        return [{"config_name": "default", "data_files": files}]
+
+
+_WHOLE = PublishedFiles()
+"""A data set as it was made: one split, as each shard holds rows of all subsets."""
+
+
+def write_card(
+    place: Place, manifest: Mapping[str, Any], run: Mapping[str, Any], files: PublishedFiles = _WHOLE
+) -> None:
     """Write README.md, croissant.json and pictures/ beside a data set's other files.
 
     Parameters
@@ -40,6 +64,8 @@ def write_card(place: Place, manifest: Mapping[str, Any], run: Mapping[str, Any]
         Its manifest.
     run : mapping
         What run.json holds, for the last section; empty where it was not recorded.
+    files : PublishedFiles
+        Which files are which split.
 
     Raises
     ------
@@ -56,24 +82,30 @@ def write_card(place: Place, manifest: Mapping[str, Any], run: Mapping[str, Any]
     if not _is_measured(manifest):
         about["license"] = f"https://spdx.org/licenses/{LICENCE.upper()}.html"
     place.publish(CROISSANT, as_json(croissant(manifest, about)))
-    place.publish(CARD, card(place, manifest, samples, run).encode())
+    place.publish(CARD, card(place, manifest, samples, run, files).encode())
 
 
-def card(place: Place, manifest: Mapping[str, Any], samples: list[dict[str, Any]], run: Mapping[str, Any]) -> str:
+def card(
+    place: Place,
+    manifest: Mapping[str, Any],
+    samples: list[dict[str, Any]],
+    run: Mapping[str, Any],
+    files: PublishedFiles = _WHOLE,
+) -> str:
     """The text of README.md; `samples` are the rows that have a picture."""
     sections = {
         "": _description(manifest),
         "Classes and subsets": "\n".join(_counts(manifest)),
         "Pictures": "\n".join(_pictures(samples)),
         "Rejected items": "\n".join(_rejected(place, manifest)),
-        "How to read it": _READING,
+        "How to read it": _READING_SPLITS if files.by_subset else _READING,
         "Columns": "\n".join(_columns()),
         "How it was made": _made(manifest),
         "Licence": "Not stated." if _is_measured(manifest) else "MIT, as the program that made it.",
         "Time and hardware": "\n".join(_sessions(run)),
     }
     body = "\n\n".join(f"## {name}\n\n{text}" if name else text for name, text in sections.items())
-    head = yaml.safe_dump(_head(manifest), sort_keys=False, allow_unicode=True)
+    head = yaml.safe_dump(_head(manifest, files), sort_keys=False, allow_unicode=True)
     return f"---\n{head}---\n\n# {title(manifest)}\n\n{body}\n"
 
 
@@ -87,15 +119,15 @@ def _is_measured(manifest: Mapping[str, Any]) -> bool:
     return "files" in manifest
 
 
-def _head(manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """The YAML head, in the words of the Hub. There is one split only: the subsets stand in a column."""
+def _head(manifest: Mapping[str, Any], files: PublishedFiles) -> dict[str, Any]:
+    """The YAML head, in the words of the Hub."""
     return {
         "pretty_name": title(manifest),
         "license": "unknown" if _is_measured(manifest) else LICENCE,
         "task_categories": ["tabular-classification"],
         "tags": ["time-series", "vibration", "fault-diagnosis", "cam-indexer", "backlash"],
         "size_categories": [next((name for size, name in _SIZES if manifest["records"] < size), "n>10M")],
-        "configs": [{"config_name": "default", "data_files": [{"split": "train", "path": "data/*.parquet"}]}],
+        "configs": files.configs(),
     }
 
 
@@ -174,6 +206,15 @@ from datasets import load_dataset; load_dataset("parquet", data_dir="data", spli
 
 `indexer check FOLDER` asserts the checksums and all that is promised of the rows; `indexer remake
 FOLDER item=N` makes a simulated row again from its own columns, bit for bit."""
+
+
+_READING_SPLITS = """```python
+from datasets import load_dataset; load_dataset("FOLDER")             # splits calibration, control and validation
+import pandas; pandas.read_parquet("data")                             # all of them; the column `subset` tells which
+```
+
+Learn from calibration, choose settings by control, judge once on validation. This is a copy for readers:
+`indexer check` and `indexer remake` work on the data set that it was published from."""
 
 
 def _columns() -> Iterator[str]:

@@ -38,6 +38,7 @@ VERBS = {
         Verb("ingest", "datagen.ingest", "Data"),
         Verb("check", "datagen.check", "Data"),
         Verb("remake", "datagen.remake", "Data"),
+        Verb("publish", "datagen.publish", "Data"),
         Verb("train", "classifier", "Learn and diagnose"),
         Verb("tune", "classifier.tune", "Learn and diagnose"),
         Verb("diagnose", "classifier.diagnose", "Learn and diagnose"),
