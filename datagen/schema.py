@@ -55,7 +55,7 @@ def _joint(name: str, words: str) -> list[Column]:
     return [
         Column(f"{name}_stiffness", _NUMBER, "N m/rad", f"Stiffness of {words} for positive deflection"),
         Column(f"{name}_damping", _NUMBER, "N m s/rad", f"Viscous damping of {words} in contact"),
-        Column(f"{name}_backlash", _NUMBER, "rad", f"TOTAL play of {words}, half of it on each side"),
+        Column(f"{name}_backlash", _NUMBER, "rad", f"Play of {words} from stop to stop, without what faults and effects add"),
         Column(f"{name}_stiffness_ratio", _NUMBER, "-", "Its stiffness for negative over positive deflection"),
     ]
 
