@@ -27,7 +27,7 @@ import torch
 from torch.utils.data import Dataset, IterableDataset, default_collate, get_worker_info
 
 from datagen.campaign import SUBSETS
-from datagen.schema import COLUMNS, RECORD
+from datagen.schema import COLUMNS, RECORD, SAMPLED
 from datagen.shard import open_shard, read_manifest, record_matrix
 from indexer_cli.places import Place, open_place
 from indexer_env.checks import check_choice, check_integer
@@ -262,6 +262,10 @@ def values_of(column: pa.ChunkedArray, name: str) -> torch.Tensor | list[str]:
         return torch.from_numpy(bits.reshape(len(codes), -1).astype(np.float32))
     if pa.types.is_string(column.type):
         return column.to_pylist()
+    if name in SAMPLED:
+        if column.null_count:
+            raise refuse("data set", "columns", "signals that every record has", name, f"generate it with {name}")
+        return torch.from_numpy(record_matrix(column, name).copy())
     # A copy: Arrow's own memory is read-only, of which PyTorch warns.
     return torch.from_numpy(column.to_numpy().copy())
 

@@ -17,7 +17,7 @@ from datagen.audit.together import Together
 from datagen.audit.values import value_faults
 from datagen.audit.words import Faults
 from datagen.progress import progress
-from datagen.schema import RECORD
+from datagen.schema import SAMPLED
 from datagen.shard import open_shard, read_manifest
 from indexer_cli.command import DIFFERENT, hydra_command
 from indexer_cli.job_paths import place_given
@@ -107,9 +107,10 @@ def _rows_faults(place: Place, entry: dict[str, Any], together: Together, again:
         for group in range(file.num_row_groups):
             table = file.read_row_group(group)
             items = table.column("item").to_numpy()
-            yield from value_faults(name, table.drop_columns([RECORD]), items)
+            plain = table.drop_columns(list(SAMPLED))
+            yield from value_faults(name, plain, items)
             yield from record_faults(name, table, items)
-            yield from rebuild_faults(name, table.drop_columns([RECORD]))
+            yield from rebuild_faults(name, plain)
             yield from together.add(name, table, items)
             again.take(name, table)
             ends += [int(items[0]), int(items[-1])] if len(items) else []

@@ -7,7 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from datagen.schema import COLUMNS, RECORD, Column
+from datagen.schema import COLUMNS, SAMPLED, Column
 from datagen.store import SHARD_FOLDER
 
 CONFORMS_TO = "http://mlcommons.org/croissant/1.0"
@@ -113,7 +113,7 @@ def _field(column: Column) -> dict[str, Any]:
         "name": column.name,
         "description": f"{column.description}{unit}",
         "dataType": _data_type(column.type),
-        **({"repeated": True} if column.name == RECORD else {}),
+        **({"repeated": True} if column.name in SAMPLED else {}),
         "source": {"fileSet": {"@id": _SHARDS}, "extract": {"column": column.name}},
     }
 

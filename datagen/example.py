@@ -3,10 +3,13 @@ set, and example.json, its truth."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from datagen.order import Order
 from datagen.produce import produce
+from datagen.schema import SAMPLED
 from datagen.seeds import Part
 from datagen.store import as_json
 from indexer_cli.places import Place
@@ -24,15 +27,20 @@ def write_example(order: Order, place: Place) -> None:
         return
     row, record = rows[0], records[0]
     place.publish("example.csv", record_csv(record, row["sample_rate"], row["unit"]).encode())
-    truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw")}
+    truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw", *SAMPLED)}
     note = "The truth about example.csv; it is drawn apart from the items of the data set."
     place.publish("example.json", as_json({"note": note, **truth}))
 
 
-def record_csv(record: np.ndarray, sample_rate: float, unit: str) -> str:
-    """A record (samples,) as a logger would write it: time [s] and acceleration in `unit`."""
+def record_csv(
+    record: np.ndarray, sample_rate: float, unit: str, signals: Mapping[str, np.ndarray] | None = None
+) -> str:
+    """A record (samples,) as a logger would write it: time [s], acceleration in `unit`, and further signals (samples,)
+    by the heads of their columns."""
     # Enough decimals to tell neighbouring samples apart a hundredfold: 6 at 1 kHz.
     decimals = max(0, round(np.ceil(np.log10(sample_rate)))) + 3 if sample_rate > 1.0 else 3
-    lines = [f"time [s],acceleration [{unit}]"]
-    lines += [f"{index / sample_rate:.{decimals}f},{value:.{DIGITS}g}" for index, value in enumerate(record)]
+    more = signals or {}
+    lines = [",".join(["time [s]", f"acceleration [{unit}]", *more])]
+    for index, values in enumerate(zip(record, *more.values(), strict=True)):
+        lines.append(",".join([f"{index / sample_rate:.{decimals}f}", *(f"{value:.{DIGITS}g}" for value in values)]))
     return "\n".join(lines) + "\n"

@@ -19,6 +19,7 @@ from datagen.preflight import check_draws
 from datagen.seeds import Part, stream
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
+from indexer_env.drive_sensors import DriveSensors
 from indexer_env.errors import refuse
 from indexer_env.faults import faults_from_mapping
 from indexer_env.machine import machine_from_mapping
@@ -53,6 +54,8 @@ class Order:
         Items simulated together and written as one file, >= 1.
     config : mapping
         The configuration as composed, for the manifest.
+    drive_sensors : DriveSensors
+        Which signals of the drive stand beside the record.
     """
 
     campaign: Campaign
@@ -62,6 +65,7 @@ class Order:
     seed: int = 0
     shard_items: int = 576
     config: Mapping[str, Any] = field(default_factory=dict)
+    drive_sensors: DriveSensors = field(default_factory=DriveSensors)
 
     def __post_init__(self) -> None:
         check_integer("datagen", "count", self.count, low=1)
@@ -71,6 +75,9 @@ class Order:
             raise refuse(
                 "datagen", "run.channels", f"{QUANTITY} alone, as a data set holds no other", self.run.channels
             )
+        if self.drive_sensors.signals and self.sensor.record_rate(self.run.sample_rate) != self.run.sample_rate:
+            rule = "empty where sensor.sample_rate is lower than run.sample_rate, as they are sampled with the record"
+            raise refuse("datagen", "drive_sensors.signals", rule, list(self.drive_sensors.signals))
         samples = self._simulated_samples
         object.__setattr__(self, "run", dataclasses.replace(self.run, samples=samples))
         if samples * min(self.count, self.shard_items) > LARGEST_SHARD:
@@ -143,6 +150,7 @@ def order_from(config: Mapping[str, Any]) -> Order:
         campaign=campaign,
         base=base,
         run=from_mapping(Run, plain["run"]),
+        drive_sensors=from_mapping(DriveSensors, plain["drive_sensors"]),
         count=campaign.size if plain["count"] is None else plain["count"],
         seed=plain["seed"],
         shard_items=plain["shard_items"],

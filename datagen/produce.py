@@ -3,6 +3,7 @@ sight."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from datagen.campaign import Case, Item, build
 from datagen.order import QUANTITY, Order
 from datagen.quantities import SECTIONS
-from datagen.rows import case_columns, label_columns, run_columns, version_columns
+from datagen.rows import case_columns, drive_columns, label_columns, run_columns, version_columns
 from datagen.seeds import Part, stream
 from indexer_env.errors import ParameterError
 from indexer_env.sensors import Sensor
@@ -39,6 +40,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
     for item in items:
         try:
             case = build(item, order.base)
+            order.drive_sensors.check_machine(case.machine)
             if case.sensor != order.sensor:
                 case.sensor.sections(order.run.sample_rate)
             cases.append(case)
@@ -48,7 +50,8 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
         return [], np.empty((0, 0)), rejected
     read = _Reader(order, cases, noise)
     machines, points = [case.machine for case in cases], [case.operating_point for case in cases]
-    batch = simulate_batch(machines, points, order.run, threads=threads, sink=read)
+    run = dataclasses.replace(order.run, channels=(QUANTITY, *order.drive_sensors.channels))
+    batch = simulate_batch(machines, points, run, threads=threads, sink=read)
     rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
@@ -62,6 +65,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
         "campaign": order.campaign.name,
         "seed": order.seed,
         **run_columns(order.run),
+        **drive_columns(order.drive_sensors),
         **version_columns(),
     }
     rows = [
@@ -69,6 +73,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
             **common,
             **quality,
             **case_columns(cases[place]),
+            **read.signals[place],
             "warmup_turns": int(batch.warmup_turns[place]),
             "warmup_settled": bool(batch.settled[place]),
             "warmup_difference": _finite_or_none(float(batch.warmup_difference[place])),
@@ -80,11 +85,12 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
 
 class _Reader:
     """Reads accelerations, as the simulation hands them out, each with its own sensor; `records` (n, samples) float32
-    are those of the cases in their order, in their sensor's unit."""
+    are those of the cases in their order, in their sensor's unit, `signals` those of their drives by name."""
 
     def __init__(self, order: Order, cases: Sequence[Case], noise: Part) -> None:
         self.order, self.cases, self.noise = order, cases, noise
         self.records = np.empty((len(cases), order.record_samples), dtype=np.float32)
+        self.signals: list[dict[str, np.ndarray]] = [{} for _ in cases]
 
     def __call__(self, places: np.ndarray, channels: dict[str, np.ndarray]) -> None:
         """Read the accelerations of the cases at these places; those of one sensor together."""
@@ -98,6 +104,13 @@ class _Reader:
                 rngs = [stream(self.order.seed, self.noise, item) for item in items]
             accelerations = channels[QUANTITY] if len(own) == len(places) else channels[QUANTITY][own]
             self.records[places[own]] = sensor.read_batch(accelerations, self.order.run.sample_rate, rngs)
+        for row, place in enumerate(places if self.order.drive_sensors.signals else ()):
+            self._read_drive(place, {name: values[row] for name, values in channels.items()})
+
+    def _read_drive(self, place: int, channels: dict[str, np.ndarray]) -> None:
+        sensors, case, seed = self.order.drive_sensors, self.cases[place], self.order.seed
+        rng = stream(seed, self.noise.of_drive, case.item.index) if sensors.noisy else None
+        self.signals[place] = sensors.read(case.machine, channels, self.order.run.sample_rate, rng)
 
 
 def _finite_or_none(value: float) -> float | None:

@@ -6,12 +6,14 @@ where the records differ. Exit codes: 0 all equal, 1 one differs, 2 bad input.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from datagen.order import QUANTITY
 from datagen.rows import remade, version_columns
 from datagen.schema import RECORD
 from datagen.seeds import Part, stream
@@ -43,15 +45,31 @@ def remake(row: Mapping[str, Any]) -> np.ndarray:
     SignalError
         The row is measured.
     """
+    return remake_all(row)[RECORD]
+
+
+def remake_all(row: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The record and the signals of the drive of a row anew, (samples,) float32 by column. Raises as `remake`."""
     if row["kind"] != "simulated":
         raise SignalError(
             f"item {row['item']} must be simulated to be made again, got a measured one ({row['source']})."
         )
     made = remade(row)
-    trajectory = simulate(made.machine, made.operating_point, made.run)
-    noise = stream(made.seed, Part.SENSOR, made.item)
+    run = dataclasses.replace(made.run, channels=(QUANTITY, *made.drive_sensors.channels))
+    trajectory = simulate(made.machine, made.operating_point, run)
+    noise, of_drive = (stream(made.seed, part, made.item) for part in (Part.SENSOR, Part.DRIVE))
     signal = made.sensor.read(trajectory.table_acceleration, trajectory.sample_rate, noise)
-    return signal.values.astype(np.float32)
+    drive = made.drive_sensors.read(made.machine, trajectory.channels, trajectory.sample_rate, of_drive)
+    return {RECORD: signal.values.astype(np.float32), **drive}
+
+
+def differences(made: Mapping[str, np.ndarray], row: Mapping[str, Any]) -> str:
+    """Where a row differs from what `remake_all` gives of it, in words; empty where every bit is equal."""
+    for name, samples in made.items():
+        given = np.asarray([] if row[name] is None else row[name], dtype=np.float32)
+        if apart := difference(samples, given):
+            return apart if name == RECORD else f"{name} with {apart}"
+    return ""
 
 
 def difference(made: np.ndarray, record: np.ndarray) -> str:
@@ -84,25 +102,27 @@ def main(config: dict[str, Any]) -> None:
     if out is not None and (out.suffix != ".parquet" or out.exists()):
         raise refuse("remake", "out", "a new file that ends in .parquet", str(out))
     rows = read_rows(place_given("remake", "data", config["data"]), items)
-    records = [remake(row) for row in rows]
+    made = [remake_all(row) for row in rows]
     if out is not None:
-        _write(out, rows, records)
-    if any([_said(row, record) for row, record in zip(rows, records, strict=True)]):
+        _write(out, rows, made)
+    if any([_said(row, samples) for row, samples in zip(rows, made, strict=True)]):
         raise SystemExit(DIFFERENT)
 
 
-def _said(row: Mapping[str, Any], made: np.ndarray) -> bool:
-    """Say how a row's record compares with the one made again; True where they differ."""
-    apart, versions = difference(made, np.asarray(row[RECORD], dtype=np.float32)), other_versions(row)
+def _said(row: Mapping[str, Any], made: Mapping[str, np.ndarray]) -> bool:
+    """Say how a row compares with what was made again; True where they differ."""
+    apart, versions = differences(made, row), other_versions(row)
     note = f"; made by {versions}" if versions else ""
-    print(f"item {row['item']}: {apart or f'equal in every bit of its {len(made)} samples'}{note}")
+    print(f"item {row['item']}: {apart or f'equal in every bit of its {len(made[RECORD])} samples'}{note}")
     return bool(apart)
 
 
-def _write(out: Path, rows: list[dict[str, Any]], records: list[np.ndarray]) -> None:
-    if len({len(record) for record in records}) > 1:
+def _write(out: Path, rows: list[dict[str, Any]], made: list[dict[str, np.ndarray]]) -> None:
+    if len({len(samples[RECORD]) for samples in made}) > 1:
         raise refuse("remake", "item", "items of one record length where they go to one file", len(rows))
-    open_place(out.parent).publish(out.name, parquet_bytes(to_table(rows, np.stack(records))))
+    again = [{**row, **samples} for row, samples in zip(rows, made, strict=True)]
+    records = np.stack([samples[RECORD] for samples in made])
+    open_place(out.parent).publish(out.name, parquet_bytes(to_table(again, records)))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from datagen.campaign import Case, Label
 from datagen.quantities import JOINTS
 from datagen.schema import SCHEMA_VERSION
 from datagen.versions import versions_of
+from indexer_env.drive_sensors import DriveSensors
 from indexer_env.effects import MachineEffect, make_effect
 from indexer_env.effects.joint import InputBacklash, OutputBacklash
 from indexer_env.faults import Faults
@@ -43,6 +44,7 @@ class Remade:
     operating_point: OperatingPoint
     run: Run
     sensor: Sensor
+    drive_sensors: DriveSensors
     seed: int
     item: int
 
@@ -104,6 +106,11 @@ def run_columns(run: Run) -> dict[str, Any]:
     }
 
 
+def drive_columns(sensors: DriveSensors) -> dict[str, Any]:
+    """How the signals of the drive were read; none where there are none."""
+    return {"drive_sensors": json.dumps(dataclasses.asdict(sensors))} if sensors.signals else {}
+
+
 @functools.cache
 def version_columns() -> dict[str, Any]:
     """Versions of what makes a record, by column name."""
@@ -144,7 +151,9 @@ def remade(row: Mapping[str, Any]) -> Remade:
         warmup_tolerance=row["warmup_tolerance"],
     )
     operating_point = _object(OperatingPoint, row)
-    return Remade(machine_of(row), operating_point, run, _object(Sensor, row, "sensor_"), row["seed"], row["item"])
+    drive = DriveSensors(**json.loads(row["drive_sensors"])) if row.get("drive_sensors") else DriveSensors()
+    sensor = _object(Sensor, row, "sensor_")
+    return Remade(machine_of(row), operating_point, run, sensor, drive, row["seed"], row["item"])
 
 
 def faults_of(row: Mapping[str, Any]) -> Faults:

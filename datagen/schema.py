@@ -49,13 +49,14 @@ class Column:
 
 
 _NUMBER, _COUNT, _TEXT, _FLAG = pa.float64(), pa.int64(), pa.string(), pa.bool_()
+_SAMPLES = pa.list_(pa.field("element", pa.float32(), nullable=False))
 
 
 def _joint(name: str, words: str) -> list[Column]:
     return [
         Column(f"{name}_stiffness", _NUMBER, "N m/rad", f"Stiffness of {words} for positive deflection"),
         Column(f"{name}_damping", _NUMBER, "N m s/rad", f"Viscous damping of {words} in contact"),
-        Column(f"{name}_backlash", _NUMBER, "rad", f"Play of {words} from stop to stop, without what faults and effects add"),
+        Column(f"{name}_backlash", _NUMBER, "rad", f"Play of {words}, total, without that of effects"),
         Column(f"{name}_stiffness_ratio", _NUMBER, "-", "Its stiffness for negative over positive deflection"),
     ]
 
@@ -67,8 +68,7 @@ def _only(kind: Kind, columns: list[Column]) -> list[Column]:
 
 GROUPS: dict[str, list[Column]] = {
     "record": [
-        Column("record", pa.list_(pa.field("element", pa.float32(), nullable=False)), "column unit",
-               "Samples of one record, first at time 0"),
+        Column("record", _SAMPLES, "column unit", "Samples of one record, first at time 0"),
         Column("sample_rate", _NUMBER, "Hz", "Samples per second of the record"),
         Column("quantity", _TEXT, "", "What was recorded"),
         Column("unit", _TEXT, "", "Unit of the samples, rad/s^2 or m/s^2"),
@@ -161,6 +161,15 @@ GROUPS: dict[str, list[Column]] = {
         Column("sensor_full_scale", _NUMBER, "column unit", "Range, plus and minus; null: no clipping", True),
         Column("sensor_bits", _COUNT, "-", "Bits of the quantiser over the range; null: none", True),
     ]),
+    "signals of the drive, where they were asked for": _only("simulated", [
+        *(Column(name, _SAMPLES, unit, words, True) for name, unit, words in (
+            ("motor_torque", "N m", "Torque on the motor shaft, sampled with the record"),
+            ("motor_current", "A", "Current of the motor"),
+            ("motor_angle", "rad", "Encoder of the motor, angle within a turn"),
+            ("table_angle", "rad", "Encoder of the table, angle within a turn"),
+        )),
+        Column("drive_sensors", _TEXT, "", "How they were read, as JSON; null: none was", True),
+    ]),
     "versions": [
         Column("schema_version", _COUNT, "-", "Version of this layout"),
         Column("package_version", _TEXT, "", "Version of indexer-diagnosis that made the row"),
@@ -173,6 +182,8 @@ GROUPS: dict[str, list[Column]] = {
 
 COLUMNS: dict[str, Column] = {column.name: column for group in GROUPS.values() for column in group}
 RECORD = "record"
+SAMPLED = tuple(name for name, column in COLUMNS.items() if column.type == _SAMPLES)
+"""Columns of samples: the record first, then the signals of the drive."""
 
 REJECTED_COLUMNS = [
     *(COLUMNS[name] for name in ("seed", "item", "class", "class_name", "code", "subset", "machine_draw")),
@@ -204,7 +215,7 @@ def tree() -> str:
     ]:
         lines += ["", f"# {name}"]
         for column in columns:
-            kind = "list<float32>" if column.name == RECORD else str(column.type).replace("double", "float64")
+            kind = "list<float32>" if column.name in SAMPLED else str(column.type).replace("double", "float64")
             kind += "?" if column.nullable else ""
             rows = {"both": "", "simulated": "s", "measured": "m"}[column.of]
             unit = f"[{column.unit}]" if column.unit else ""

@@ -36,6 +36,15 @@ class Part(IntEnum):
     """The scrambling of the Sobol' sequence; one for the whole data set, as item 0."""
     EXAMPLE_SEQUENCE = 7
     """The same for the example file."""
+    DRIVE = 8
+    """The noise of an item's drive."""
+    EXAMPLE_DRIVE = 9
+    """The same for the example file."""
+
+    @property
+    def of_drive(self) -> Part:
+        """The noise of the drive that belongs to that of the sensor."""
+        return {Part.SENSOR: Part.DRIVE, Part.EXAMPLE_SENSOR: Part.EXAMPLE_DRIVE}[self]
 
 
 def stream(seed: int, part: Part, item: int) -> np.random.Generator:

@@ -20,7 +20,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SCHEMA_VERSION, Column, schema
+from datagen.schema import COLUMNS, FORMAT, KINDS, RECORD, SAMPLED, SCHEMA_VERSION, Column, schema
 from datagen.store import MANIFEST, ORDER, REJECTED
 from indexer_cli.places import Place, open_place
 from indexer_env.errors import IndexerError, SignalError
@@ -103,8 +103,8 @@ def write_parquet(table: pa.Table, path: Path | pa.NativeFile) -> None:
         version=_PARQUET_VERSION,
         compression=COMPRESSION,
         compression_level=COMPRESSION_LEVEL,
-        use_dictionary=[name for name in table.column_names if name != RECORD],  # pyright: ignore[reportArgumentType]
-        column_encoding={f"{RECORD}.list.element": "BYTE_STREAM_SPLIT"},
+        use_dictionary=[name for name in table.column_names if name not in SAMPLED],  # pyright: ignore[reportArgumentType]
+        column_encoding={f"{name}.list.element": "BYTE_STREAM_SPLIT" for name in SAMPLED if name in table.column_names},
         row_group_size=_group_size(table),
     )
 

@@ -17,6 +17,7 @@ turns, run                 warm-up turn after turn; how to record
 simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them
+drive_sensors              motor torque, motor current and encoders beside it
 signal, sensors, filters   the record as a measuring chain gives it; sensor_stream reads it block by block
 fault_law                  how faults come into an episode: drawn, setting in, growing
 control, scenario, start   the control task; what an environment is made with; what an episode starts with

@@ -8,8 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from datagen.audit.words import Faults
-from datagen.remake import difference, other_versions, remake
-from datagen.schema import RECORD
+from datagen.remake import differences, other_versions, remake_all
 from indexer_env.errors import IndexerError
 
 
@@ -39,7 +38,7 @@ class Again:
                 self.notes.append(f"{where}: not made again, as other versions made it: {versions}.")
                 continue
             try:
-                found = difference(remake(row), np.asarray(row[RECORD], dtype=np.float32))
+                found = differences(remake_all(row), row)
             except (IndexerError, AssertionError, KeyError, TypeError, ValueError) as error:
                 found = f"none ({error})"
             self.remade += 1

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from datagen.audit.words import Faults, rows_at_fault
-from datagen.schema import RECORD
+from datagen.schema import RECORD, SAMPLED
 from indexer_records.channels import channels_of
 from indexer_records.quality import quality_columns
 
@@ -26,6 +28,24 @@ def record_faults(owner: str, table: pa.Table, items: np.ndarray) -> Faults:
         matrix = some.flatten().to_numpy(zero_copy_only=False).reshape(len(places), length)
         yield from _sample_faults(owner, table.take(pa.array(places)), matrix, items[places])
     yield from _length_faults(owner, table, lengths, items)
+    yield from _signal_faults(owner, table, lengths, items)
+
+
+def _signal_faults(owner: str, table: pa.Table, lengths: np.ndarray, items: np.ndarray) -> Faults:
+    """A signal of the drive has the samples of its record, all finite, and is there where `drive_sensors` lists it."""
+    told = [json.loads(text)["signals"] if text else [] for text in table.column("drive_sensors").to_pylist()]
+    for name in SAMPLED[1:]:
+        column = table.column(name).combine_chunks()
+        listed, there = np.array([name in signals for signals in told]), column.is_valid().to_numpy(False)
+        rule = f"{name} must be given where drive_sensors lists it, and null elsewhere"
+        yield from rows_at_fault(owner, items, listed != there, rule, lambda at, there=there: bool(there[at]))
+        own = pc.list_value_length(column).fill_null(0).to_numpy()  # type: ignore[attr-defined]
+        rule = f"{name} must have the samples of its record"
+        yield from rows_at_fault(owner, items, there & (own != lengths), rule, lambda at, own=own: int(own[at]))
+        rows = np.repeat(np.arange(len(column)), own)
+        bad = np.zeros(len(column), bool)
+        bad[rows[~np.isfinite(column.flatten().to_numpy(zero_copy_only=False))]] = True
+        yield from rows_at_fault(owner, items, bad, f"{name} must hold finite samples", lambda _: "others")
 
 
 def _sample_faults(owner: str, table: pa.Table, records: np.ndarray, items: np.ndarray) -> Faults:
