@@ -21,6 +21,10 @@ _VECTOR = 8
 """Blocks of more than this many items are filled up to whole vectors, as what is left over one goes lane by lane."""
 
 
+_LINE = 8
+"""Numbers in a line of the cache, where the workspace begins: a vector across two lines takes twice as long."""
+
+
 @outlined
 def step_block(w, high, model, features, pieces):
     """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Their pieces of the
@@ -29,8 +33,8 @@ def step_block(w, high, model, features, pieces):
         for i in range(high):
             if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
                 follow_pieces(w, i, pieces)
-    if model == MODEL_B and not features & USES_ANY_EFFECT:
-        plain_step(w, high)
+    if model == MODEL_B and not features & USES_SLIP:
+        plain_step(w, high, features)
     else:
         nystrom_step(w, high, model, features)
     if mark(w, high, features):
@@ -43,7 +47,7 @@ def step_block(w, high, model, features, pieces):
 @outlined
 def stride_block(w, high, features):
     """Take the lanes in their dwell over a stride. Numbers as from `strode`."""
-    move(w, high)
+    move(w, high, features)
     if mark_strides(w, high, features):
         for i in range(high):
             if w[MARK + i] == 2.0 and mend_stride(w, i, features):
@@ -136,7 +140,8 @@ def entry(fingerprint: str):
         status (n,) tells RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,)
         when; such a lane stops.
         """
-        w = np.empty(WORKSPACE)
+        memory = np.empty(WORKSPACE + _LINE)
+        w = memory[(-memory.ctypes.data // memory.itemsize) % _LINE :]
         for block in range(first, stop, int(LANES)):
             count = min(int(LANES), stop - block)
             filled = count if count <= _VECTOR else -(-count // _VECTOR) * _VECTOR

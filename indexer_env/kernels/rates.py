@@ -25,7 +25,7 @@ from indexer_env.kernels.effects import (
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
 
-_DRIVE = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
+DRIVE_EFFECTS = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
 _LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
 """Effects that act on the drive side of joint 1, and on the table."""
 
@@ -36,18 +36,15 @@ def rates(w, low, high, model, features, turned):
 
     Without `turned` the motor stands where it stood at the evaluation before. Model A's cam follows the drive side.
     """
-    if features & USES_ANY_EFFECT:
-        if features & _DRIVE and (turned or features & USES_SLIP):
-            drive_extras(w, low, high, features)
-        if features & _LOAD:
-            load_extras(w, low, high, features)
+    if features & DRIVE_EFFECTS and (turned or features & USES_SLIP):
+        drive_extras(w, low, high, features)
     if model == MODEL_A:
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
             w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i]
             w[CAM_ACC + i] = w[REDUCTION + i] * w[MOTOR_ACCELERATION + i] + w[DRIVE_ACC_EXTRA + i]
-    if features & (USES_BUMP | USES_PROCESS):
-        cam_phase_extras(w, low, high, features)
+    if features & (_LOAD | USES_BUMP):
+        load_and_law_extras(w, low, high, features)
     if model == MODEL_B_ON_BASE:
         for i in range(low, high):
             housing, housing_rate = w[HOUSING + i], w[HOUSING_RATE + i]
@@ -74,6 +71,15 @@ def rates(w, low, high, model, features, turned):
     for i in range(low, high):
         acc = w[REDUCTION + i] * w[MOTOR_ACC + i] + w[DRIVE_ACC_EXTRA + i] - w[CAM_ACC + i]
         w[DEFLECTION_ACC_1 + i] = acc
+
+
+@outlined
+def block_extras(w, high, features, turned):
+    """What effects add at the present state of lanes 0 … high-1, whose motors do not slip."""
+    if features & DRIVE_EFFECTS and turned:
+        drive_extras(w, FIRST_LANE, high, features)
+    if features & (_LOAD | USES_BUMP):
+        load_and_law_extras(w, FIRST_LANE, high, features)
 
 
 @outlined
@@ -134,13 +140,12 @@ def add_harmonic(w, low, high, amplitude, order, phase):
 
 
 @lanes
-def load_extras(w, low, high, features):
-    """What opposes the table beside joint 2 and the constant load: friction and gravity."""
-    for i in range(low, high):
-        w[LOAD_EXTRA + i] = 0.0
-    if features & USES_VISCOUS:
+def load_and_law_extras(w, low, high, features):
+    """What opposes the table beside joint 2 and the constant load: friction, gravity and the process, which depends on
+    the cam's phase; and the bump on the cam's profile."""
+    if features & _LOAD:
         for i in range(low, high):
-            w[LOAD_EXTRA + i] += w[VISCOUS + i] * w[TABLE_RATE + i]
+            w[LOAD_EXTRA + i] = w[VISCOUS + i] * w[TABLE_RATE + i]
     if features & USES_COULOMB:
         for i in range(low, high):
             w[LOAD_EXTRA + i] += coulomb_torque(w[TABLE_RATE + i], w[COULOMB_TORQUE + i], w[COULOMB_SPEED + i])
@@ -152,11 +157,6 @@ def load_extras(w, low, high, features):
     if features & USES_IMBALANCE:
         for i in range(low, high):
             w[LOAD_EXTRA + i] += imbalance_torque(w[TABLE + i], w[IMBALANCE_TORQUE + i], w[IMBALANCE_PHASE + i])
-
-
-@lanes
-def cam_phase_extras(w, low, high, features):
-    """What depends on the cam's phase: the process torque, and the bump on the cam's profile."""
     if features & USES_PROCESS:
         for i in range(low, high):
             height, _, _ = bump(PER_TURN * w[CAM + i], w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])
