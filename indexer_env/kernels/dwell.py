@@ -22,14 +22,13 @@ from indexer_env.kernels.edges import (
     MOST_EDGES,
     any_above,
     find_joint_edge,
-    hermite,
     joint_guard,
     joint_rows,
-    slope,
 )
+from indexer_env.kernels.interpolation import hermite, ramp, slope
 from indexer_env.kernels.joints import region_after, region_line, straight_torque
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import keep_deflections, ramp
+from indexer_env.kernels.nystrom import keep_deflections
 from indexer_env.kernels.pieces import set_lines
 
 LARGEST_STRIDE = 0.25

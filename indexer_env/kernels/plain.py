@@ -8,11 +8,13 @@ next stage reads is written to memory. Effects add what they add before each sta
 from __future__ import annotations
 
 from indexer_env.kernels.compiling import lanes, scalar
+from indexer_env.kernels.drive import RIPPLES, begin_ripples
 from indexer_env.kernels.dynamics import cam_acceleration, follower_law, table_acceleration
+from indexer_env.kernels.interpolation import ramp
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import NODE_2, NODE_3, drive, ended, fourth, keep_deflections, ramp, second, third
-from indexer_env.kernels.rates import DRIVE_EFFECTS, block_extras
+from indexer_env.kernels.nystrom import NODE_2, NODE_3, drive, ended, fourth, keep_deflections, second, third
+from indexer_env.kernels.rates import block_extras
 
 
 @lanes
@@ -29,23 +31,26 @@ def plain_step(w, high, features):
 def stages(w, high, features, extras):
     """All stages, with or without what effects add."""
     to_second(w, high)
-    add_effects(w, high, NODE_2, features, extras, True)
+    if extras and features & RIPPLES:
+        begin_ripples(w, high, features)
+    add_effects(w, high, NODE_2, features, extras)
     to_third(w, high, extras)
-    add_effects(w, high, NODE_3, features, extras, True)
+    add_effects(w, high, NODE_3, features, extras)
     to_fourth(w, high, extras)
-    add_effects(w, high, 1.0, features, extras, True)
+    add_effects(w, high, 1.0, features, extras)
     to_end(w, high, extras)
-    add_effects(w, high, 1.0, features, extras, False)
+    if extras:
+        block_extras(w, high, features)
     at_end(w, high, extras)
 
 
 @lanes
-def add_effects(w, high, share, features, extras, turned):
-    """Work out what effects add at the stage's state; `turned` as in `rates.rates`."""
+def add_effects(w, high, share, features, extras):
+    """Work out what effects add at a stage's state."""
     if extras:
-        if turned and features & DRIVE_EFFECTS:
+        if features & (RIPPLES | USES_MESH):
             drive(w, high, share, features)
-        block_extras(w, high, features, turned)
+        block_extras(w, high, features)
 
 
 @scalar

@@ -7,37 +7,31 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 from __future__ import annotations
 
 from indexer_env.kernels.compiling import lanes, outlined
+from indexer_env.kernels.drive import RIPPLES, mesh, ripples
 from indexer_env.kernels.dynamics import (
     cam_acceleration,
     cam_and_housing_acceleration,
     follower_law,
     table_acceleration,
 )
-from indexer_env.kernels.effects import (
-    bump,
-    coulomb_torque,
-    harmonic,
-    imbalance_torque,
-    mesh_factor,
-    slip_acceleration,
-    stribeck_torque,
-)
+from indexer_env.kernels.effects import bump, coulomb_torque, imbalance_torque, slip_acceleration, stribeck_torque
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
 
-DRIVE_EFFECTS = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
 _LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
-"""Effects that act on the drive side of joint 1, and on the table."""
+"""Effects that act on the table."""
 
 
 @lanes
-def rates(w, low, high, model, features, turned):
+def rates(w, low, high, model, features, rippling):
     """Accelerations, deflections and torques of the lanes at their present state.
 
-    Without `turned` the motor stands where it stood at the evaluation before. Model A's cam follows the drive side.
+    Without `rippling` what ripples on the drive is at hand. Model A's cam follows the drive side.
     """
-    if features & DRIVE_EFFECTS and (turned or features & USES_SLIP):
-        drive_extras(w, low, high, features)
+    if rippling and features & RIPPLES:
+        ripples(w, low, high, features, DRIVE_EXTRA)
+    if features & USES_MESH:
+        mesh(w, low, high)
     if model == MODEL_A:
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
@@ -74,18 +68,18 @@ def rates(w, low, high, model, features, turned):
 
 
 @outlined
-def block_extras(w, high, features, turned):
-    """What effects add at the present state of lanes 0 … high-1, whose motors do not slip."""
-    if features & DRIVE_EFFECTS and turned:
-        drive_extras(w, FIRST_LANE, high, features)
+def block_extras(w, high, features):
+    """What effects add at the present state of lanes 0 … high-1, but for what ripples on their drives."""
+    if features & USES_MESH:
+        mesh(w, FIRST_LANE, high)
     if features & (_LOAD | USES_BUMP):
         load_and_law_extras(w, FIRST_LANE, high, features)
 
 
 @outlined
-def block_rates(w, high, model, features, turned):
-    """The same of lanes 0 … high-1."""
-    rates(w, FIRST_LANE, high, model, features, turned)
+def block_rates(w, high, model, features):
+    """The same as `rates` of lanes 0 … high-1 at a stage of a step."""
+    rates(w, FIRST_LANE, high, model, features, features & USES_SLIP)
 
 
 @outlined
@@ -110,33 +104,6 @@ def joints(w, i, housing, housing_rate):
     w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i], w[TORQUE_1 + i] = d1, v1, M1
     w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i], w[TORQUE_2 + i] = d2, v2, M2
     return b1, b2, M1, M2
-
-
-@lanes
-def drive_extras(w, low, high, features):
-    """What ripples on the reducer's output, and the factor of its mesh."""
-    for i in range(low, high):
-        w[DRIVE_EXTRA + i] = 0.0
-        w[DRIVE_RATE_EXTRA + i] = 0.0
-        w[DRIVE_ACC_EXTRA + i] = 0.0
-    if features & USES_RIPPLE:
-        add_harmonic(w, low, high, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE)
-    if features & USES_TRANSMISSION:
-        add_harmonic(w, low, high, TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE)
-    if features & USES_MESH:
-        for i in range(low, high):
-            w[MESH_FACTOR + i] = mesh_factor(w[MOTOR + i], w[MESH_DEPTH + i], w[MESH_ORDER + i], w[MESH_PHASE + i])
-
-
-@lanes
-def add_harmonic(w, low, high, amplitude, order, phase):
-    for i in range(low, high):
-        angle, rate, acceleration = harmonic(
-            w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i], w[amplitude + i], w[order + i], w[phase + i]
-        )
-        w[DRIVE_EXTRA + i] += angle
-        w[DRIVE_RATE_EXTRA + i] += rate
-        w[DRIVE_ACC_EXTRA + i] += acceleration
 
 
 @lanes
