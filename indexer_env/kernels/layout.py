@@ -21,6 +21,9 @@ FIRST_LANE = np.uint64(0)
 ONE, TWO, THREE, FOUR, FIVE = (np.uint64(number) for number in range(1, 6))
 """A plain number in its place would make an index signed."""
 
+NO, YES = np.bool_(False), np.bool_(True)
+"""Arguments that choose a variant of a function that is inlined."""
+
 TWO_PI = 2.0 * math.pi
 """One turn [rad]."""
 

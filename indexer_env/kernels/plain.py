@@ -8,7 +8,7 @@ next stage reads is written to memory. Effects add what they add before each sta
 from __future__ import annotations
 
 from indexer_env.kernels.compiling import lanes, scalar
-from indexer_env.kernels.drive import RIPPLES, begin_ripples
+from indexer_env.kernels.drive import RIPPLES, begin_ripples, ripple_between
 from indexer_env.kernels.dynamics import cam_acceleration, follower_law, table_acceleration
 from indexer_env.kernels.interpolation import ramp
 from indexer_env.kernels.joints import line_torque, straight_torque
@@ -18,18 +18,10 @@ from indexer_env.kernels.rates import block_extras
 
 
 @lanes
-def plain_step(w, high, features):
-    """The step of lanes 0 … high-1 over w[STEP], as `nystrom.nystrom_step` takes it."""
+def plain_step(w, high, features, extras):
+    """The step of lanes 0 … high-1 over w[STEP], as `nystrom.nystrom_step` takes it, with or without what effects
+    add."""
     keep_deflections(w, high, features)
-    if features & USES_ANY_EFFECT:
-        stages(w, high, features, True)
-    else:
-        stages(w, high, features, False)
-
-
-@lanes
-def stages(w, high, features, extras):
-    """All stages, with or without what effects add."""
     to_second(w, high)
     if extras and features & RIPPLES:
         begin_ripples(w, high, features)
@@ -48,8 +40,10 @@ def stages(w, high, features, extras):
 def add_effects(w, high, share, features, extras):
     """Work out what effects add at a stage's state."""
     if extras:
-        if features & (RIPPLES | USES_MESH):
+        if features & USES_MESH:
             drive(w, high, share, features)
+        elif features & RIPPLES:
+            ripple_between(w, high, share)
         block_extras(w, high, features)
 
 

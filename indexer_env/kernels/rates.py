@@ -79,13 +79,13 @@ def block_extras(w, high, features):
 @outlined
 def block_rates(w, high, model, features):
     """The same as `rates` of lanes 0 … high-1 at a stage of a step."""
-    rates(w, FIRST_LANE, high, model, features, features & USES_SLIP)
+    rates(w, FIRST_LANE, high, model, features, features & USES_SLIP != 0)
 
 
 @outlined
 def lane_rates(w, i, model, features):
     """The same of lane i alone."""
-    rates(w, i, i + ONE, model, features, True)
+    rates(w, i, i + ONE, model, features, YES)
 
 
 @lanes
