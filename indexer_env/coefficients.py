@@ -19,7 +19,11 @@ from indexer_env.operating_point import OperatingPoint
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
 
 _IN_DWELL = layout.USES_ANY_EFFECT & ~layout.USES_VISCOUS
-"""Effects with which the dwell has no closed form here: their items take steps in it, too."""
+"""Effects with which the dwell has no closed form here: their items take steps in it, too. Of the process torque and
+the profile error only those that reach into the dwell."""
+
+_BUMPS = ((layout.USES_PROCESS, "process"), (layout.USES_BUMP, "bump"))
+"""Effects that act in a part of the cam turn, and how the names of their numbers begin."""
 
 _NO_EDGE = -1e90
 """rad; edge of a joint that has none. Finite, as must be the cube of a hardening contact where others of a call have
@@ -79,6 +83,11 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
 
 
+_JOINTS = tuple(tuple(f"{what}_{n}" for what in ("stiffness", "damping", "backlash", "ratio")) for n in (1, 2, 3))
+"""Names of a joint's numbers."""
+
+_IN_ORDER = operator.itemgetter(*layout.COEFFICIENT_NAMES)
+
 _PLACES = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
 
 
@@ -113,18 +122,16 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
     ParameterError
         An effect that does not fit the machine (a station it has not, a loose base under Model A).
     """
-    values = dict(_OFF)
-    for part in ("cam", "follower", "table", "housing", "motor"):
-        values[f"{part}_inertia"] = getattr(machine, f"{part}_inertia")
-    values |= {
+    values = _OFF | {
+        "cam_inertia": machine.cam_inertia, "follower_inertia": machine.follower_inertia,
+        "table_inertia": machine.table_inertia, "housing_inertia": machine.housing_inertia,
+        "motor_inertia": machine.motor_inertia,
         "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
         "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
     }  # fmt: skip
-    for number, joint in enumerate((machine.input_joint, machine.output_joint, machine.base_joint), start=1):
-        values |= {
-            f"stiffness_{number}": joint.stiffness, f"damping_{number}": joint.damping,
-            f"backlash_{number}": joint.backlash, f"ratio_{number}": joint.stiffness_ratio,
-        }  # fmt: skip
+    for names, joint in zip(_JOINTS, (machine.input_joint, machine.output_joint, machine.base_joint), strict=True):
+        numbers = joint.stiffness, joint.damping, joint.backlash, joint.stiffness_ratio
+        values.update(zip(names, numbers, strict=True))
     model, features = machine.model, 0
     for effect in machine.effects:
         if effect.is_null:
@@ -144,9 +151,14 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
         features &= ~layout.HAS_EDGES_1
     if model != "B_on_base":
         features &= ~layout.HAS_EDGES_3
-    if model == "B" and not features & _IN_DWELL and values["cubic_2"] == 0.0:
+    in_dwell = features & _IN_DWELL
+    for bit, name in _BUMPS if in_dwell else ():
+        centre, half = values[f"{name}_centre"] % 1.0, values[f"{name}_half_width"]
+        if half <= centre <= machine.motion_share - half:
+            in_dwell &= ~bit
+    if model == "B" and not in_dwell and values["cubic_2"] == 0.0:
         values["linear_dwell"] = 1.0
-    row = np.array([values[name] for name in layout.COEFFICIENT_NAMES])
+    row = np.array(_IN_ORDER(values))
     law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     return Coefficients(_MODELS[model], features, row, law)
 

@@ -129,15 +129,18 @@ def _matrices(
 
 def largest_steps(items: Sequence[Coefficients]) -> np.ndarray:
     """The largest step (n,) [s] that resolves fastest mode and fastest decay of each of n items of one model."""
-    return np.minimum(*_resolving_steps(items))
+    return np.minimum(*_resolving_steps(items, _columns(items)))
 
 
-def _resolving_steps(items: Sequence[Coefficients]) -> tuple[np.ndarray, np.ndarray]:
+def _columns(items: Sequence[Coefficients]) -> dict[str, np.ndarray]:
+    """Coefficients of n items by their names, (n,) each."""
+    return dict(zip(layout.COEFFICIENT_NAMES, np.stack([item.row for item in items]).T, strict=True))
+
+
+def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """The largest steps (n,) [s] that resolve the fastest mode and the fastest decay of each of n items of one model,
     in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
-    rows = np.stack([item.row for item in items])
-    columns = {name: rows[:, column] for column, name in enumerate(layout.COEFFICIENT_NAMES)}
-    columns["stiffness_1"] = columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
+    columns = columns | {"stiffness_1": columns["stiffness_1"] * (1.0 + columns["mesh_depth"])}
     omega, decay = np.zeros(len(items)), np.zeros(len(items))
     for slope in (np.zeros(len(items)), np.array([item.law.steepest for item in items])):
         inertia, damping, stiffness = _matrices(items[0].model, columns.__getitem__, slope)
@@ -159,21 +162,23 @@ def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) ->
     """The largest step (n,) [s] of each of n items of one model, as by `largest_steps`, and its automatic one (n,) [s]:
     ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE to a step at the drive's
     orders; half of it with hardening contact, a LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
-    largest = _resolving_steps(items)
+    columns = _columns(items)
+    largest = _resolving_steps(items, columns)
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
-    reduction = np.array([item["reduction"] for item in items])
-    motion = np.array([item.law.motion for item in items]) / (reduction * speed)
-    order = np.array([
-        max((item[f"{kind}_order"] for kind, size in _HARMONICS if item[size] != 0.0), default=_SLOW) for item in items
-    ])  # fmt: skip
+    motion = np.array([item.law.motion for item in items]) / (columns["reduction"] * speed)
+    orders = [np.where(columns[size] != 0.0, columns[f"{kind}_order"], _SLOW) for kind, size in _HARMONICS]
+    order = np.maximum.reduce(orders)
     steps = np.minimum.reduce([
         *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
         motion / MOTION_STEPS, HARMONIC_PHASE / (order * speed),
     ])  # fmt: skip
     edges = np.array([bool(item.features & ~layout.USES_ANY_EFFECT) for item in items])
-    ripple = np.array([item["ripple_amplitude"] * item["ripple_order"] for item in items]) / reduction
-    hardening = np.array([item["cubic_2"] != 0.0 for item in items])
-    half = hardening | (ripple > LARGE_RIPPLE) | (edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0]))
+    ripple = columns["ripple_amplitude"] * columns["ripple_order"] / columns["reduction"]
+    half = (
+        (columns["cubic_2"] != 0.0)
+        | (ripple > LARGE_RIPPLE)
+        | (edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0]))
+    )
     return np.minimum(*largest), np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
 
 

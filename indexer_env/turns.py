@@ -96,7 +96,8 @@ class TurnGroup:
             going = sound & ~done
             if not going.any():
                 return
-            previous, previous_lengths = out[:, self.judge][going], lengths[going]
+            # a copy is as long as the record, so it is only made where items are left out
+            previous, previous_lengths = out[_chosen(going), self.judge], lengths[going]
             self._keep(going)
             if self.pack.features & layout.USES_SLIP:
                 kept = self._run_to_turn_end(batch, start[going])
@@ -106,8 +107,8 @@ class TurnGroup:
 
     def _record(self, batch: Batch, turn: int, done: np.ndarray, settled: np.ndarray, record: np.ndarray) -> None:
         """Write the finished items and how they were warmed up into the batch."""
-        items = self.items[done]
-        own = {name: record[done, self.names.index(name), : self.samples] for name in self.run.channels}
+        items, chosen = self.items[done], _chosen(done)
+        own = {name: record[chosen, self.names.index(name), : self.samples] for name in self.run.channels}
         if self.sink is not None:
             self.sink(items, own)
         else:
@@ -201,6 +202,11 @@ class TurnGroup:
         self.commanded = self.commanded[going]
         self.pack.states = self.pack.states[going].copy()
         self.pack.coefficients = self.pack.coefficients[going].copy()
+
+
+def _chosen(which: np.ndarray) -> np.ndarray | slice:
+    """Index of the items (n,) that are meant: of all of them one that takes no copy."""
+    return slice(None) if which.all() else which
 
 
 def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, cam_turn: np.ndarray) -> np.ndarray:

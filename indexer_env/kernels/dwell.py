@@ -22,14 +22,13 @@ from indexer_env.kernels.edges import (
     MOST_EDGES,
     any_above,
     find_joint_edge,
-    hermite,
     joint_guard,
     joint_rows,
-    slope,
 )
+from indexer_env.kernels.interpolation import hermite, ramp, slope
 from indexer_env.kernels.joints import region_after, region_line, straight_torque
 from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import ramp
+from indexer_env.kernels.nystrom import keep_deflections
 from indexer_env.kernels.pieces import set_lines
 
 LARGEST_STRIDE = 0.25
@@ -117,19 +116,17 @@ def use_region(w, i, joint):
 
 
 @lanes
-def move(w, high):
+def move(w, high, features):
     """Take the lanes in their dwell over their stride, and evaluate the state reached; the start is kept."""
+    keep_deflections(w, high, features)
     for i in range(high):
         t = w[STRIDE_TIME + i]
         if t > 0.0:
             x1, v1 = w[DEFLECTION_1 + i] - w[LINE_OFFSET_1 + i], w[DEFLECTION_RATE_1 + i]
             x2, v2 = w[DEFLECTION_2 + i] - w[LINE_OFFSET_2 + i], w[DEFLECTION_RATE_2 + i]
-            w[CAM_0 + i], w[CAM_RATE_0 + i], w[CAM_ACC_0 + i] = w[CAM + i], w[CAM_RATE + i], w[CAM_ACC + i]
-            w[TABLE_0 + i], w[TABLE_RATE_0 + i], w[TABLE_ACC_0 + i] = w[TABLE + i], w[TABLE_RATE + i], w[TABLE_ACC + i]
-            w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACC_0 + i] = w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACC + i]
-            w[DEFLECTION_1_0 + i], w[DEFLECTION_RATE_1_0 + i] = w[DEFLECTION_1 + i], w[DEFLECTION_RATE_1 + i]
-            w[DEFLECTION_2_0 + i], w[DEFLECTION_RATE_2_0 + i] = w[DEFLECTION_2 + i], w[DEFLECTION_RATE_2 + i]
-            w[DEFLECTION_ACC_1_0 + i], w[DEFLECTION_ACC_2_0 + i] = w[DEFLECTION_ACC_1 + i], w[DEFLECTION_ACC_2 + i]
+            w[CAM_0 + i], w[CAM_RATE_0 + i] = w[CAM + i], w[CAM_RATE + i]
+            w[TABLE_0 + i], w[TABLE_RATE_0 + i] = w[TABLE + i], w[TABLE_RATE + i]
+            w[MOTOR_0 + i], w[MOTOR_RATE_0 + i] = w[MOTOR + i], w[MOTOR_RATE + i]
 
             motor, motor_rate = ramp(t, w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i])
             d1 = w[CAM_A + i] * x1 + w[CAM_B + i] * v1 + w[CAM_F + i] + w[LINE_OFFSET_1 + i]

@@ -21,6 +21,10 @@ _VECTOR = 8
 """Blocks of more than this many items are filled up to whole vectors, as what is left over one goes lane by lane."""
 
 
+_LINE = 8
+"""Numbers in a line of the cache, where the workspace begins: a vector across two lines takes twice as long."""
+
+
 @outlined
 def step_block(w, high, model, features, pieces):
     """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Their pieces of the
@@ -30,7 +34,9 @@ def step_block(w, high, model, features, pieces):
             if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
                 follow_pieces(w, i, pieces)
     if model == MODEL_B and not features & USES_ANY_EFFECT:
-        plain_step(w, high)
+        plain_step(w, high, features, NO)
+    elif model == MODEL_B and not features & USES_SLIP:
+        plain_step(w, high, features, YES)
     else:
         nystrom_step(w, high, model, features)
     if mark(w, high, features):
@@ -43,7 +49,7 @@ def step_block(w, high, model, features, pieces):
 @outlined
 def stride_block(w, high, features):
     """Take the lanes in their dwell over a stride. Numbers as from `strode`."""
-    move(w, high)
+    move(w, high, features)
     if mark_strides(w, high, features):
         for i in range(high):
             if w[MARK + i] == 2.0 and mend_stride(w, i, features):
@@ -65,28 +71,6 @@ def load_block(w, block, width, high, states, coefficients, pieces, n_steps, ste
             set_clock(w, i, steps[item], n_steps[item], every)
             longest = max(longest, n_steps[item])
     return longest
-
-
-@outlined
-def run_block(w, block, width, high, model, features, pieces, last_steps, every, rows, limit, out, status, status_time):
-    """Take all lanes to their ends. As long as one steps, those in their dwell wait; then all that are in theirs stride
-    until none does."""
-    due, see, striding = width, width, False
-    while True:
-        if due > 0 and sample(w, block, width, high, every, limit, rows, out, status, status_time):
-            see = width
-        if see > 0:
-            for i in range(width):
-                if w[SEE + i] > 0.0:
-                    go_on(w, i, block + i, last_steps[block + i], limit, status, status_time, features)
-            stepping, strides = any_above(w, high, STEP, 0.0), any_above(w, high, STRIDE_TIME, 0.0)
-            if not (stepping or strides):
-                break
-            striding = strides and (striding or not stepping)
-        if striding:
-            due, see = stride_block(w, high, features)
-        else:
-            due, see = step_block(w, high, model, features, pieces)
 
 
 @outlined
@@ -135,8 +119,12 @@ def entry(fingerprint: str):
         workspace rows `rows` (c,) go to out (n, c, samples) until it is full; samples that no step reaches are NaN.
         status (n,) tells RUNNING, NOT_FINITE or OUT_OF_RANGE (deflection beyond `limit` [rad]), status_time (n,)
         when; such a lane stops.
+
+        As long as a lane of a block steps, those in their dwell wait; then all that are in theirs stride until none
+        does.
         """
-        w = np.empty(WORKSPACE)
+        memory = np.empty(WORKSPACE + _LINE)
+        w = memory[(-memory.ctypes.data // memory.itemsize) % _LINE :]
         for block in range(first, stop, int(LANES)):
             count = min(int(LANES), stop - block)
             filled = count if count <= _VECTOR else -(-count // _VECTOR) * _VECTOR
@@ -144,9 +132,22 @@ def entry(fingerprint: str):
             longest = load_block(
                 w, block, width, high, states, coefficients, pieces, n_steps, steps, every, model, features
             )
-            run_block(
-                w, block, width, high, model, features, pieces, last_steps, every, rows, limit, out, status, status_time
-            )
+            due, see, striding = width, width, False
+            while True:
+                if due > 0 and sample(w, block, width, high, every, limit, rows, out, status, status_time):
+                    see = width
+                if see > 0:
+                    for i in range(width):
+                        if w[SEE + i] > 0.0:
+                            go_on(w, i, block + i, last_steps[block + i], limit, status, status_time, features)
+                    stepping, strides = any_above(w, high, STEP, 0.0), any_above(w, high, STRIDE_TIME, 0.0)
+                    if not (stepping or strides):
+                        break
+                    striding = strides and (striding or not stepping)
+                if striding:
+                    due, see = stride_block(w, high, features)
+                else:
+                    due, see = step_block(w, high, model, features, pieces)
             unload_block(w, block, width, longest, states, every, rows, out)
         return fingerprint
 

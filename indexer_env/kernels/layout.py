@@ -21,6 +21,9 @@ FIRST_LANE = np.uint64(0)
 ONE, TWO, THREE, FOUR, FIVE = (np.uint64(number) for number in range(1, 6))
 """A plain number in its place would make an index signed."""
 
+NO, YES = np.bool_(False), np.bool_(True)
+"""Arguments that choose a variant of a function that is inlined."""
+
 TWO_PI = 2.0 * math.pi
 """One turn [rad]."""
 
@@ -104,6 +107,8 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     TURN_START, TURN_TABLE, TURN_FACTOR,
     # what effects add: to the drive side of joint 1, to the follower law, to the table's load; factor on joint 1
     DRIVE_EXTRA, DRIVE_RATE_EXTRA, DRIVE_ACC_EXTRA, BETA_EXTRA, BETA_1_EXTRA, BETA_2_EXTRA, LOAD_EXTRA, MESH_FACTOR,
+    # what ripples on the drive at the step's start and end: angle, rate, acceleration
+    DRIVE_0, DRIVE_RATE_0, DRIVE_ACC_0, DRIVE_1, DRIVE_RATE_1, DRIVE_ACC_1,
     # the step: its length (0: the lane takes none), the time into it of a stage, the marks of lanes to mend
     STEP, STAGE_TIME, MARK,
     # values at the step's start: state pairs (8 rows), accelerations (4), deflections with rates and accelerations (9)
@@ -121,7 +126,7 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     OWN_STEP, TAKEN, EDGES, LEFT, TO_SAMPLE, SAMPLE, SEE,
     # matrices of a stride in each region of joint 1, then of joint 2 (6 rows for each of the regions -1, 0, 1)
     STRIDES,
-) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 104))  # fmt: skip
+) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 110))  # fmt: skip
 WORKSPACE = int(STRIDES + 36 * LANES)
 
 DEFLECTIONS = 9

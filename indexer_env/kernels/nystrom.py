@@ -10,6 +10,8 @@ sixty times less error than with classical RK4 at the same cost.
 from __future__ import annotations
 
 from indexer_env.kernels.compiling import lanes, scalar
+from indexer_env.kernels.drive import RIPPLES, begin_ripples, ripple_between
+from indexer_env.kernels.interpolation import ramp
 from indexer_env.kernels.layout import *
 from indexer_env.kernels.rates import block_rates
 
@@ -41,12 +43,6 @@ def ended(h, x, v, a0, a2, a3):
     return x + h * (v + h * (1.0 / 6.0 * a0 + 1.0 / 3.0 * a2)), v + h * (1.0 / 6.0 * (a0 + a3) + 2.0 / 3.0 * a2)
 
 
-@scalar
-def ramp(time, angle, rate, acceleration):
-    """Angle and rate of a motor on its commanded ramp after a time."""
-    return angle + time * (rate + 0.5 * time * acceleration), rate + time * acceleration
-
-
 @lanes
 def nystrom_step(w, high, model, features):
     """The step of lanes 0 … high-1 over w[STEP] for every model and effect, stage by stage through the workspace, from
@@ -58,8 +54,10 @@ def nystrom_step(w, high, model, features):
     if model == MODEL_B_ON_BASE:
         to_second(w, high, HOUSING, HOUSING_0, HOUSING_ACC)
     to_second(w, high, MOTOR, MOTOR_0, MOTOR_ACC)
+    if features & RIPPLES and not features & USES_SLIP:
+        begin_ripples(w, high, features)
     drive(w, high, NODE_2, features)
-    block_rates(w, high, model, features, True)
+    block_rates(w, high, model, features)
     to_third(w, high, CAM, CAM_0, CAM_ACC)
     to_third(w, high, TABLE, TABLE_0, TABLE_ACC)
     if model == MODEL_B_ON_BASE:
@@ -67,7 +65,7 @@ def nystrom_step(w, high, model, features):
     if features & USES_SLIP:
         to_third(w, high, MOTOR, MOTOR_0, MOTOR_ACC)
     drive(w, high, NODE_3, features)
-    block_rates(w, high, model, features, True)
+    block_rates(w, high, model, features)
     to_fourth(w, high, CAM, CAM_0, CAM_ACC)
     to_fourth(w, high, TABLE, TABLE_0, TABLE_ACC)
     if model == MODEL_B_ON_BASE:
@@ -75,14 +73,14 @@ def nystrom_step(w, high, model, features):
     if features & USES_SLIP:
         to_fourth(w, high, MOTOR, MOTOR_0, MOTOR_ACC)
     drive(w, high, 1.0, features)
-    block_rates(w, high, model, features, True)
+    block_rates(w, high, model, features)
     to_end(w, high, CAM, CAM_0, CAM_ACC)
     to_end(w, high, TABLE, TABLE_0, TABLE_ACC)
     if model == MODEL_B_ON_BASE:
         to_end(w, high, HOUSING, HOUSING_0, HOUSING_ACC)
     if features & USES_SLIP:
         to_end(w, high, MOTOR, MOTOR_0, MOTOR_ACC)
-    block_rates(w, high, model, features, False)
+    block_rates(w, high, model, features)
 
 
 @lanes
@@ -139,7 +137,8 @@ def to_end(w, high, angle, start, acc):
 
 @lanes
 def drive(w, high, share, features):
-    """Put the motors where their ramp has them after a share of the step, or tell those that slip the time."""
+    """Put the motors, and what ripples on them, where they are after a share of the step, or tell those that slip the
+    time."""
     if features & USES_SLIP:
         for i in range(high):
             w[STAGE_TIME + i] = w[TAKEN + i] + share * w[STEP + i]
@@ -148,3 +147,5 @@ def drive(w, high, share, features):
             w[MOTOR + i], w[MOTOR_RATE + i] = ramp(
                 share * w[STEP + i], w[MOTOR_0 + i], w[MOTOR_RATE_0 + i], w[MOTOR_ACCELERATION + i]
             )
+        if features & RIPPLES:
+            ripple_between(w, high, share)

@@ -7,47 +7,38 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 from __future__ import annotations
 
 from indexer_env.kernels.compiling import lanes, outlined
+from indexer_env.kernels.drive import RIPPLES, mesh, ripples
 from indexer_env.kernels.dynamics import (
     cam_acceleration,
     cam_and_housing_acceleration,
     follower_law,
     table_acceleration,
 )
-from indexer_env.kernels.effects import (
-    bump,
-    coulomb_torque,
-    harmonic,
-    imbalance_torque,
-    mesh_factor,
-    slip_acceleration,
-    stribeck_torque,
-)
+from indexer_env.kernels.effects import bump, coulomb_torque, imbalance_torque, slip_acceleration, stribeck_torque
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
 
-_DRIVE = USES_RIPPLE | USES_TRANSMISSION | USES_MESH
 _LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
-"""Effects that act on the drive side of joint 1, and on the table."""
+"""Effects that act on the table."""
 
 
 @lanes
-def rates(w, low, high, model, features, turned):
+def rates(w, low, high, model, features, rippling):
     """Accelerations, deflections and torques of the lanes at their present state.
 
-    Without `turned` the motor stands where it stood at the evaluation before. Model A's cam follows the drive side.
+    Without `rippling` what ripples on the drive is at hand. Model A's cam follows the drive side.
     """
-    if features & USES_ANY_EFFECT:
-        if features & _DRIVE and (turned or features & USES_SLIP):
-            drive_extras(w, low, high, features)
-        if features & _LOAD:
-            load_extras(w, low, high, features)
+    if rippling and features & RIPPLES:
+        ripples(w, low, high, features, DRIVE_EXTRA)
+    if features & USES_MESH:
+        mesh(w, low, high)
     if model == MODEL_A:
         for i in range(low, high):
             w[CAM + i] = w[REDUCTION + i] * w[MOTOR + i] + w[DRIVE_EXTRA + i]
             w[CAM_RATE + i] = w[REDUCTION + i] * w[MOTOR_RATE + i] + w[DRIVE_RATE_EXTRA + i]
             w[CAM_ACC + i] = w[REDUCTION + i] * w[MOTOR_ACCELERATION + i] + w[DRIVE_ACC_EXTRA + i]
-    if features & (USES_BUMP | USES_PROCESS):
-        cam_phase_extras(w, low, high, features)
+    if features & (_LOAD | USES_BUMP):
+        load_and_law_extras(w, low, high, features)
     if model == MODEL_B_ON_BASE:
         for i in range(low, high):
             housing, housing_rate = w[HOUSING + i], w[HOUSING_RATE + i]
@@ -77,15 +68,24 @@ def rates(w, low, high, model, features, turned):
 
 
 @outlined
-def block_rates(w, high, model, features, turned):
-    """The same of lanes 0 … high-1."""
-    rates(w, FIRST_LANE, high, model, features, turned)
+def block_extras(w, high, features):
+    """What effects add at the present state of lanes 0 … high-1, but for what ripples on their drives."""
+    if features & USES_MESH:
+        mesh(w, FIRST_LANE, high)
+    if features & (_LOAD | USES_BUMP):
+        load_and_law_extras(w, FIRST_LANE, high, features)
+
+
+@outlined
+def block_rates(w, high, model, features):
+    """The same as `rates` of lanes 0 … high-1 at a stage of a step."""
+    rates(w, FIRST_LANE, high, model, features, features & USES_SLIP != 0)
 
 
 @outlined
 def lane_rates(w, i, model, features):
     """The same of lane i alone."""
-    rates(w, i, i + ONE, model, features, True)
+    rates(w, i, i + ONE, model, features, YES)
 
 
 @lanes
@@ -107,40 +107,12 @@ def joints(w, i, housing, housing_rate):
 
 
 @lanes
-def drive_extras(w, low, high, features):
-    """What ripples on the reducer's output, and the factor of its mesh."""
-    for i in range(low, high):
-        w[DRIVE_EXTRA + i] = 0.0
-        w[DRIVE_RATE_EXTRA + i] = 0.0
-        w[DRIVE_ACC_EXTRA + i] = 0.0
-    if features & USES_RIPPLE:
-        add_harmonic(w, low, high, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE)
-    if features & USES_TRANSMISSION:
-        add_harmonic(w, low, high, TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE)
-    if features & USES_MESH:
+def load_and_law_extras(w, low, high, features):
+    """What opposes the table beside joint 2 and the constant load: friction, gravity and the process, which depends on
+    the cam's phase; and the bump on the cam's profile."""
+    if features & _LOAD:
         for i in range(low, high):
-            w[MESH_FACTOR + i] = mesh_factor(w[MOTOR + i], w[MESH_DEPTH + i], w[MESH_ORDER + i], w[MESH_PHASE + i])
-
-
-@lanes
-def add_harmonic(w, low, high, amplitude, order, phase):
-    for i in range(low, high):
-        angle, rate, acceleration = harmonic(
-            w[MOTOR + i], w[MOTOR_RATE + i], w[MOTOR_ACCELERATION + i], w[amplitude + i], w[order + i], w[phase + i]
-        )
-        w[DRIVE_EXTRA + i] += angle
-        w[DRIVE_RATE_EXTRA + i] += rate
-        w[DRIVE_ACC_EXTRA + i] += acceleration
-
-
-@lanes
-def load_extras(w, low, high, features):
-    """What opposes the table beside joint 2 and the constant load: friction and gravity."""
-    for i in range(low, high):
-        w[LOAD_EXTRA + i] = 0.0
-    if features & USES_VISCOUS:
-        for i in range(low, high):
-            w[LOAD_EXTRA + i] += w[VISCOUS + i] * w[TABLE_RATE + i]
+            w[LOAD_EXTRA + i] = w[VISCOUS + i] * w[TABLE_RATE + i]
     if features & USES_COULOMB:
         for i in range(low, high):
             w[LOAD_EXTRA + i] += coulomb_torque(w[TABLE_RATE + i], w[COULOMB_TORQUE + i], w[COULOMB_SPEED + i])
@@ -152,11 +124,6 @@ def load_extras(w, low, high, features):
     if features & USES_IMBALANCE:
         for i in range(low, high):
             w[LOAD_EXTRA + i] += imbalance_torque(w[TABLE + i], w[IMBALANCE_TORQUE + i], w[IMBALANCE_PHASE + i])
-
-
-@lanes
-def cam_phase_extras(w, low, high, features):
-    """What depends on the cam's phase: the process torque, and the bump on the cam's profile."""
     if features & USES_PROCESS:
         for i in range(low, high):
             height, _, _ = bump(PER_TURN * w[CAM + i], w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])

@@ -1,4 +1,4 @@
-"""The fast path of Model B without effects against the general one."""
+"""The fast path of Model B against the general one."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,13 @@ from indexer_env.kernels.nystrom import nystrom_step
 from indexer_env.kernels.plain import plain_step
 
 ROWS_OF_EFFECTS = range(int(layout.DRIVE_EXTRA), int(layout.MESH_FACTOR), int(layout.LANES))
+EDGES = layout.HAS_EDGES_1 | layout.HAS_EDGES_2
 
 
 @pytest.mark.unjitted
+@pytest.mark.parametrize("features", [EDGES, EDGES | layout.USES_COULOMB, layout.USES_ANY_EFFECT & ~layout.USES_SLIP])
 @pytest.mark.parametrize("count", [int(layout.LANES), 5])
-def test_plain_and_general_step_agree_to_the_last_bit(count):
+def test_plain_and_general_step_agree_to_the_last_bit(count, features):
     rng = np.random.default_rng(7)
     general = rng.uniform(0.1, 1.0, layout.WORKSPACE)
     general[layout.STEP : layout.STEP + layout.LANES] = 1e-3
@@ -24,10 +26,10 @@ def test_plain_and_general_step_agree_to_the_last_bit(count):
     for row in ROWS_OF_EFFECTS:
         general[row : row + layout.LANES] = 0.0
     plain = general.copy()
-    high, edges = np.uint64(count), layout.HAS_EDGES_1 | layout.HAS_EDGES_2
+    high = np.uint64(count)
     for _ in range(3):
-        nystrom_step(general, high, layout.MODEL_B, edges)
-        plain_step(plain, high)
+        nystrom_step(general, high, layout.MODEL_B, features)
+        plain_step(plain, high, features, np.bool_(features & layout.USES_ANY_EFFECT))
     kept = [layout.CAM, layout.CAM_RATE, layout.TABLE, layout.TABLE_RATE, layout.MOTOR, layout.MOTOR_RATE]
     kept += [layout.CAM_ACC, layout.TABLE_ACC, layout.TORQUE_1, layout.TORQUE_2]
     kept += [layout.DEFLECTION_ACC_1, layout.DEFLECTION_ACC_2, layout.DEFLECTION_ACC_1_0, layout.DEFLECTION_ACC_2_0]
