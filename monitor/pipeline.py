@@ -177,7 +177,8 @@ class Pipeline:
         mode, record = cut.mode, cut.turn.record
         assert record is not None
         signal = Signal(record, mode.rate, unit=mode.unit, source=self.machine)
-        known = RecordConditions(motor_speed=mode.motor_speed, sensor_radius=self._plan.sensor_radius)
+        speed = None if mode.motor_speed is None else mode.motor_speed * mode.duration / cut.turn.duration
+        known = RecordConditions(motor_speed=speed, sensor_radius=self._plan.sensor_radius)
         finding = self._diagnoser.diagnose_turn(signal, known)
         self.states.over(*UNTIL_GOOD_TURN)
         sizes: dict[str, Size] = dict(finding.sizes)
