@@ -31,9 +31,9 @@ MOST_ROWS = 1000
 LARGEST_BODY = 8192
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Api:
-    """The handlers and what they need."""
+    """The handlers and what they need; `physical`: whether physics is asked about machines."""
 
     store: Store
     engine: Engine

@@ -44,7 +44,8 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
     save_weights(network.state_dict(), folder / "cnn_0.safetensors")
     about = {
         "format": "indexer-twin", "version": 1, "settings": {"faults": list(NAMES), "matters": {}},
-        "networks": ["cnn_0"], "cells": dataclasses.asdict(cells), "shift": 0.002, "range": {"motor_speed_rpm": list(RPMS), "load_torque": list(loads)},
+        "networks": ["cnn_0"], "cells": dataclasses.asdict(cells), "shift": 0.002,
+        "range": {"motor_speed_rpm": list(RPMS), "load_torque": list(loads)},
         "load_factor": 1.0, "noise": builders.NOISE, "sample_noise": builders.NOISE, "unit": "rad/s^2",
         "judge": {"alarm": 0.0, "reach": [2.0] * len(NAMES), "novelty": [0.0, 0.0, 0.0], "strange": 1.0},
         "calibration": {"findings": [], "spread": {name: 0.02 for name in ("table_inertia", "cam_inertia")}},

@@ -34,7 +34,7 @@ export function picture(levels) {
     s("path", { d: "M71 130a12 12 0 1 0 24 0a12 12 0 1 0 -24 0 M83 118v24 M71 130h24", class: "gear" }),
     s("rect", { x: 8, y: 114, width: 50, height: 32, rx: 5, class: "motor" }),
     s("path", { d: "M58 130h5", class: "gear" }),
-    ...[["motor", 33, 162], ["reducer", 83, 106], ["rollers", 252, 99], ["cam", 272, 134], ["table", 150, 22], ["sensor", 224, 22], ["base", 312, 164]]
+    ...[["motor", 33, 162], ["reducer", 83, 106], ["rollers", 252, 99], ["cam", 274, 134], ["table", 150, 22], ["sensor", 224, 22], ["base", 312, 164]]
       .map(([text, x, y]) => { const label = s("text", { x, y, class: "label" }); label.textContent = text; return label; }),
   );
 }

@@ -68,7 +68,9 @@ const units = {};
 export const setUnits = (told) => Object.assign(units, told);
 export function unitOf(name) {
   const q = QUANTITIES[name] ?? { unit: "", digits: 2 };
-  return units[name] == null ? { unit: q.unit, factor: q.factor ?? 1, digits: q.digits ?? 2 } : { unit: units[name], factor: 1, digits: null };
+  if (units[name] == null) return { unit: q.unit, short: q.unit, factor: q.factor ?? 1, digits: q.digits ?? 2 };
+  // "° at the motor shaft" is said once, where the quantity is explained; beside a number it is "°".
+  return { unit: units[name], short: /^[°%]/.test(units[name]) ? units[name][0] : units[name], factor: 1, digits: null };
 }
 
 export const LEVELS = { normal: "Normal", alert: "Alert", alarm: "Alarm", danger: "Danger" };
@@ -86,7 +88,7 @@ export const T = {
   noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/monitor.md shows how to send one.",
   live: "live", lost: "Connection lost; what you see may be old. Trying again …",
   since: (t) => `since ${t}`,
-  sure: (p) => p == null ? "" : `the network is ${Math.round(100 * p)} % sure of it`,
+  sure: (p) => p == null ? "" : `the network is ${Math.min(99, Math.round(100 * p))} % sure of it`,
   left: (r) => `Danger in about ${r}`,
   leftNone: "No time to danger can be told yet.",
   waiting: "The first turns are being taken in.",
@@ -101,6 +103,7 @@ export const T = {
   signIn: "Sign in", token: "Token", signInHelp: "This monitor asks for a token. Whoever started it has set one.",
   failed: "The monitor's engine has stopped; see its log.", missing: "There is nothing here.", notFound: "Back to all machines",
   asOf: (t) => `newest turn ${t}`, limits: "alert / alarm / danger", told: "network",
+  inUnit: (unit) => `In ${unit}.`,
   physics: "What the physics says", noPhysics: "No answer yet; one comes with the next alarm and every few hours.",
   physicsOf: (turns, turn, t, took) => `of ${turns} turns up to turn ${turn}, ${t}, in ${Math.round(took)} s`,
   physicsBelow: (level, before) => `The model of the machine leaves ${level.toFixed(1)} times the noise, ${before.toFixed(1)} times without a fault.`,
@@ -125,10 +128,10 @@ export function remaining(r) {
 }
 
 export function size(name, value) {
-  const { unit, factor, digits } = unitOf(name);
+  const { short, factor, digits } = unitOf(name);
   if (value == null) return "–";
   const text = digits == null ? String(Number((value * factor).toPrecision(2))) : (value * factor).toFixed(digits);
-  return `${text}${!unit || unit === "°" ? unit : ` ${unit}`}`;
+  return `${text}${!short || short === "°" ? short : ` ${short}`}`;
 }
 
 export function interval(name, s) {

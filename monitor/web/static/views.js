@@ -2,7 +2,7 @@
 import { h } from "./dom.js";
 import { picture } from "./picture.js";
 import * as charts from "./charts.js";
-import { EVENTS, LEVELS, QUANTITIES, T, interval, quantity, remaining, size, time } from "./text.js";
+import { EVENTS, LEVELS, QUANTITIES, T, interval, quantity, remaining, size, time, unitOf } from "./text.js";
 
 const RANK = { normal: 0, alert: 1, alarm: 2, danger: 3 };
 const URGENT = ["stale", "dead", "clipped", "swapped", "overload"];
@@ -117,7 +117,7 @@ function physics(answers) {
     one.remarks?.length ? h("ul.plain", {}, one.remarks.map((remark) => h("li", {}, remark))) : null,
     one.level != null && h("p", {}, T.physicsBelow(one.level, one.before)),
     h("p.quiet", {}, T.physicsOf(one.turns, one.turn, time(one.time_ns), one.took_s))];
-  return h("section.card", { "aria-label": T.physics }, h("h2", {}, T.physics), told);
+  return h("section.physics", { "aria-label": T.physics }, h("h2", {}, T.physics), told);
 }
 
 export function fault(state, name, key, ask) {
@@ -126,7 +126,7 @@ export function fault(state, name, key, ask) {
   const mine = Object.entries(modes).filter(([, by]) => by[key]?.time.length);
   return [
     h("h1", {}, `${quantity(key)}, ${name}`, " ", badge(levelOf(one, key))),
-    h("p", {}, q?.what), told(one, key), actions(state, one, key, ask),
+    h("p", {}, q?.what, unitOf(key).unit !== unitOf(key).short && ` ${T.inUnit(unitOf(key).unit)}`), told(one, key), actions(state, one, key, ask),
     h("p.quiet", {}, `${T.limits}: ${state.limits[key].map((limit) => size(key, limit)).join(" / ")}`),
     state.physical && physics(state.answers),
     mine.length ? mine.map(([mode, by]) => [h("h2", {}, `${T.trend}, ${mode}`),
