@@ -34,6 +34,7 @@ from monitor.sources.base import Source
 from monitor.sources.broker import HOST, BuiltInBroker
 from monitor.sources.folder import FolderSource
 from monitor.sources.mqtt import Broker, MqttSource, read_url
+from monitor.sources.opcua import SCHEME, OpcUaSource
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
 from monitor.store.archive import archive, expire
@@ -207,6 +208,8 @@ class Service:
             return [FolderSource(folder, settings.reading, settings.pulse_column, settings.settle)]
         if source.startswith("replay:"):
             return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
+        if source.startswith(SCHEME):
+            return [OpcUaSource(source, settings.opcua)]
         broker, topic = self._broker_of_url()
         return [MqttSource(broker, topic, settings.client_id)]
 

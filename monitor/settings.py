@@ -17,6 +17,7 @@ from indexer_records.measured import Reading
 from monitor.alarms import Limits, Rules
 from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
+from monitor.sources.opcua import Nodes
 
 _LEAST_SECRET = 16
 
@@ -90,6 +91,7 @@ class Settings:
     mqtt_version: int
     client_id: str
     tls: Tls
+    opcua: Nodes
     reading: Reading
     pulse_column: str | None
     settle: float
@@ -176,6 +178,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         mqtt_version=config["mqtt"]["version"],
         client_id=config["mqtt"]["client_id"],
         tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
+        opcua=Nodes(**config["opcua"]),
         reading=Reading(**config["read"]),
         pulse_column=config["pulse"]["column"],
         settle=float(config["settle"]),
