@@ -194,7 +194,8 @@ class Pipeline:
             if trend.full:
                 outcome.events += self._judge(name, cut.end_ns, smooth)
             if name != CHANGE and smooth[name].low > 0.0:
-                found = remaining_time(trend.history, self._plan.limits[name].end, cut.end_ns / NANO)
+                limit = self._plan.limits[name].end
+                found = remaining_time(trend.history, limit, cut.end_ns / NANO, trend.stride)
                 if found is not None:
                     remaining[name] = found
         self.last = {
