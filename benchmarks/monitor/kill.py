@@ -78,12 +78,12 @@ class Process:
                 self.kill()
 
 
-def broker_process(folder: Path, port: int) -> Process:
-    """Mosquitto that writes what it holds every second."""
+def broker_process(folder: Path, port: int, kept: bool = True) -> Process:
+    """Mosquitto; `kept`: it writes all that it holds with every message, so that its kill loses nothing."""
     config = folder / "mosquitto.conf"
     config.write_text(
-        f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence true\npersistence_location {folder}/\n"
-        "autosave_interval 1\nautosave_on_changes true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
+        f"listener {port} 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
+        + f"persistence true\npersistence_location {folder}/\nautosave_interval 1\nautosave_on_changes true\n" * kept
     )
     assert MOSQUITTO is not None
     return Process([MOSQUITTO, "-c", str(config)], folder, "broker")

@@ -69,7 +69,7 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
             ],
             folder, "monitor",
         )  # fmt: skip
-        for process in (broker_process(folder, port), monitor):
+        for process in (broker_process(folder, port, kept=False), monitor):
             process.start()
             stack.callback(process.end)
             time.sleep(1.0)
@@ -94,6 +94,7 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
                 text = json.dumps(head)[:-1] + ', "values": ' + texts[second % len(texts)] + "}"
                 client.publish(f"plant/{name}/acceleration", text, 1)
             memory.append(_memory_mib(pid))
+        settled = len(page.seen)
         used, wall = _processor_s(pid) - used, time.monotonic() - began
         expected = machines * (_BLOCK * seconds // len(turn))
         until = time.monotonic() + _SETTLING_S
@@ -107,6 +108,7 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
             "seconds": seconds,
             "turns_expected": expected,
             "turns": len(page.seen),
+            "turns_when_the_last_was_sent": settled,
             "processor_share_of_a_core": used / wall,
             "delay_median_ms": 1000 * float(np.median(delays)),
             "delay_99_ms": 1000 * float(np.quantile(delays, 0.99)),
