@@ -26,6 +26,7 @@ EXTRAS = {
     "onnx": "classifier.export",
     "optuna": "classifier.tune",
     "amqtt": "monitor",
+    "asyncua": "monitor",
     "paho": "monitor",
     "prometheus_client": "monitor",
     "sqlalchemy": "monitor",

@@ -150,7 +150,7 @@ class OpcUaSource(Source):
                 await client.check_connection()
 
     async def _client(self) -> Any:
-        from asyncua import Client
+        from asyncua.client.client import Client
         from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
         from asyncua.crypto.uacrypto import CertProperties
 
