@@ -27,6 +27,7 @@ EXTRAS = {
     "optuna": "classifier.tune",
     "amqtt": "monitor",
     "asyncua": "monitor",
+    "cryptography": "monitor",
     "paho": "monitor",
     "prometheus_client": "monitor",
     "sqlalchemy": "monitor",
