@@ -177,7 +177,8 @@ class Pipeline:
         mode, record = cut.mode, cut.turn.record
         assert record is not None
         signal = Signal(record, mode.rate, unit=mode.unit, source=self.machine)
-        known = RecordConditions(motor_speed=mode.motor_speed, sensor_radius=self._plan.sensor_radius)
+        speed = None if mode.motor_speed is None else mode.motor_speed * mode.duration / cut.turn.duration
+        known = RecordConditions(motor_speed=speed, sensor_radius=self._plan.sensor_radius)
         finding = self._diagnoser.diagnose_turn(signal, known)
         self.states.over(*UNTIL_GOOD_TURN)
         sizes: dict[str, Size] = dict(finding.sizes)
@@ -193,7 +194,8 @@ class Pipeline:
             if trend.full:
                 outcome.events += self._judge(name, cut.end_ns, smooth)
             if name != CHANGE and smooth[name].low > 0.0:
-                found = remaining_time(trend.history, self._plan.limits[name].end, cut.end_ns / NANO)
+                limit = self._plan.limits[name].end
+                found = remaining_time(trend.history, limit, cut.end_ns / NANO, trend.stride)
                 if found is not None:
                     remaining[name] = found
         self.last = {

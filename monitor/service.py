@@ -16,7 +16,9 @@ import uvicorn
 from classifier.model import load_model
 from indexer_env.errors import IndexerError, refuse
 from monitor.analysis.classifier import ClassifierDiagnoser
-from monitor.engine import Engine
+from monitor.analysis.finding import Diagnoser
+from monitor.analysis.twin import TwinDiagnoser, limits_of
+from monitor.engine import Change, Engine
 from monitor.intake.blocks import NANO
 from monitor.outputs.metrics import Metrics
 from monitor.outputs.outbox import Sender
@@ -24,12 +26,15 @@ from monitor.outputs.publish import CHANNEL as MQTT_CHANNEL
 from monitor.outputs.publish import MqttDelivery
 from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
 from monitor.outputs.webhook import WebhookDelivery
+from monitor.physics import Physics
+from monitor.plan import CHANGE
 from monitor.settings import Settings
 from monitor.sources import demo
 from monitor.sources.base import Source
 from monitor.sources.broker import HOST, BuiltInBroker
 from monitor.sources.folder import FolderSource
 from monitor.sources.mqtt import Broker, MqttSource, read_url
+from monitor.sources.opcua import SCHEME, OpcUaSource
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
 from monitor.store.archive import archive, expire
@@ -37,6 +42,7 @@ from monitor.web.access import Gate
 from monitor.web.api import Api
 from monitor.web.app import make_app
 from monitor.web.hub import Hub
+from twin.twin import Twin
 
 DAY_NS = 24 * 3600 * NANO
 BUILT_IN_TOPIC = demo.TOPIC.format("+")
@@ -67,8 +73,7 @@ class Service:
         settings.out.mkdir(parents=True, exist_ok=True)
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
-        diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
-        _check_limits(settings, diagnoser)
+        diagnoser, settings = _diagnoser(settings)
         try:
             self._store = Store(settings.store)
         except StoreDown as error:
@@ -77,14 +82,22 @@ class Service:
         self.broker: BuiltInBroker | None = None
         self._senders: list[Sender] = []
         channels = (*([WEB_CHANNEL] if settings.webhook.url else []), *([MQTT_CHANNEL] if settings.publish else []))
+        self.physics = None
+        if isinstance(diagnoser, TwinDiagnoser):
+            self.physics = Physics(
+                self._store, diagnoser.twin.folder, diagnoser.load_torque, diagnoser.modes, settings.physics_h,
+                self._hub.tell,
+            )  # fmt: skip
         self.engine = Engine(
-            self._store, diagnoser, settings.plan, channels, self._hub.tell,
+            self._store, diagnoser, settings.plan, channels, self._changed,
             stale_s=settings.stale, reorder_s=settings.reorder,
         )  # fmt: skip
         self._sources = self._make_sources()
         self._make_senders()
         gate = Gate(settings.access)
-        api = Api(self._store, self.engine, diagnoser, settings.plan, self._hub, gate)
+        api = Api(
+            self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None
+        )
         app = make_app(api, Metrics(self.engine, self._store), settings.local)
         config = uvicorn.Config(
             app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, ws="none",
@@ -93,6 +106,11 @@ class Service:
         self._server = uvicorn.Server(config)
         self._listener = _listener(settings.host, settings.port)
         self._stopping = threading.Event()
+
+    def _changed(self, change: Change) -> None:
+        self._hub.tell(change)
+        if self.physics is not None:
+            self.physics.consider(change)
 
     @property
     def url(self) -> str:
@@ -115,8 +133,10 @@ class Service:
     @contextlib.contextmanager
     def _running(self) -> Iterator[None]:
         self.engine.start()
-        for part in (*self._senders,):
-            part.start()
+        if self.physics is not None:
+            self.physics.start()
+        for sender in self._senders:
+            sender.start()
         for source in self._sources:
             source.start(self.engine)
         keeper = threading.Thread(target=self._keep, name="keeper", daemon=True)
@@ -128,6 +148,8 @@ class Service:
             for source in self._sources:
                 source.stop()
             self.engine.stop()
+            if self.physics is not None:
+                self.physics.stop()
             for sender in self._senders:
                 sender.stop()
             keeper.join(timeout=30.0)
@@ -186,6 +208,8 @@ class Service:
             return [FolderSource(folder, settings.reading, settings.pulse_column, settings.settle)]
         if source.startswith("replay:"):
             return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
+        if source.startswith(SCHEME):
+            return [OpcUaSource(source, settings.opcua)]
         broker, topic = self._broker_of_url()
         return [MqttSource(broker, topic, settings.client_id)]
 
@@ -210,7 +234,19 @@ class Service:
             )
 
 
-def _check_limits(settings: Settings, diagnoser: ClassifierDiagnoser) -> None:
+def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
+    """Whoever diagnoses, and the settings with the limits that belong to him."""
+    if settings.twin is None:
+        diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
+        _check_limits(settings, diagnoser)
+        return diagnoser, settings
+    diagnoser = TwinDiagnoser(Twin.load(settings.twin), settings.load_torque, settings.motor_speeds)
+    unknown = {name: limits for name, limits in settings.plan.limits.items() if name == CHANGE}
+    limits = limits_of(diagnoser.twin, settings.twin_limits, settings.deadband) | unknown
+    return diagnoser, replace(settings, plan=replace(settings.plan, limits=limits))
+
+
+def _check_limits(settings: Settings, diagnoser: Diagnoser) -> None:
     watched = set(settings.plan.limits) & set(diagnoser.quantities)
     if not watched:
         raise refuse("monitor", "limits", f"limits of what the model tells ({', '.join(diagnoser.quantities)})", None)

@@ -11,13 +11,13 @@ from typing import Any
 from indexer_cli.job_paths import path_given
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
+from indexer_env.units import RPM
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Limits, Rules
-from monitor.plan import CHANGE, Plan
+from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
-
-QUANTITIES = ("backlash_deg", "crack", "looseness", CHANGE)
+from monitor.sources.opcua import Nodes
 
 _LEAST_SECRET = 16
 
@@ -76,6 +76,12 @@ class Settings:
 
     source: str
     models: tuple[Path, ...]
+    twin: Path | None
+    twin_limits: Mapping[str, Any]
+    deadband: float
+    load_torque: float | None
+    motor_speeds: tuple[float, ...] | None
+    physics_h: float
     out: Path
     store: str
     plan: Plan
@@ -85,6 +91,7 @@ class Settings:
     mqtt_version: int
     client_id: str
     tls: Tls
+    opcua: Nodes
     reading: Reading
     pulse_column: str | None
     settle: float
@@ -127,6 +134,9 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         check_number("monitor", key, config[key], low=0.0, low_open=key == "speed")
     for key in ("jitter", "reorder", "stale"):
         check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", unit="s")
+    check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
+    if not isinstance(config["twin_limits"], Mapping):
+        raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
     for key in ("raw_days", "turn_days"):
         check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
     if config["mqtt"]["version"] not in (3, 5):
@@ -142,11 +152,23 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     given = config["model"]
     models = () if given is None else tuple(given) if isinstance(given, list) else (given,)
     source = config["source"]
-    if source != "demo" and not models:
-        raise refuse("monitor", "model", "the folder of a trained model", None, "train one with indexer train")
+    twin = None if config["twin"] is None else path_given("monitor", "twin", config["twin"])
+    if twin is not None and models:
+        raise refuse("monitor", "twin", "given instead of model, not beside it", str(twin), "leave one of them out")
+    if twin is not None and source == "demo":
+        raise refuse("monitor", "source", "that of your machine where a twin is given", source, "name it, as in --help")
+    if source != "demo" and not models and twin is None:
+        remedy = "train one with indexer train, or name a twin"
+        raise refuse("monitor", "model", "the folder of a trained model", None, remedy)
     return Settings(
         source=source,
         models=tuple(path_given("monitor", "model", model) for model in models),
+        twin=twin,
+        twin_limits=config["twin_limits"],
+        deadband=config["alarms"]["deadband"],
+        load_torque=_load_torque(config["load_torque"]),
+        motor_speeds=_motor_speeds(config["motor_speeds_rpm"]),
+        physics_h=float(config["physics"]["every"]),
         out=out,
         store=config["store"] or f"sqlite:///{out.resolve() / 'monitor.sqlite'}",
         plan=_plan(config),
@@ -156,6 +178,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         mqtt_version=config["mqtt"]["version"],
         client_id=config["mqtt"]["client_id"],
         tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
+        opcua=Nodes(**config["opcua"]),
         reading=Reading(**config["read"]),
         pulse_column=config["pulse"]["column"],
         settle=float(config["settle"]),
@@ -168,6 +191,23 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         webhook=webhook,
         publish=config["publish"],
     )
+
+
+def _load_torque(given: Any) -> float | None:
+    if given is None:
+        return None
+    check_number("monitor", "load_torque", given, unit="N m")
+    return float(given)
+
+
+def _motor_speeds(given: Any) -> tuple[float, ...] | None:
+    if given is None:
+        return None
+    if not isinstance(given, list) or not given:
+        raise refuse("monitor", "motor_speeds_rpm", "a list of one speed or more, or null", given)
+    for speed in given:
+        check_number("monitor", "motor_speeds_rpm", speed, low=0.0, low_open=True, unit="rpm")
+    return tuple(float(speed) * RPM for speed in given)
 
 
 def _plan(config: Mapping[str, Any]) -> Plan:

@@ -31,6 +31,8 @@ EXTRAS = {
     "sqlalchemy": {"monitor"},
     "starlette": {"monitor"},
     "uvicorn": {"monitor"},
+    "asyncua": {"monitor"},
+    "cryptography": {"monitor"},
 }
 """What only an extra installs, and the modules or packages that import it."""
 

@@ -78,12 +78,12 @@ class Process:
                 self.kill()
 
 
-def broker_process(folder: Path, port: int) -> Process:
-    """Mosquitto that writes what it holds every second."""
+def broker_process(folder: Path, port: int, kept: bool = True) -> Process:
+    """Mosquitto; `kept`: it writes all that it holds with every message, so that its kill loses nothing."""
     config = folder / "mosquitto.conf"
     config.write_text(
-        f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence true\npersistence_location {folder}/\n"
-        "autosave_interval 1\nautosave_on_changes true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
+        f"listener {port} 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
+        + f"persistence true\npersistence_location {folder}/\nautosave_interval 1\nautosave_on_changes true\n" * kept
     )
     assert MOSQUITTO is not None
     return Process([MOSQUITTO, "-c", str(config)], folder, "broker")
@@ -161,12 +161,12 @@ def measure(
             process.start()
             stack.callback(process.end)
             time.sleep(1.0)
-        _wait(lambda: _listening(page), "the page")
+        wait(lambda: listening(page), "the page")
         store = Store(store_url)
         publisher = Publisher(port, machines, speed)
         stack.callback(publisher.close)
         publisher.start()
-        _wait(lambda: len(_turns(store)) >= machines, "the first turns")
+        wait(lambda: len(_turns(store)) >= machines, "the first turns")
         dice, lost = random.Random(seed), 0
         for number in range(kills):
             time.sleep(dice.uniform(0.2, 6.0))
@@ -177,13 +177,13 @@ def measure(
             processes[target].start()
             if target == "monitor":
                 # Killed while it starts now and then, and while it works off what has piled up.
-                _wait(lambda: _listening(page), "the page") if dice.random() < 0.8 else time.sleep(dice.uniform(0, 4))
+                wait(lambda: listening(page), "the page") if dice.random() < 0.8 else time.sleep(dice.uniform(0, 4))
             print(f"kill {number + 1} of {kills}: {len(after)} turns", file=sys.stderr, flush=True)
         time.sleep(5.0)
         publisher.stop()
         expected = int(publisher.sent / TURN_S) * machines
         with contextlib.suppress(AssertionError):
-            _wait(lambda: len(_turns(store)) >= expected, "the last turns")
+            wait(lambda: len(_turns(store)) >= expected, "the last turns")
         turns = _turns(store)
         starts = Counter((machine, round(start / 1e8)) for machine, _, start in turns)
         return {
@@ -224,7 +224,8 @@ def _turns(store: Store) -> list[tuple[str, int, int]]:
             time.sleep(0.2)
 
 
-def _listening(port: int) -> bool:
+def listening(port: int) -> bool:
+    """Whether something answers at a port of this host."""
     try:
         socket.create_connection(("127.0.0.1", port), 1.0).close()
     except OSError:
@@ -232,7 +233,8 @@ def _listening(port: int) -> bool:
     return True
 
 
-def _wait(condition, what: str) -> None:
+def wait(condition, what: str) -> None:
+    """Wait until it is so."""
     until = time.monotonic() + _PATIENCE_S
     while not condition():
         assert time.monotonic() < until, f"{what} did not come"

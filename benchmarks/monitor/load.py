@@ -1,14 +1,18 @@
 """Many machines at 1 kHz: whether every turn is diagnosed, how long from a turn's last sample to the page, and memory.
 
-Blocks go into the engine's queue, where those of a broker arrive; the page's end is a client of its events. The
-time from a turn's last sample is that from when its block is handed in to when the event with the turn's number comes.
+All of it as it is used: 1 s blocks as JSON go to Mosquitto, `indexer monitor` fetches them, and a client of the page's
+events sees the turns. The time from a turn's last sample is that from the publication of the block that holds it to the
+event with the turn's number.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import http.client
 import json
-import resource
+import os
+import sys
 import tempfile
 import threading
 import time
@@ -16,85 +20,124 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.monitor.machines import model, plan
-from monitor.engine import Arrival, Change, Engine
-from monitor.intake.blocks import NANO, Block
+from benchmarks.monitor.kill import MOSQUITTO, Process, broker_process, free_port, listening, wait
+from benchmarks.monitor.machines import RADIUS_M, WORK, model
+from monitor.intake.blocks import NANO
 from monitor.sources import demo
-from monitor.store import Store
+from monitor.sources.mqtt import Broker
+
+_BLOCK = 1000
+_SETTLING_S = 60.0
 
 
-def measure(machines: int, seconds: float) -> dict[str, float]:
+class Page:
+    """A client of the page's events: when it saw each turn of each machine."""
+
+    def __init__(self, port: int) -> None:
+        self.seen: dict[tuple[str, int], float] = {}
+        self._connection = http.client.HTTPConnection("127.0.0.1", port)
+        self._connection.request("GET", "/events")
+        self._answer = self._connection.getresponse()
+        self._newest: dict[str, int] = {}
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        with contextlib.suppress(OSError, http.client.HTTPException, ValueError):
+            for line in self._answer:
+                if not line.startswith(b'data: {"machine"'):
+                    continue
+                now, summary = time.monotonic(), json.loads(line[6:])
+                for number in range(self._newest.get(summary["machine"], 0) + 1, summary["turns"] + 1):
+                    self.seen[(summary["machine"], number)] = now
+                self._newest[summary["machine"]] = summary["turns"]
+
+
+def measure(machines: int, seconds: int) -> dict[str, float]:
     """Send 1 s blocks of so many machines in real time."""
-    diagnoser = model()
-    turn = demo.records("press-1", 2)[1].astype(np.float32)
+    model()
+    turn = demo.records("press-1", 2)[1]
     # What wraps round is the same turn again, so that the record has no seam.
-    samples = np.concatenate([turn] * 8)
-    handed: dict[tuple[str, int], float] = {}
-    delays: list[float] = []
-
-    def changed(change: Change) -> None:
-        key = (str(change.summary["machine"]), int(change.summary["turns"]))
-        # Written as the page gets it.
-        json.dumps(change.summary)
-        if key in handed:
-            delays.append(time.monotonic() - handed.pop(key))
-
-    with tempfile.TemporaryDirectory() as folder:
-        store = Store(f"sqlite:///{Path(folder) / 'monitor.sqlite'}")
-        engine = Engine(store, diagnoser, plan(), changed=changed)
-        engine.start()
-        started, began = time.process_time(), time.monotonic()
+    samples = np.round(np.concatenate([turn] * 10), 3)
+    texts = [json.dumps(samples[first : first + _BLOCK].tolist()) for first in range(0, len(samples), _BLOCK)]
+    with tempfile.TemporaryDirectory() as work, contextlib.ExitStack() as stack:
+        folder, port, page_port = Path(work), free_port(), free_port()
+        monitor = Process(
+            [
+                sys.executable, "-m", "monitor", f"source=mqtt://127.0.0.1:{port}/plant/+/acceleration",
+                f"model={(WORK / 'model-3000').resolve()}", f"sensor_radius={RADIUS_M}", f"out={folder}/kept",
+                f"port={page_port}",
+            ],
+            folder, "monitor",
+        )  # fmt: skip
+        for process in (broker_process(folder, port, kept=False), monitor):
+            process.start()
+            stack.callback(process.end)
+            time.sleep(1.0)
+        wait(lambda: listening(page_port), "the page")
+        assert monitor.process is not None
+        page, pid = Page(page_port), monitor.process.pid
+        client = Broker("127.0.0.1", port).client("publisher", keep_session=False)
+        Broker("127.0.0.1", port).connect(client, keep_session=False)
+        wait(client.is_connected, "the broker")
+        handed: dict[tuple[str, int], float] = {}
+        used, began, start_ns = _processor_s(pid), time.monotonic(), int(time.time()) * NANO
         memory: list[float] = []
-        start_ns = int(time.time()) * NANO
-        for second in range(int(seconds)):
+        for second in range(seconds):
+            done = _BLOCK * (second + 1) // len(turn)
             for number in range(machines):
                 # Spread over the second, as machines have their own clocks.
-                due = began + second + number / machines
-                if (wait := due - time.monotonic()) > 0:
-                    time.sleep(wait)
-                first = 1000 * second
-                values = np.take(samples, np.arange(first, first + 1000), mode="wrap")
+                time.sleep(max(0.0, began + second + number / machines - time.monotonic()))
                 name = f"m{number}"
-                done = (first + 1000) // len(turn)
-                if done > first // len(turn):
+                if done > _BLOCK * second // len(turn):
                     handed[(name, done)] = time.monotonic()
-                engine.offer(Arrival(Block(name, start_ns + second * NANO, 1000.0, "m/s^2", values, sequence=second)))
-            memory.append(_memory_mib())
-        until = time.monotonic() + 60.0
-        while engine.waiting and time.monotonic() < until:
+                head = {"time": start_ns / NANO + second, "rate": 1000, "unit": "m/s^2", "sequence": second}
+                text = json.dumps(head)[:-1] + ', "values": ' + texts[second % len(texts)] + "}"
+                client.publish(f"plant/{name}/acceleration", text, 1)
+            memory.append(_memory_mib(pid))
+        settled = len(page.seen)
+        used, wall = _processor_s(pid) - used, time.monotonic() - began
+        expected = machines * (_BLOCK * seconds // len(turn))
+        until = time.monotonic() + _SETTLING_S
+        while len(page.seen) < expected and time.monotonic() < until:
             time.sleep(0.05)
-        time.sleep(0.5)
-        used, wall = time.process_time() - started, time.monotonic() - began
-        engine.stop()
-        expected = machines * (1000 * int(seconds) // len(turn))
-        found = engine.turns
-        store.close()
-    return {
-        "machines": machines,
-        "seconds": seconds,
-        "turns_expected": expected,
-        "turns": found,
-        "processor_share_of_a_core": used / wall,
-        "delay_median_ms": 1000 * float(np.median(delays)),
-        "delay_99_ms": 1000 * float(np.quantile(delays, 0.99)),
-        "memory_mib_half_way": memory[len(memory) // 2],
-        "memory_mib_end": memory[-1],
-        "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-        "threads": threading.active_count(),
-    }
+        client.disconnect()
+        client.loop_stop()
+        delays = [page.seen[key] - at for key, at in handed.items() if key in page.seen]
+        return {
+            "machines": machines,
+            "seconds": seconds,
+            "turns_expected": expected,
+            "turns": len(page.seen),
+            "turns_when_the_last_was_sent": settled,
+            "processor_share_of_a_core": used / wall,
+            "delay_median_ms": 1000 * float(np.median(delays)),
+            "delay_99_ms": 1000 * float(np.quantile(delays, 0.99)),
+            "memory_mib_first_tenth": memory[len(memory) // 10],
+            "memory_mib_half_way": memory[len(memory) // 2],
+            "memory_mib_end": memory[-1],
+            "memory_mib_most": max(memory),
+        }
 
 
-def _memory_mib() -> float:
-    for line in Path("/proc/self/status").read_text().splitlines():
+def _memory_mib(pid: int) -> float:
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
         if line.startswith("VmRSS"):
             return int(line.split()[1]) / 1024
     return float("nan")
+
+
+def _processor_s(pid: int) -> float:
+    """Processor time that a process has used [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def main(arguments: list[str]) -> None:
     """The command."""
     parser = argparse.ArgumentParser(prog="benchmarks.monitor load")
     parser.add_argument("--machines", type=int, default=100)
-    parser.add_argument("--seconds", type=float, default=300.0)
+    parser.add_argument("--seconds", type=int, default=300)
     given = parser.parse_args(arguments)
+    if MOSQUITTO is None:
+        raise SystemExit("needs Mosquitto: apt-get install mosquitto")
     print(json.dumps(measure(given.machines, given.seconds), indent=1))

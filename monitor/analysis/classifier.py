@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class ClassifierDiagnoser:
         if not models:
             raise refuse("monitor", "model", "one folder at least", None)
         self._models: dict[str, Model] = {}
+        self.units: Mapping[str, str] = {}
         modes, quantities = [], []
         for model in models:
             part = next((part for part in model.parts if isinstance(part, Severity)), None)
@@ -82,7 +84,9 @@ class ClassifierDiagnoser:
         """
         mode = next(mode for mode in self.modes if _has(mode, signal, conditions))
         model = self._models[mode.name]
-        model.conditions.check(conditions, signal.source or "the turn")
+        # The turn was stretched to the length that the model was taught, so it is one at the taught speed.
+        taught = dataclasses.replace(conditions, motor_speed=mode.motor_speed)
+        model.conditions.check(taught, signal.source or "the turn")
         record = signal.values.astype(np.float32)
         told = diagnose_turn(model, record)
         sizes = {
@@ -105,14 +109,6 @@ class ClassifierDiagnoser:
                 "bands": [[band.low_hz, band.high_hz, band.contribution] for band in spoke],
             },
         )
-
-    def healthy_density(self, mode: Mode) -> tuple[np.ndarray, np.ndarray] | None:
-        """Frequencies [Hz] and mean power spectral density [unit²/Hz] of the healthy training turns."""
-        model = self._models[mode.name]
-        healthy = [place for place, code in enumerate(model.codes.codes) if set(code) == {"0"}]
-        if not healthy:
-            return None
-        return model.frequencies, model.mean_densities[healthy[0]]
 
 
 def mode_of(model: Model) -> Mode:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
 from indexer_records.stream import StreamedTurn
@@ -62,19 +60,18 @@ class Diagnoser(Protocol):
         The speeds that were taught.
     quantities : tuple of str
         Names of the sizes that it tells.
+    units : mapping of str to str
+        Their units, where they are not those that the page has for the name.
     """
 
     modes: tuple[Mode, ...]
     quantities: tuple[str, ...]
+    units: Mapping[str, str]
 
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str] | None:
         """The state of `monitor.intake.states` that keeps a turn from being diagnosed, and a sentence; None: sound."""
         ...
 
     def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
-        """What a turn shows."""
-        ...
-
-    def healthy_density(self, mode: Mode) -> tuple[np.ndarray, np.ndarray] | None:
-        """Frequencies (k,) [Hz] and mean power spectral density (k,) [unit²/Hz] of healthy turns; None: not known."""
+        """What a turn shows; `conditions` has the speed at which it was recorded, also where it was stretched."""
         ...

@@ -64,6 +64,11 @@ class Trend:
         return len(self._recent) >= self._window
 
     @property
+    def stride(self) -> int:
+        """Turns of which each point of the history is the mean."""
+        return self._stride
+
+    @property
     def history(self) -> np.ndarray:
         """Points (n, 4): time [s], value and the ends of its interval."""
         points: Sequence[list[float]] = self._points

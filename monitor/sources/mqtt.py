@@ -103,9 +103,8 @@ def read_url(url: str, tls: Tls = Tls(), version: int = 5, password: str | None 
     """Broker and topic of mqtt://USER:PASSWORD@HOST:PORT/TOPIC; raises ParameterError. The password is not repeated."""
     found = _URL.fullmatch(url)
     if found is None:
-        raise refuse(
-            "monitor", "source", "mqtt://HOST:PORT/TOPIC, as mqtt://broker/plant/+/acceleration", "another URL"
-        )
+        rule = "demo, broker, mqtt[s]://HOST:PORT/TOPIC, opc.tcp://HOST:PORT, folder:PATH or replay:PATH"
+        raise refuse("monitor", "source", rule, "another")
     secure = found["scheme"] == "mqtts"
     user = None if found["user"] is None else unquote(found["user"])
     given = password if found["password"] is None else unquote(found["password"])

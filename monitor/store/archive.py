@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from sqlalchemy import delete, func, insert, select
 
 from indexer_cli.places.local import whole_file
-from monitor.store.schema import ARCHIVE, RAW, TURN
+from monitor.store.schema import ARCHIVE, EXPLANATION, RAW, TURN
 from monitor.store.store import Store
 
 FILE_TURNS = 256
@@ -34,11 +34,12 @@ def archive(store: Store, folder: Path, file_turns: int = FILE_TURNS) -> int:
 
 
 def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
-    """Forget archived records and findings of turns that ended before these times."""
+    """Forget archived records and findings of turns, networks' and physics', from before these times."""
     with store.transaction() as connection:
         old = connection.execute(select(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns)).all()
         connection.execute(delete(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns))
         connection.execute(delete(TURN).where(TURN.c.start_ns < turns_before_ns))
+        connection.execute(delete(EXPLANATION).where(EXPLANATION.c.time_ns < turns_before_ns))
     for row in old:
         Path(row.file).unlink(missing_ok=True)
 
@@ -53,6 +54,15 @@ def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
         return None
     row = table.to_pylist()[0]
     return np.array(row["record"], dtype=np.float32), float(row["rate"]), str(row["unit"])
+
+
+def record_of(store: Store, machine: str, number: int) -> tuple[np.ndarray, float, str] | None:
+    """Record, rate [Hz] and unit of a turn, from the database or a file; None where it is not kept."""
+    found = store.raw(machine, number)
+    if found is not None:
+        return found
+    file = store.archive_of(machine, number)
+    return None if file is None else archived(file, number)
 
 
 def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> int:

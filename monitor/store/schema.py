@@ -70,6 +70,18 @@ ARCHIVE = Table(
     Column("file", Text, nullable=False),
 )
 
+# What physics says of the last turns of a machine.
+EXPLANATION = Table(
+    "explanation",
+    METADATA,
+    Column("row", _ROW, primary_key=True, autoincrement=True),
+    Column("machine", String(64), nullable=False),
+    Column("turn", BigInteger, nullable=False),  # the newest of those explained
+    Column("time_ns", BigInteger, nullable=False),  # of the answer, by the host's clock
+    Column("content", Text, nullable=False),  # as JSON
+    Index("explanation_of_machine", "machine", "row"),
+)
+
 EVENT = Table(
     "event",
     METADATA,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Engine, create_engine, delete, event, insert, select, text
+from sqlalchemy import Connection, Engine, create_engine, delete, event, func, insert, select, text
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
@@ -20,6 +20,7 @@ from monitor.store.schema import (
     ARCHIVE,
     BLOCK,
     EVENT,
+    EXPLANATION,
     MACHINE,
     META,
     METADATA,
@@ -138,6 +139,27 @@ class Store:
         )
         with self.transaction() as connection:
             return connection.execute(query).scalar()
+
+    # ------------------------------------------------------------------------------------------------ physics
+
+    def explanations(self, machine: str, count: int = 5) -> list[dict[str, Any]]:
+        """What physics has said of a machine, newest first."""
+        query = select(EXPLANATION).where(EXPLANATION.c.machine == machine)
+        with self.transaction() as connection:
+            rows = connection.execute(query.order_by(EXPLANATION.c.row.desc()).limit(count))
+            return [{"turn": row.turn, "time_ns": row.time_ns, **json.loads(row.content)} for row in rows]
+
+    def explained(self) -> dict[str, int]:
+        """When physics last spoke of each machine [ns since 1970]."""
+        query = select(EXPLANATION.c.machine, func.max(EXPLANATION.c.time_ns)).group_by(EXPLANATION.c.machine)
+        with self.transaction() as connection:
+            return {row[0]: row[1] for row in connection.execute(query)}
+
+    def write_explanation(self, machine: str, turn: int, time_ns: int, content: dict[str, Any]) -> None:
+        """Keep what physics says of the turns up to this one."""
+        values = {"machine": machine, "turn": turn, "time_ns": time_ns, "content": json.dumps(finite(content))}
+        with self.transaction() as connection:
+            connection.execute(insert(EXPLANATION).values(**values))
 
     # ------------------------------------------------------------------------------------------------ events
 

@@ -31,9 +31,9 @@ MOST_ROWS = 1000
 LARGEST_BODY = 8192
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Api:
-    """The handlers and what they need."""
+    """The handlers and what they need; `physical`: whether physics is asked about machines."""
 
     store: Store
     engine: Engine
@@ -41,7 +41,7 @@ class Api:
     plan: Plan
     hub: Hub
     gate: Gate
-    secure_cookie: bool = False
+    physical: bool = False
 
     def routes(self) -> list[Route]:
         """All routes of the interface."""
@@ -50,6 +50,7 @@ class Api:
             Route("/api/fleet", self.fleet),
             Route(machine + "/trends", self.trends),
             Route(machine + "/turns", self.turns),
+            Route(machine + "/physics", self.physics),
             Route(machine + "/turns/{number:int}", self.turn),
             Route(machine + "/alarms/{quantity}", self.act, methods=["POST"]),
             Route("/api/events", self.events),
@@ -66,6 +67,8 @@ class Api:
                 "now_ns": time.time_ns(),
                 "machines": machines,
                 "limits": views.limits(self.plan),
+                "units": dict(self.diagnoser.units),
+                "physics": self.physical,
                 "states": WORDS,
                 "person": {"name": person.name, "operator": person.operator},
                 "engine": {"waiting": self.engine.waiting, "failed": self.engine.failure is not None},
@@ -90,8 +93,13 @@ class Api:
         machine, number = request.path_params["machine"], request.path_params["number"]
         if not 0 < number < 2**62:
             return _no("there is no such turn")
-        found = await run_in_threadpool(views.turn, self.store, machine, number, self.diagnoser)
+        found = await run_in_threadpool(views.turn, self.store, machine, number)
         return _json(found) if found is not None else _no("there is no such turn")
+
+    async def physics(self, request: Request) -> Response:
+        """What physics has said of a machine, newest first."""
+        found = await run_in_threadpool(self.store.explanations, request.path_params["machine"])
+        return _json({"answers": found})
 
     async def events(self, request: Request) -> Response:
         """What happened to alarms, newest first."""
@@ -131,7 +139,8 @@ class Api:
         if found is None:
             return _no("this token is not known", 401)
         response = _json({"name": found[1].name, "operator": found[1].operator})
-        response.set_cookie(COOKIE, found[0], httponly=True, samesite="strict", secure=self.secure_cookie)
+        secure = request.url.scheme == "https"
+        response.set_cookie(COOKIE, found[0], httponly=True, samesite="strict", secure=secure)
         return response
 
     async def stream(self, request: Request) -> Response:

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
-from monitor.analysis.finding import Diagnoser
 from monitor.plan import Plan
 from monitor.store import Store
-from monitor.store.archive import archived
+from monitor.store.archive import record_of
 
 ORDERS = 320
 """Highest order that the spectrum shows, cycles a turn: 39 Hz at 8.2 s a turn, above the natural frequencies."""
@@ -41,7 +40,7 @@ def limits(plan: Plan) -> dict[str, list[float]]:
     return {name: [one.alert, one.alarm, one.danger] for name, one in plan.limits.items()}
 
 
-def turn(store: Store, machine: str, number: int, diagnoser: Diagnoser) -> dict[str, Any] | None:
+def turn(store: Store, machine: str, number: int) -> dict[str, Any] | None:
     """A turn with its record over the healthy one, and both spectra by order; None: no such one."""
     told = store.turn(machine, number)
     if told is None:
@@ -62,15 +61,6 @@ def turn(store: Store, machine: str, number: int, diagnoser: Diagnoser) -> dict[
             "spectrum": _spectrum(aligned, rate, told["duration"]),
         }
     return told
-
-
-def record_of(store: Store, machine: str, number: int) -> tuple[np.ndarray, float, str] | None:
-    """Record, rate [Hz] and unit of a turn, from the database or an archive file; None where it is not kept."""
-    found = store.raw(machine, number)
-    if found is not None:
-        return found
-    file = store.archive_of(machine, number)
-    return None if file is None else archived(file, number)
 
 
 def _curve(record: np.ndarray, rate: float) -> dict[str, Any]:

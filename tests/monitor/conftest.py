@@ -31,6 +31,8 @@ class Running:
     engine: Engine
     app: object
     hub: Hub
+    api: Api
+    diagnoser: FakeDiagnoser
     sent: int = 0
 
     def send(self, turns: int, level: float = 1.0, machine: str = "press-1", **more) -> None:
@@ -50,7 +52,7 @@ def running(tmp_path, access: Access | None = None, local: bool = True, **more):
     engine = Engine(store, diagnoser, PLAN, changed=hub.tell, **more)
     api = Api(store, engine, diagnoser, PLAN, hub, Gate(access or Access()))
     engine.start()
-    return Running(store, engine, make_app(api, Metrics(engine, store), local), hub)
+    return Running(store, engine, make_app(api, Metrics(engine, store), local), hub, api, diagnoser)
 
 
 @pytest.fixture

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from indexer_env.signal import Signal
@@ -27,6 +29,7 @@ class FakeDiagnoser:
     """The play is the level of the record, known to 10 %; a record of zeros is dead."""
 
     quantities = ("backlash_deg", "crack")
+    units: Mapping[str, str] = {}
 
     def __init__(self, *modes: Mode) -> None:
         self.modes = modes or (FAST,)
@@ -40,9 +43,6 @@ class FakeDiagnoser:
         level = float(np.sqrt(np.mean(signal.values**2)))
         sizes = {"backlash_deg": Size(level, 0.9 * level, 1.1 * level), "crack": Size(0.0, 0.0, 0.1)}
         return Finding("intact" if level < 3 else "backlash", level < 3, 0.9, sizes, 0.5, level)
-
-    def healthy_density(self, mode: Mode) -> None:
-        return None
 
 
 def samples(level: float, first: int, count: int) -> np.ndarray:

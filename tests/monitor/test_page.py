@@ -67,6 +67,22 @@ def test_a_machine_appears_and_wears_without_a_reload(tab):
     assert page.locator(".chart canvas").count() == 2
 
 
+def test_what_physics_says_comes_to_the_page_by_itself_in_the_units_that_are_told(tab):
+    monitor, open_page = tab
+    monitor.api.physical, monitor.diagnoser.units = True, {"backlash_deg": "° at the motor shaft"}
+    monitor.send(6, 5.0)
+    page = open_page("#/m/press-1")
+    page.get_by_text("No answer yet").wait_for()
+    page.get_by_text("5° (4.5° to 5.5°)").first.wait_for()
+    answer = {"headline": "Faulty: play in the reducer.", "remarks": ["1.4 times the noise remains."], "turns": 3}
+    monitor.store.write_explanation("press-1", 6, 0, {**answer, "level": 1.4, "before": 9.0, "took_s": 12.0})
+    monitor.send(1, 5.0)
+    page.get_by_text("Faulty: play in the reducer.").wait_for()
+    page.get_by_text("1.4 times the noise, 9.0 times without a fault").wait_for()
+    page.get_by_role("link", name="Play in the reducer").click()
+    page.get_by_text("In ° at the motor shaft.").wait_for()
+
+
 def test_an_alarm_is_acknowledged_in_one_tab_and_seen_in_another(tab):
     monitor, open_page = tab
     monitor.send(6, 5.0)

@@ -19,6 +19,7 @@ const at = (machine) => `/api/machines/${encodeURIComponent(machine)}`;
 export const fleet = () => get("/api/fleet");
 export const trends = (machine) => get(`${at(machine)}/trends`);
 export const turns = (machine, before) => get(`${at(machine)}/turns?count=25${before ? `&before=${before}` : ""}`);
+export const physics = (machine) => get(`${at(machine)}/physics`);
 export const turn = (machine, number) => get(`${at(machine)}/turns/${number}`);
 export const events = (machine) => get(`/api/events?count=60${machine ? `&machine=${encodeURIComponent(machine)}` : ""}`);
 export const act = (machine, quantity, body) => post(`${at(machine)}/alarms/${encodeURIComponent(quantity)}`, body);

@@ -1,6 +1,6 @@
 // Charts by uPlot: trend with interval and limits, record over the healthy one, spectrum.
 import { h } from "./dom.js";
-import { QUANTITIES, T, quantity } from "./text.js";
+import { T, quantity, size, unitOf } from "./text.js";
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const axis = (more = {}) => ({
@@ -20,17 +20,16 @@ function holder(key, label, draw) {
 }
 
 export function trend(name, data, limits, key) {
-  const q = QUANTITIES[name] ?? { unit: "", digits: 2 }, factor = q.factor ?? 1;
+  const { unit, factor } = unitOf(name);
   const times = data.time, scaled = (values) => values.map((value) => value * factor);
   const flat = (limit) => times.map(() => limit * factor);
   const rows = [times, scaled(data.value), scaled(data.low), scaled(data.high), ...limits.map(flat)];
   const top = Math.max(...rows[3], limits[0] * factor * 1.15);
-  const last = rows[1].at(-1);
-  const label = `${T.trend}: ${quantity(name)}, last ${last?.toFixed(q.digits)} ${q.unit}`;
+  const label = `${T.trend}: ${quantity(name)}, last ${size(name, data.value.at(-1))}`;
   return holder(key, label, (box, width) => new uPlot({
     width, height: 300, cursor: { drag: { x: true, y: false } }, legend: { show: false },
     scales: { x: { time: true }, y: { range: [0, top * 1.05] } },
-    axes: [axis(), axis({ label: `${q.name ?? name}${q.unit ? ` [${q.unit}]` : ""}`, size: 56 })],
+    axes: [axis(), axis({ label: `${quantity(name)}${unit ? ` [${unit}]` : ""}`, size: 56 })],
     series: [
       {}, { stroke: css("--accent"), width: 2.5 },
       { stroke: "transparent", points: { show: false } }, { stroke: "transparent", points: { show: false } },

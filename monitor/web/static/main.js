@@ -1,19 +1,21 @@
 // Loads, listens, and shows the view that the address names: #/, #/m/NAME, #/m/NAME/f/QUANTITY, #/m/NAME/t/NUMBER.
 import * as api from "./api.js";
 import { h, morph } from "./dom.js";
-import { T, quantity } from "./text.js";
+import { T, quantity, setUnits } from "./text.js";
 import * as views from "./views.js";
 
 const state = { fleet: new Map(), limits: {}, words: {}, person: { operator: false }, connected: false };
 const content = document.getElementById("content"), path = document.getElementById("path"), status = document.getElementById("link");
 const dialog = document.getElementById("dialog");
-let shown = "", drawing = false, refreshed = 0, listening = false;
+let shown = "", drawing = false, refreshed = 0, later = 0, listening = false;
 
 const route = () => location.hash.replace(/^#\/?/, "").split("/").filter(Boolean).map(decodeURIComponent);
 
 async function load() {
   const fleet = await api.fleet();
   Object.assign(state, { limits: fleet.limits, words: fleet.states, person: fleet.person, failed: fleet.engine.failed });
+  setUnits(fleet.units);
+  state.physical = fleet.physics;
   state.fleet = new Map(fleet.machines.map((one) => [one.machine, one]));
 }
 
@@ -22,9 +24,10 @@ async function details() {
   const [, name, kind, item] = route();
   if (!name) return;
   if (kind === "t") { state.turn = await api.turn(name, Number(item)).catch(() => null); return; }
-  const [events, trends, turns] = await Promise.all([
-    api.events(name), kind === "f" ? api.trends(name) : null, kind === "f" ? api.turns(name) : null]);
-  state.events = events.events;
+  const [events, trends, turns, physics] = await Promise.all([
+    api.events(name), kind === "f" ? api.trends(name) : null, kind === "f" ? api.turns(name) : null,
+    state.physical ? api.physics(name) : null]);
+  Object.assign(state, { events: events.events, answers: physics?.answers });
   if (trends) Object.assign(state, { trends, turns: turns.turns });
 }
 
@@ -69,11 +72,11 @@ function changed(machine) {
   state.fleet.set(machine.machine, machine);
   soon();
   const [, name, kind] = route();
-  // Tables and curves follow at most once a second.
-  if (name === machine.machine && kind !== "t" && (performance.now() - refreshed > 1000 || before?.level !== machine.level)) {
-    refreshed = performance.now();
-    go();
-  }
+  if (name !== machine.machine || kind === "t") return;
+  // Tables and curves follow at most once a second, the last change too.
+  const wait = before?.level !== machine.level ? 0 : Math.max(0, refreshed + 1000 - performance.now());
+  clearTimeout(later);
+  later = setTimeout(() => { refreshed = performance.now(); go(); }, wait);
 }
 
 function ask(name, key, action) {

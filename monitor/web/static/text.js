@@ -38,6 +38,41 @@ export const QUANTITIES = {
   },
 };
 
+// Faults of a twin; their units come with the limits.
+const TWIN = {
+  crack_single: ["One cracked roller", "rollers", "Stiffness that one follower roller has lost.",
+    "Look at the rollers at the next stop.", "Plan to change the roller.", "Stop and change the roller."],
+  reducer_play: ["Play in the reducer", "reducer", "Play between motor and cam, at the motor shaft.",
+    "Look at the reducer at the next planned stop.", "Plan the repair of the reducer.", "Stop when the batch allows and repair the reducer."],
+  follower_play: ["Play of the followers", "rollers", "Play between rollers and cam, at the table.",
+    "Check the preload of the rollers at the next stop.", "Plan to set or change the rollers.", "Stop and set the rollers."],
+  loose_base: ["Loose base screws", "base", "How far the housing's screws are on the way from tight to fully loose.",
+    "Check the torque of the base screws.", "Tighten the base screws soon and mark them.", "Stop and tighten the base screws; check the dowels."],
+  friction: ["Growing friction", "table", "Friction of the table beyond what it had when it was healthy.",
+    "Check the lubrication of the table.", "Plan to inspect the table's bearing.", "Stop and inspect the table's bearing."],
+  imbalance: ["Imbalance", "table", "Unequal load of the table's stations.",
+    "Check the fixtures and parts on the table.", "Balance the table soon.", "Stop and balance the table."],
+  mesh_wear: ["Worn mesh", "reducer", "How much the stiffness of the reducer's mesh varies.",
+    "Look at the reducer's oil at the next stop.", "Plan the repair of the reducer.", "Stop when the batch allows and repair the reducer."],
+  sensor_loose: ["Loose sensor", "sensor", "How far the sensor's mount has come loose.",
+    "Check the sensor's mounting.", "Fasten the sensor.", "Fasten the sensor: what else is told cannot be relied on."],
+  sensor_gain: ["Wrong gain", "sensor", "How far the sensor's gain is from what it was.",
+    "Check the amplifier's range.", "Calibrate the sensor.", "Calibrate or change the sensor: what else is told cannot be relied on."],
+};
+for (const [name, [title, part, what, alert, alarm, danger]] of Object.entries(TWIN)) {
+  QUANTITIES[name] = { name: title, part, unit: "", what, todo: { alert, alarm, danger } };
+}
+
+// The unit of a quantity and the factor to it, once the monitor has told the units of whoever diagnoses.
+const units = {};
+export const setUnits = (told) => Object.assign(units, told);
+export function unitOf(name) {
+  const q = QUANTITIES[name] ?? { unit: "", digits: 2 };
+  if (units[name] == null) return { unit: q.unit, short: q.unit, factor: q.factor ?? 1, digits: q.digits ?? 2 };
+  // "° at the motor shaft" is said once, where the quantity is explained; beside a number it is "°".
+  return { unit: units[name], short: /^[°%]/.test(units[name]) ? units[name][0] : units[name], factor: 1, digits: null };
+}
+
 export const LEVELS = { normal: "Normal", alert: "Alert", alarm: "Alarm", danger: "Danger" };
 
 export const EVENTS = {
@@ -53,7 +88,7 @@ export const T = {
   noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/tutorials/monitor.md shows how to send one.",
   live: "live", lost: "Connection lost; what you see may be old. Trying again …",
   since: (t) => `since ${t}`,
-  sure: (p) => p == null ? "" : `the network is ${Math.round(100 * p)} % sure of it`,
+  sure: (p) => p == null ? "" : `the network is ${Math.min(99, Math.round(100 * p))} % sure of it`,
   left: (r) => `Danger in about ${r}`,
   leftNone: "No time to danger can be told yet.",
   waiting: "The first turns are being taken in.",
@@ -61,14 +96,18 @@ export const T = {
   problems: "Sensor and samples", faults: "Faults", log: "Alarm log", turns: "Turns", noLog: "No alarm yet.",
   acknowledge: "Acknowledge", shelve: "Shelve 8 h", unshelve: "End shelving", note: "Add note",
   send: "Save", cancel: "Cancel", noteLabel: "Note (optional)", noteNeeded: "Note",
-  trend: "Trend", noTrend: "No turn was diagnosed yet.", mode: "Speed", newest: "Newest turn", healthyTurn: "healthy turn", thisTurn: "this turn",
+  trend: "Trend", noTrend: "No turn was diagnosed yet.", healthyTurn: "healthy turn", thisTurn: "this turn",
   record: "Acceleration over the turn", spectrum: "Amplitude by order (cycles a turn)",
   noRecord: "The samples of this turn are no longer kept.", noReference: "No healthy turn of this speed was kept to compare with.",
   bands: "What spoke for the verdict", notDiagnosed: "Not diagnosed",
   signIn: "Sign in", token: "Token", signInHelp: "This monitor asks for a token. Whoever started it has set one.",
   failed: "The monitor's engine has stopped; see its log.", missing: "There is nothing here.", notFound: "Back to all machines",
   asOf: (t) => `newest turn ${t}`, limits: "alert / alarm / danger", told: "network",
-  explain: "The physics of this fault", before: "Older", after: "Newer",
+  inUnit: (unit) => `In ${unit}.`,
+  physics: "What the physics says", noPhysics: "No answer yet; one comes with the next alarm and every few hours.",
+  physicsOf: (turns, turn, t, took) => `of ${turns} turns up to turn ${turn}, ${t}, in ${Math.round(took)} s`,
+  physicsBelow: (level, before) => `The model of the machine leaves ${level.toFixed(1)} times the noise, ${before.toFixed(1)} times without a fault.`,
+  physicsFailed: "Physics gave no answer", before: "Older", after: "Newer",
 };
 
 const stamp = new Intl.DateTimeFormat("en-GB", {
@@ -89,8 +128,10 @@ export function remaining(r) {
 }
 
 export function size(name, value) {
-  const q = QUANTITIES[name] ?? { unit: "", digits: 2 };
-  return value == null ? "–" : `${(value * (q.factor ?? 1)).toFixed(q.digits)}${q.unit === "%" ? " %" : q.unit}`;
+  const { short, factor, digits } = unitOf(name);
+  if (value == null) return "–";
+  const text = digits == null ? String(Number((value * factor).toPrecision(2))) : (value * factor).toFixed(digits);
+  return `${text}${!short || short === "°" ? short : ` ${short}`}`;
 }
 
 export function interval(name, s) {

@@ -2,7 +2,7 @@
 import { h } from "./dom.js";
 import { picture } from "./picture.js";
 import * as charts from "./charts.js";
-import { EVENTS, LEVELS, QUANTITIES, T, interval, quantity, remaining, size, time } from "./text.js";
+import { EVENTS, LEVELS, QUANTITIES, T, interval, quantity, remaining, size, time, unitOf } from "./text.js";
 
 const RANK = { normal: 0, alert: 1, alarm: 2, danger: 3 };
 const URGENT = ["stale", "dead", "clipped", "swapped", "overload"];
@@ -19,7 +19,7 @@ function told(machine, name) {
   return h("ul.facts", {},
     h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
     level !== "normal" && name !== "change" && !last.healthy && last.probability != null && h("li", {}, T.sure(last.probability)),
-    left && level !== "danger" && h("li", {}, T.left(left)),
+    level !== "danger" && (left ? h("li", {}, T.left(left)) : level !== "normal" && name !== "change" && h("li", {}, T.leftNone)),
     level !== "normal" && h("li", {}, QUANTITIES[name]?.todo[level]),
     alarm && !alarm.acknowledged && h("li.open", {}, T.unacked),
     alarm?.shelved && h("li", {}, T.shelved(time(alarm.shelved_until_ns))));
@@ -102,11 +102,22 @@ export function machine(state, name, ask) {
           h("h3", {}, h("a", { href: link("m", name, "f", key) }, quantity(key)), " ", badge(levelOf(one, key))),
           one.last.sizes?.[key] && gauge(key, one.last.sizes[key], state.limits[key]),
           told(one, key), levelOf(one, key) !== "normal" || one.alarms[key] ? actions(state, one, key, ask) : null)))),
+    state.physical && physics(state.answers),
     h("section", {}, h("h2", {}, T.log), log(state.events)),
     noted.length ? h("section", {}, h("h2", {}, T.problems), h("ul.plain", {}, noted.map(([key, value]) =>
       h("li", {}, h(value.active ? "b" : "span.quiet", {}, value.text || state.words[key]),
         h("span.quiet", {}, ` ${value.count} ×, ${time(value.last_ns)}`))))) : null,
   ];
+}
+
+function physics(answers) {
+  const one = answers?.[0];
+  const told = !one ? [h("p.quiet", {}, T.noPhysics)] : [
+    h("p.what", {}, one.problem ? `${T.physicsFailed}: ${one.problem}` : one.headline),
+    one.remarks?.length ? h("ul.plain", {}, one.remarks.map((remark) => h("li", {}, remark))) : null,
+    one.level != null && h("p", {}, T.physicsBelow(one.level, one.before)),
+    h("p.quiet", {}, T.physicsOf(one.turns, one.turn, time(one.time_ns), one.took_s))];
+  return h("section.physics", { "aria-label": T.physics }, h("h2", {}, T.physics), told);
 }
 
 export function fault(state, name, key, ask) {
@@ -115,8 +126,9 @@ export function fault(state, name, key, ask) {
   const mine = Object.entries(modes).filter(([, by]) => by[key]?.time.length);
   return [
     h("h1", {}, `${quantity(key)}, ${name}`, " ", badge(levelOf(one, key))),
-    h("p", {}, q?.what), told(one, key), actions(state, one, key, ask),
+    h("p", {}, q?.what, unitOf(key).unit !== unitOf(key).short && ` ${T.inUnit(unitOf(key).unit)}`), told(one, key), actions(state, one, key, ask),
     h("p.quiet", {}, `${T.limits}: ${state.limits[key].map((limit) => size(key, limit)).join(" / ")}`),
+    state.physical && physics(state.answers),
     mine.length ? mine.map(([mode, by]) => [h("h2", {}, `${T.trend}, ${mode}`),
       charts.trend(key, by[key], state.limits[key], `${name} ${mode} ${key} ${by[key].time.at(-1)}`)]) : h("p.quiet", {}, T.noTrend),
     h("h2", {}, T.turns), turnTable(state, name, key),

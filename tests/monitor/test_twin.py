@@ -1,0 +1,127 @@
+"""A twin as the one who diagnoses: sizes, limits, speeds, and what keeps a turn from being compared."""
+
+import math
+
+import numpy as np
+import pytest
+
+from indexer_env.errors import ParameterError, SignalError
+from indexer_env.signal import Signal
+from indexer_env.units import RPM
+from indexer_records.conditions import RecordConditions
+from indexer_records.resample import resampled
+from indexer_records.stream import StreamedTurn
+from monitor.alarms import Limits
+from monitor.analysis.twin import DANGER, SHARE_UNIT, TwinDiagnoser, limits_of
+from tests.monitor.twins import LOAD, NAMES, RATE, saying, turns, twin_folder
+from twin.faults import FAULTS
+from twin.twin import Twin
+
+
+@pytest.fixture(scope="module")
+def twin(tmp_path_factory):
+    return Twin.load(twin_folder(tmp_path_factory.mktemp("twin") / "twin"))
+
+
+def diagnoser(twin, any_fault=-3.0, faults=(-4.0, -4.0, -4.0, -4.0), novelty=1.0):
+    return TwinDiagnoser(saying(twin, any_fault, faults, novelty), LOAD)
+
+
+def look(one, signal=None, rpm=1500.0):
+    return one.diagnose_turn(turns(1) if signal is None else signal, RecordConditions(motor_speed=rpm * RPM))
+
+
+def test_modes_are_the_speeds_of_the_healthy_records_or_those_that_are_given(twin):
+    assert [mode.name for mode in diagnoser(twin).modes] == ["1200 rpm", "1500 rpm"]
+    one = TwinDiagnoser(twin, LOAD, [1400 * RPM, 1401 * RPM])
+    assert [mode.name for mode in one.modes] == ["1400 rpm"], "turns of both cannot be told apart"
+    assert one.modes[0].rate == RATE and one.modes[0].unit == "rad/s^2"
+
+
+@pytest.mark.parametrize(
+    ("load", "speeds", "said"),
+    [(None, None, "load_torque"), (50.0, None, "50 N m"), (LOAD, [900 * RPM], "900 rpm")],
+)
+def test_what_the_twin_does_not_know_is_refused_in_a_sentence(twin, load, speeds, said):
+    with pytest.raises(ParameterError) as error:
+        TwinDiagnoser(twin, load, speeds)
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_the_load_of_healthy_records_that_have_but_one_is_known(tmp_path):
+    assert TwinDiagnoser(Twin.load(twin_folder(tmp_path / "twin", loads=(LOAD, LOAD)))).load_torque == LOAD
+
+
+def test_a_healthy_turn_has_sizes_that_reach_down_to_nothing(twin):
+    found = look(diagnoser(twin))
+    assert found.healthy and found.verdict == "as the healthy machine" and found.probability is None
+    assert set(found.sizes) == set(NAMES)
+    assert all(size.low == 0.0 and size.value < 0.02 * 60.0 and size.high == 0.0 for size in found.sizes.values())
+
+
+def test_a_named_fault_is_told_with_its_size_and_the_others_by_their_chance(twin):
+    found = look(diagnoser(twin, 5.0, (4.0, -1.0, -4.0, -4.0)))
+    assert not found.healthy and found.verdict == "cracked rollers" and found.probability > 0.9
+    crack, play = found.sizes["crack"], found.sizes["reducer_play"]
+    assert crack.value == pytest.approx(30.0, rel=1e-4) and 0.0 < crack.low < 30.0 < crack.high
+    assert play.low == 0.0 and play.value == pytest.approx(10.0 / (1 + math.e), rel=1e-4) and play.high > 10.0
+
+
+def test_sizes_of_an_unknown_turn_are_no_findings_of_faults(twin):
+    found = look(diagnoser(twin, 5.0, (4.0, -4.0, -4.0, -4.0), novelty=50.0))
+    assert not found.healthy and "unlike" in found.verdict and found.novelty > 1.0
+    assert found.sizes["crack"].low == 0.0
+
+
+def test_what_does_not_grow_from_nothing_is_told_as_share_and_of_either_sign_by_its_size(twin):
+    one = diagnoser(twin, 5.0, (-4.0, -4.0, 4.0, 4.0))
+    assert one.units["sensor_loose"] == SHARE_UNIT and one.units["crack"] == FAULTS["crack"].unit
+    sizes = look(one).sizes
+    assert sizes["sensor_loose"].value == pytest.approx(50.0, rel=1e-3)
+    assert 0.0 < sizes["sensor_loose"].low < 50.0 < sizes["sensor_loose"].high
+    assert sizes["sensor_gain"].value == pytest.approx(15.0, rel=1e-3)
+
+
+def test_limits_come_from_what_the_twin_can_see(twin):
+    found = limits_of(twin, {}, 0.2)
+    crack = found["crack"]
+    assert (crack.alert, crack.danger) == pytest.approx((0.04 * 60.0, DANGER * 60.0))
+    assert crack.alarm == pytest.approx(math.sqrt(crack.alert * crack.danger)) and crack.deadband == 0.2
+    loose = found["sensor_loose"]
+    assert loose.alert == pytest.approx(50.0) and loose.danger == pytest.approx(100.0 * math.sqrt(0.5)), "above DANGER"
+    assert "sensor_gain" not in found, "not even its largest size is surely seen"
+
+
+def test_limits_that_are_given_count(twin):
+    found = limits_of(twin, {"reducer_play": [2, 4, 8], "crack": None, "sensor_gain": [1, 2, 3]}, 0.1)
+    assert found["reducer_play"] == Limits(2, 4, 8, 0.1) and "crack" not in found and "sensor_gain" in found
+    for given, said in (({"rust": [1, 2, 3]}, "rust"), ({"crack": 5}, "list of three"), ({"crack": [3, 2, 1]}, "rise")):
+        with pytest.raises(ParameterError, match=said):
+            limits_of(twin, given, 0.2)
+
+
+def test_a_turn_that_was_stretched_is_compared_at_its_own_speed(twin):
+    slow = turns(1, slip=0.015)
+    mode = diagnoser(twin).modes[1]
+    count = round(mode.duration * RATE)
+    step = np.array([slow.values.size / count / RATE])
+    record = resampled(np.tile(slow.values, 2), RATE, RATE, np.array([0.0]), step, count)[0]
+    stretched = Signal(record, RATE, unit="rad/s^2", source="press")
+
+    def residual(rpm):
+        one = diagnoser(twin)
+        x, _, _ = one.twin.gate.looked(*one.comparable(stretched, rpm * RPM))
+        return float(np.sqrt(np.mean(x**2)))
+
+    assert residual(1500.0 * (1 - 0.015)) < 0.4 * residual(1500.0)
+
+
+def test_what_cannot_be_compared_is_a_state(twin):
+    one = diagnoser(twin)
+    mode, record = one.modes[1], turns(1).values
+    assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record)) is None
+    assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, constant_share=0.5))[0] == "dead"
+    assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, clipped_share=0.01))[0] == "clipped"
+    assert one.flaw(mode, StreamedTurn(0.0, 9.9, "must last 8.2 s"))[0] == "other_speed"
+    with pytest.raises(SignalError, match="look like the twin's machine"):
+        look(one, Signal(5.0 * record, RATE, unit="rad/s^2"))
