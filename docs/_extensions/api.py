@@ -12,7 +12,9 @@ SKIPPED = ("__init__", "__main__")
 
 def pages() -> dict[str, str]:
     """File name -> text."""
-    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["root_packages"]
+    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "root_packages"
+    ]
     found = {f"{package}.md": _page(package) for root in roots for package in packages(root)}
     toctree = "\n".join(sorted(name.removesuffix(".md") for name in found if name.count(".") == 1))
     found["index.md"] = _INDEX.format(toctree=toctree)

@@ -37,7 +37,12 @@ GROUPS = {
 def commands() -> dict[str, str]:
     """File name -> page: one a verb, and the list of all."""
     found = {f"{name}.md": _verb(name) for name in VERBS}
-    lines = ["# Commands", "", "`indexer VERB KEY=VALUE ...`; `indexer VERB --help` prints the same as these pages.", ""]
+    lines = [
+        "# Commands",
+        "",
+        "`indexer VERB KEY=VALUE ...`; `indexer VERB --help` prints the same as these pages.",
+        "",
+    ]
     for group, verbs in itertools.groupby(VERBS.values(), key=lambda verb: verb.group):
         lines += [f"## {group}", "", "| verb | what it does |", "| --- | --- |"]
         lines += [f"| [`{verb.name}`]({verb.name}.md) | {_cell(_page(verb.name).summary)} |" for verb in verbs]

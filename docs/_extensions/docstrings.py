@@ -7,6 +7,8 @@ import re
 from sphinx.application import Sphinx
 
 _COLUMNS = re.compile(r"\S {2,}\S")
+_SECTIONS = ("Attributes", "Parameters", "Returns", "Yields", "Raises", "Notes", "Examples", "See Also", "Warns")
+"""Headings that napoleon knows; any other would be a heading of the whole page."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -20,7 +22,9 @@ def _process(app: Sphinx, what: str, name: str, obj: object, options: object, li
 
 
 def as_rst(lines: list[str]) -> list[str]:
-    """Paragraphs with columns become literal blocks; signs of mathematics that are marks in reStructuredText are escaped."""
+    """Paragraphs with columns become literal blocks, headings of one's own rubrics; signs of mathematics that are marks in
+    reStructuredText are escaped."""
+    lines = _without_headings(lines)
     found: list[str] = []
     paragraph: list[str] = []
     literal = False
@@ -35,6 +39,16 @@ def as_rst(lines: list[str]) -> list[str]:
             literal = literal or paragraph[-1].rstrip().endswith("::")
             paragraph = []
         found.append("")
+    return found
+
+
+def _without_headings(lines: list[str]) -> list[str]:
+    found: list[str] = []
+    for line in lines:
+        if re.fullmatch(r"-{3,}", line) and found and found[-1] not in _SECTIONS:
+            found[-1:] = [f".. rubric:: {found[-1]}", ""]
+        else:
+            found.append(line)
     return found
 
 

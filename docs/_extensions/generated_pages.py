@@ -17,7 +17,11 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 def _write(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "reference"
-    for pages, name in ((command_pages.commands(), "commands"), (command_pages.settings(), "settings"), (api.pages(), "api")):
+    for pages, name in (
+        (command_pages.commands(), "commands"),
+        (command_pages.settings(), "settings"),
+        (api.pages(), "api"),
+    ):
         refresh(folder / name, pages)
 
 

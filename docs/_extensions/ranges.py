@@ -51,7 +51,9 @@ def of(owner: str, key: str) -> str:
     """The rule for a key of a verb or a folder of conf/, "" where no check states one."""
     section, _, name = key.rpartition(".")
     ending = next((ending for ending in ENDINGS if name.endswith(ending)), "")
-    found = [check for check in checks() if check.name in (name, name.removesuffix(ending)) and _is_of(check, owner, section)]
+    found = [
+        check for check in checks() if check.name in (name, name.removesuffix(ending)) and _is_of(check, owner, section)
+    ]
     own = [check for check in found if check.name == name] or found
     texts = {_told(check, ending if check.name != name else "") for check in own}
     return texts.pop() if len(texts) == 1 else ""
@@ -79,7 +81,9 @@ def _told(check: Check, ending: str) -> str:
 @functools.cache
 def checks() -> tuple[Check, ...]:
     """All checks of all packages."""
-    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["root_packages"]
+    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "root_packages"
+    ]
     paths = itertools.chain.from_iterable(sorted((ROOT / root).rglob("*.py")) for root in roots)
     return tuple(check for path in paths for check in _checks_in(path))
 
