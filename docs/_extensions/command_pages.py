@@ -73,9 +73,9 @@ def settings() -> dict[str, str]:
     lines = [
         "# Settings",
         "",
-        "Every key of every YAML file in `conf/`, with its default, unit, range and reason. The keys of a verb itself stand on",
-        "[its page](../commands/index.md). `KEY=VALUE` on the command line changes any of them, `GROUP=NAME` takes another file of the",
-        "folder, `GROUP=FILE.yaml` one of your own.",
+        "Every key of every YAML file in `conf/`, with its default, unit, range and reason. The keys of a verb itself",
+        "stand on [its page](../commands/index.md). `KEY=VALUE` on the command line changes any of them, `GROUP=NAME`",
+        "takes another file of the folder, `GROUP=FILE.yaml` one of your own.",
         "",
         "| folder | what | files |",
         "| --- | --- | --- |",

@@ -22,8 +22,8 @@ def _process(app: Sphinx, what: str, name: str, obj: object, options: object, li
 
 
 def as_rst(lines: list[str]) -> list[str]:
-    """Paragraphs with columns become literal blocks, headings of one's own rubrics; signs of mathematics that are marks in
-    reStructuredText are escaped."""
+    """Paragraphs with columns become literal blocks, headings of one's own become rubrics; signs of mathematics that
+    are marks in reStructuredText are escaped."""
     lines = _without_headings(lines)
     found: list[str] = []
     paragraph: list[str] = []
