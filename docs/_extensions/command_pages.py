@@ -7,6 +7,7 @@ check which refuses a value outside of it (`ranges`), so it cannot differ from t
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -165,7 +166,12 @@ def _cell(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    """Comments are plain text: signs that Markdown would take for marks are escaped outside code."""
+    """Plain text: signs that Markdown would take for marks are escaped outside code; pages become links."""
     parts = text.split("`")
     parts[::2] = [part.translate({ord(sign): f"\\{sign}" for sign in "*_<[~$"}) for part in parts[::2]]
-    return "`".join(parts)
+    return re.sub(r"docs/([\w\\/-]+)\.md", _link, "`".join(parts))
+
+
+def _link(page: re.Match[str]) -> str:
+    path = page[1].replace("\\", "")
+    return f"[{path.rpartition('/')[2]}](../../{path}.md)"

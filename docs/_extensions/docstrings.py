@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 _COLUMNS = re.compile(r"\S {2,}\S")
+_PAGE = re.compile(r"docs/([\w-]+/(?:[\w-]+/)*)([\w-]+)\.md")
 _SECTIONS = ("Attributes", "Parameters", "Returns", "Yields", "Raises", "Notes", "Examples", "See Also", "Warns")
 """Headings that napoleon knows; any other would be a heading of the whole page."""
 
@@ -65,6 +66,7 @@ def _underlined(lines: list[str]) -> bool:
 
 
 def _escaped(line: str) -> str:
-    """|φ̇| and *args outside code."""
+    """|φ̇| and *args outside code; pages become links."""
     parts = re.split(r"(`+[^`]*`+)", line)
-    return "".join(part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts)
+    parts = [part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts]
+    return "".join(part if part.startswith("`") else _PAGE.sub(r":doc:`\2 </\1\2>`", part) for part in parts)

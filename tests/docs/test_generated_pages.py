@@ -107,6 +107,12 @@ def test_a_docstring_keeps_its_columns_and_its_signs() -> None:
     ]  # fmt: skip
 
 
+def test_pages_that_docstrings_and_settings_name_are_linked(settings: dict[str, str]) -> None:
+    (line,) = docstrings.as_rst(["(docs/explanation/physics.md, section Joints)"])[:-1]
+    assert line == "(:doc:`physics </explanation/physics>`, section Joints)"
+    assert "The reference machine ([physics](../../explanation/physics.md))" in settings["machine.md"]
+
+
 def test_the_first_sentence_of_a_page() -> None:
     assert llms_txt.first_sentence("# Title\n\nYou get [a\nlist](b.md). And more.") == "You get a list."
     assert llms_txt.first_sentence("```{include} a.md\n```\n") == ""
