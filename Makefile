@@ -17,7 +17,7 @@ export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-slow bench lint format types contract clean distclean
+.PHONY: help demo test test-slow bench docs wheel lint format types contract clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,6 +30,7 @@ BASE    := $(VENV)/base.stamp
 RUNTIME := $(VENV)/runtime.stamp
 DEV     := $(VENV)/dev.stamp
 BENCH   := $(VENV)/bench.stamp
+DOCS    := $(VENV)/docs.stamp
 
 $(BASE): constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
@@ -55,6 +56,11 @@ $(BENCH): pyproject.toml constraints.txt | $(BASE)
 	$(PIP) install --editable '.[bench]' $(PINS)
 	@touch $(RUNTIME) $@
 
+# The API is written from docstrings, so all that the packages import must be there.
+$(DOCS): pyproject.toml constraints.txt | $(BASE)
+	$(PIP) install --editable '.[dev,docs]' $(PINS)
+	@touch $(RUNTIME) $(DEV) $@
+
 # ---------------------------------------------------------------------------------------------- main job
 
 # A twin of four faults and few records, so that the demo stays short; without these settings it is a better one.
@@ -76,6 +82,21 @@ demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record;
 
 bench: $(BENCH) ## measure speed and accuracy beside other solvers; fills the table in benchmarks/README.md
 	$(RUN) -m benchmarks
+
+docs: $(DOCS) ## build the site in docs/_build; a warning or a broken link is an error
+	$(BIN)/sphinx-build --builder html --fail-on-warning --keep-going --quiet --jobs auto docs docs/_build
+	@echo "The site: docs/_build/index.html"
+
+# Each file goes into an environment that holds nothing else, and is run in a folder without the checkout.
+wheel: $(DEV) ## build wheel and sdist in dist/ and prove each in an empty environment
+	rm -rf dist build
+	$(RUN) -m build --no-isolation
+	@for file in dist/*.whl dist/*.tar.gz; do \
+	    echo "== $$file"; \
+	    rm -rf build/empty && $(PYTHON) -m venv build/empty && \
+	    build/empty/bin/python -m pip install --quiet --disable-pip-version-check "$$file" --constraint constraints.txt && \
+	    (cd build/empty && bin/indexer --version && bin/indexer simulate out=record) || exit 1; \
+	done
 
 # ---------------------------------------------------------------------------------------------- checks
 
@@ -103,7 +124,7 @@ contract: $(DEV) ## check who may import whom (import-linter)
 # ---------------------------------------------------------------------------------------------- cleaning
 
 clean: ## remove demo results, built files and caches
-	rm -rf demo build dist .hypothesis .import_linter_cache .pytest_cache .ruff_cache
+	rm -rf demo build dist docs/_build docs/reference/api docs/reference/commands docs/reference/settings .hypothesis .import_linter_cache .pytest_cache .ruff_cache
 	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## remove the environment too

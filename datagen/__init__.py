@@ -31,7 +31,8 @@ In reading order, along the data flow:
     remake         a row -> its record again, bit for bit; a command
     audit/         what DATA.md promises, asserted
     check          indexer check: the verdict on a data set
-    ingest/        progress       a bar or log lines
+    ingest/        measured files -> a data set of the same layout; indexer ingest
+    progress       a bar or log lines
     new            a machine as a commented YAML file; indexer new
     __main__       indexer generate
 

@@ -1,4 +1,4 @@
-"""The site: `make docs` writes it to docs/_build. What is generated is written by _extensions before Sphinx reads it."""
+"""The site, which `make docs` writes to docs/_build; what is generated is written by _extensions."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 In reading order, with the block of ISO 13374 that each is:
     settings      conf/monitor.yaml -> objects that check themselves
-In reading order, each with its block of ISO 13374:
+    intake/       data acquisition and manipulation: samples -> blocks in order -> turns
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
     alarms/       the alarm of a quantity: delays, deadband, acknowledge, shelve, re-alarm (OPC UA Part 9)
     plan          what all machines share, and what comes of a block

@@ -98,7 +98,8 @@ def test_every_dependency_is_pinned() -> None:
     pinned = {canonicalize_name(name) for name in pins}
     dev = PROJECT["optional-dependencies"]["dev"]
     waiting = [Requirement(line) for line in PROJECT["dependencies"] + dev]
-    named = {canonicalize_name(Requirement(line).name) for line in PROJECT["optional-dependencies"]["bench"]}
+    extras = PROJECT["optional-dependencies"]
+    named = {canonicalize_name(Requirement(line).name) for line in extras["bench"] + extras["docs"]}
     followed = set()
     while waiting:
         requirement = waiting.pop()

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from sources import ROOT, root_packages
+
 SKIPPED = ("__init__", "__main__")
 
 
 def pages() -> dict[str, str]:
     """File name -> text."""
-    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "root_packages"
-    ]
-    found = {f"{package}.md": _page(package) for root in roots for package in packages(root)}
+    found = {f"{package}.md": _page(package) for root in root_packages() for package in packages(root)}
     toctree = "\n".join(sorted(name.removesuffix(".md") for name in found if name.count(".") == 1))
     found["index.md"] = _INDEX.format(toctree=toctree)
     return found
@@ -23,8 +19,8 @@ def pages() -> dict[str, str]:
 
 _INDEX = """# API
 
-Every public module, class and function, from its docstring. Each package's page begins with its map: its modules in reading order.
-Numbers are in SI units and radians unless a name ends in a unit (`_deg`, `_rpm`, `_hz`, `_percent`).
+Every public module, class and function, from its docstring. Each package's page begins with its map: its modules in
+reading order. Numbers are in SI units and radians unless a name ends in a unit (`_deg`, `_rpm`, `_hz`, `_percent`).
 
 ```{{toctree}}
 :maxdepth: 2

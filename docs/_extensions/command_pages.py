@@ -7,6 +7,7 @@ check which refuses a value outside of it (`ranges`), so it cannot differ from t
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -73,9 +74,9 @@ def settings() -> dict[str, str]:
     lines = [
         "# Settings",
         "",
-        "Every key of every YAML file in `conf/`, with its default, unit, range and reason. The keys of a verb itself stand on",
-        "[its page](../commands/index.md). `KEY=VALUE` on the command line changes any of them, `GROUP=NAME` takes another file of the",
-        "folder, `GROUP=FILE.yaml` one of your own.",
+        "Every key of every YAML file in `conf/`, with its default, unit, range and reason. The keys of a verb itself",
+        "stand on [its page](../commands/index.md). `KEY=VALUE` on the command line changes any of them, `GROUP=NAME`",
+        "takes another file of the folder, `GROUP=FILE.yaml` one of your own.",
         "",
         "| folder | what | files |",
         "| --- | --- | --- |",
@@ -165,7 +166,12 @@ def _cell(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    """Comments are plain text: signs that Markdown would take for marks are escaped outside code."""
+    """Plain text: signs that Markdown would take for marks are escaped outside code; pages become links."""
     parts = text.split("`")
     parts[::2] = [part.translate({ord(sign): f"\\{sign}" for sign in "*_<[~$"}) for part in parts[::2]]
-    return "`".join(parts)
+    return re.sub(r"docs/([\w\\/-]+)\.md", _link, "`".join(parts))
+
+
+def _link(page: re.Match[str]) -> str:
+    path = page[1].replace("\\", "")
+    return f"[{path.rpartition('/')[2]}](../../{path}.md)"

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 _COLUMNS = re.compile(r"\S {2,}\S")
+_PAGE = re.compile(r"docs/([\w-]+/(?:[\w-]+/)*)([\w-]+)\.md")
+_SECTIONS = ("Attributes", "Parameters", "Returns", "Yields", "Raises", "Notes", "Examples", "See Also", "Warns")
+"""Headings that napoleon knows; any other would be a heading of the whole page."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -20,7 +25,9 @@ def _process(app: Sphinx, what: str, name: str, obj: object, options: object, li
 
 
 def as_rst(lines: list[str]) -> list[str]:
-    """Paragraphs with columns become literal blocks; signs of mathematics that are marks in reStructuredText are escaped."""
+    """Paragraphs with columns become literal blocks, headings of one's own become rubrics; signs of mathematics that
+    are marks in reStructuredText are escaped."""
+    lines = _without_headings(lines)
     found: list[str] = []
     paragraph: list[str] = []
     literal = False
@@ -38,6 +45,16 @@ def as_rst(lines: list[str]) -> list[str]:
     return found
 
 
+def _without_headings(lines: list[str]) -> list[str]:
+    found: list[str] = []
+    for line in lines:
+        if re.fullmatch(r"-{3,}", line) and found and found[-1] not in _SECTIONS:
+            found[-1:] = [f".. rubric:: {found[-1]}", ""]
+        else:
+            found.append(line)
+    return found
+
+
 def _paragraph(lines: list[str]) -> list[str]:
     if any(_COLUMNS.search(line) for line in lines) and not _underlined(lines):
         return ["::", "", *(f"    {line}" for line in lines)]
@@ -49,6 +66,7 @@ def _underlined(lines: list[str]) -> bool:
 
 
 def _escaped(line: str) -> str:
-    """|φ̇| and *args outside code."""
+    """|φ̇| and *args outside code; pages become links."""
     parts = re.split(r"(`+[^`]*`+)", line)
-    return "".join(part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts)
+    parts = [part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts]
+    return "".join(part if part.startswith("`") else _PAGE.sub(r":doc:`\2 </\1\2>`", part) for part in parts)

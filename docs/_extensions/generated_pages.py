@@ -26,7 +26,7 @@ def _write(app: Sphinx) -> None:
 
 
 def refresh(folder: Path, pages: dict[str, str]) -> None:
-    """Make `folder` hold these pages and no others; pages that did not change keep their time, so are not read again."""
+    """Make `folder` hold these pages and no others; those that did not change are not written, nor read again."""
     folder.mkdir(parents=True, exist_ok=True)
     for path in folder.glob("*.md"):
         if path.name not in pages:

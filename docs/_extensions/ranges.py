@@ -10,16 +10,16 @@ import ast
 import functools
 import importlib
 import itertools
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from sources import ROOT, root_packages
 
 from indexer_cli.typed_keys import OWNERS
 from indexer_cli.verbs import VERBS
 from indexer_env.units import ENDINGS
 
-ROOT = Path(__file__).parents[2]
 CHECKS = ("check_number", "check_integer", "check_choice")
 
 GROUP_OWNERS = {
@@ -81,10 +81,7 @@ def _told(check: Check, ending: str) -> str:
 @functools.cache
 def checks() -> tuple[Check, ...]:
     """All checks of all packages."""
-    roots = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "root_packages"
-    ]
-    paths = itertools.chain.from_iterable(sorted((ROOT / root).rglob("*.py")) for root in roots)
+    paths = itertools.chain.from_iterable(sorted((ROOT / root).rglob("*.py")) for root in root_packages())
     return tuple(check for path in paths for check in _checks_in(path))
 
 

@@ -34,7 +34,7 @@ class Block:
     Attributes
     ----------
     machine : str
-        Name of the machine: letters, digits and ` .:_+-`, at most 64.
+        Name of the machine: letters, digits and any of ``.:_+-`` and spaces, at most 64.
     start_ns : int
         Time of the first sample [ns since 1970, UTC].
     rate : float

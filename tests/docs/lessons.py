@@ -29,8 +29,8 @@ def run(page: str, folder: Path, section: str | None = None) -> str:
     """Run a page's blocks in `folder` and give what they print.
 
     `sh` blocks are run as they stand. A `python` block whose first line is a comment with a file's name is that file;
-    others are one program, which runs before the next `sh` or `text`. Every line of a `text` block must be among what was printed
-    so far; its numbers may differ, as they do from processor to processor.
+    others are one program, which runs before the next `sh` or `text`. Every line of a `text` block must be among what
+    was printed so far; its numbers may differ, as they do from processor to processor.
     """
     for name in ("examples", "conf"):
         (folder / name).symlink_to(ROOT / name)
