@@ -16,7 +16,7 @@ import math
 
 from numba import njit, types
 
-from indexer_env.kernels.effects import imbalance_torque
+from indexer_env.kernels.effects import imbalance_torque, knot_weight, spline_place
 
 _SETTINGS = {"error_model": "numpy", "_nrt": False}
 """Nothing is allocated here, so arrays need not be counted as references."""
@@ -27,7 +27,8 @@ COLUMNS = (
     "viscous", "quadratic", "coulomb", "asymmetric", "stribeck", "stribeck_speed", "tilted", "offset", "imbalance",
     "imbalance_phase", "linear", "cubic", "bilinear", "bilinear_place", "stops", "stops_place", "presliding",
     "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase", "ripple", "ripple_order", "ripple_phase",
-    "inertia", "middle", "stroke", "mass",
+    "inertia", "middle", "stroke", "mass", "tabulated_over", "tabulated_first", "tabulated_per",
+    *(f"tabulated_{k}" for k in range(11)),
 )  # fmt: skip
 """Coefficients of one joint; those that no effect sets are 0."""
 
@@ -35,7 +36,8 @@ COLUMNS = (
     VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED, OFFSET, IMBALANCE, IMBALANCE_PHASE,
     LINEAR, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING, PRESLIDING_DISTANCE, COGGING,
     COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
-) = range(len(COLUMNS))  # fmt: skip
+    TABULATED_OVER, TABULATED_FIRST, TABULATED_PER, TABULATED_0,
+) = range(len(COLUMNS) - 10)  # fmt: skip
 
 _HALVINGS = 20
 _BRACKET = 2.0**-_HALVINGS
@@ -68,6 +70,10 @@ def smooth_force(c, q, v, z0, q0):
         total += c[RIPPLE] * math.sin(c[RIPPLE_ORDER] * q + c[RIPPLE_PHASE])
     if c[PRESLIDING] != 0.0:
         total += c[PRESLIDING] * bristle(q, z0, q0, c[PRESLIDING_DISTANCE])
+    if c[TABULATED_OVER] != 0.0:
+        place = spline_place(v if c[TABULATED_OVER] == 1.0 else q, c[TABULATED_FIRST], c[TABULATED_PER], 0.0)
+        for k in range(11):
+            total += c[TABULATED_0 + k] * knot_weight(place, float(k), 0.0)
     return total
 
 

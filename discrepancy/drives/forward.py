@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.advance import COLUMNS, WORK, run_all
+from discrepancy.drives.advance import COLUMNS, TABULATED_OVER, WORK, run_all
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
-from discrepancy.drives.library import hypotheses_of, values_of
+from discrepancy.drives.effects import TABLES
+from discrepancy.drives.library import hypotheses_of, tabulated_row, values_of
 from discrepancy.drives.readings import commanded
 from discrepancy.drives.track import Scales
 from discrepancy.drives.windows import Windows
@@ -66,7 +67,7 @@ class ForwardModel(Model):
         self.drive, self.courses, self.windows = drive, tuple(courses), windows
         self.scales: tuple[Scales, ...] = tuple(scales)
         self.measured, self.rates, self.known = measured, rates, known
-        self.effects = {effect.name: effect for effect in drive.effects}
+        self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters))
         self.channels = len(measured)
@@ -136,8 +137,11 @@ class ForwardModel(Model):
                 command.append((effect.forward, *mine))
                 continue
             j = int(one.fixed.get("joint", 0))
-            size, *shape = _columns(effect.forward)
             own = values_of(one, mine)
+            if effect.forward == "tabulated":
+                table[j, TABULATED_OVER:] = tabulated_row(one.name == "tabulated.speed", own)
+                continue
+            size, *shape = _columns(effect.forward)
             named = [getattr(own, s.name) for s in effect.sizes] + [
                 float(v) for k, v in one.fixed.items() if k != "joint"
             ]
@@ -176,7 +180,7 @@ class ForwardModel(Model):
     @property
     def left_out(self) -> tuple[str, ...]:
         """Effects that are not tried, as the integrator does not have them."""
-        return tuple(name for name, effect in self.effects.items() if not effect.forward)
+        return tuple(effect.name for effect in self.drive.effects if not effect.forward)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         found, good = self.simulated(hypothesis, jobs)

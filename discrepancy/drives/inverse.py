@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import Drive, said_by_user
-from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.library import done_by_model, hypotheses_of, proposals, sensible, values_of
 from discrepancy.drives.track import Scales, Track
 from discrepancy.drives.windows import Windows
@@ -57,7 +57,7 @@ class InverseModel(Model):
         library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
-        self.effects = {effect.name: effect for effect in drive.effects}
+        self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         sessions = _sessions(len(windows.tracks), scales) if drive.sessions else ()
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
