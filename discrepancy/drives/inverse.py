@@ -219,8 +219,9 @@ class InverseModel(Model):
     def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
         """Effects that may be missing: sensible for the channels, and not done by the model's own parameters."""
         zero = np.zeros(len(self.parameters))
-        slopes = np.array([self._slope(NONE, zero, k) for k in range(self.own)])
-        _check_slopes(self.drive, slopes)
+        physics = [k for k, p in enumerate(self.parameters) if not p.of_record]
+        slopes = np.array([self._slope(NONE, zero, k) for k in physics])
+        _check_slopes(self.drive, slopes[: self.own])
         if self.drive.sessions:
             owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
             slopes = np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])

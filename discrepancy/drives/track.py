@@ -44,6 +44,13 @@ _AT_REST = 3.0
 """Standard deviations of the speed's noise below which the drive counts as standing; never less than a thousandth of
 the rms speed."""
 
+_STANDING = 3
+"""Samples below that speed that make a standstill, and not a reversal."""
+
+_SMEARED = 2.0
+"""Standard deviations of the motion's kernel by which a standstill may be longer than it seems: that smooths the start
+out of it."""
+
 _LEAST_NOISE = 1e-4
 """Least noise over the rms of the force: a record without noise still has digits and a model that is not exact."""
 
@@ -137,13 +144,19 @@ class Track:
 
     @functools.cached_property
     def rest(self) -> np.ndarray:
-        """Where it stands (n,)."""
-        return np.abs(self.v) < self.still
+        """Where it stands (n,), or may: a standstill's end is known to what the motion's kernel reaches."""
+        from scipy.ndimage import binary_dilation, binary_opening
+
+        slow = np.abs(self.v) < self.still
+        reach = math.ceil(_SMEARED * smoothing.deviation(_WIDER * self.cutoff) / self.step)
+        return slow | binary_dilation(binary_opening(slow, np.ones(_STANDING)), iterations=reach)
 
     @functools.cached_property
     def direction(self) -> np.ndarray:
-        """±1 (n,), 0 at rest."""
-        return np.where(self.rest, 0.0, np.sign(self.v))
+        """±1 (n,), 0 at rest; where the speed passes 0 within a sample's time, its mean over that: a reversal lies
+        between samples, and half a sample off is a tenth of the step of dry friction in the comparison."""
+        passed = np.maximum(0.5 * np.abs(self.a) * self.step, 1e-300)
+        return np.where(self.rest, 0.0, np.clip(self.v / passed, -1.0, 1.0))
 
     def thinned(self, row: np.ndarray) -> np.ndarray:
         """A row (n,), or rows (k, n), through the comparison's kernel, at its rate."""
