@@ -12,7 +12,7 @@ import numpy as np
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
 from discrepancy.model import Hypothesis, Parameter
-from discrepancy.table import Form
+from discrepancy.table import Form, shaped
 from indexer_env.effects.tabulated import PLACES, coefficients_of_values
 
 SAME = 1e-3
@@ -73,7 +73,8 @@ def forms_of(scales: Scales, passed: Mapping[str, np.ndarray], known: Sequence[H
         over = f"{name.rpartition('.')[2]} [{scales.unit('V' if name == 'tabulated.speed' else 'Q')}]"
         fixed = {"low": low, "high": high}
         places = tuple(np.linspace(low, high, PLACES).tolist())
-        found.append(Form(over, Hypothesis(name, parameters, fixed), places))
+        starts = shaped(places, scales.F, closed=False)
+        found.append(Form(over, Hypothesis(name, parameters, fixed, starts), places))
     return tuple(found)
 
 

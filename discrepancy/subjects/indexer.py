@@ -16,7 +16,7 @@ from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
-from discrepancy.table import Form
+from discrepancy.table import Form, shaped
 from indexer_env.effects import EFFECTS, TABLES
 from indexer_env.effects.measures import measures
 from indexer_env.effects.tabulated import PLACES
@@ -213,7 +213,8 @@ def _form(name: str, ends: tuple[float, float] | None, torque: float) -> Form:
         Parameter(f"{name}.torque_{k}", "N m", 0.0, _WIDE * torque, known=True) for k in range(1, PLACES + 1)
     )
     fixed = {} if ends is None else {"low": ends[0], "high": ends[1]}
-    return Form(_OVER[name], Hypothesis(name, parameters, fixed), tuple(places.tolist()))
+    starts = shaped(places.tolist(), torque, closed=ends is None)
+    return Form(_OVER[name], Hypothesis(name, parameters, fixed, starts), tuple(places.tolist()))
 
 
 def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:

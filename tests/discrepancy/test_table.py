@@ -38,4 +38,3 @@ def test_a_table_closes_the_gap_of_a_hidden_quadratic_drag() -> None:
     assert answer.names == ()
     assert table is not None and table.form.hypothesis.name == "tabulated.speed"
     assert table.closes > 0.8, (table.before, table.after, table.closes)
-    print(answer.before, table.before, table.after, table.closes)
