@@ -1,8 +1,8 @@
 """What remains beside all that was found as a table: a missing torque over the one variable that orders it best.
 
 The values of a spline at nine places are fitted together with what was accepted, start states and all, over each of
-the variables that lead a race for starts. The one of least cost on the records fitted is taken, and judged on the records
-held out with its physics frozen. A table is no law: it holds where it was read off, and says nothing of why.
+the variables that lead a race for starts. The variable of least cost on the records fitted is taken, and judged on the
+records held out with its physics frozen. A table is no law: it holds where it was read off, and says nothing of why.
 """
 
 from __future__ import annotations
