@@ -153,10 +153,8 @@ class Track:
 
     @functools.cached_property
     def direction(self) -> np.ndarray:
-        """±1 (n,), 0 at rest; where the speed passes 0 within a sample's time, its mean over that: a reversal lies
-        between samples, and half a sample off is a tenth of the step of dry friction in the comparison."""
-        passed = np.maximum(0.5 * np.abs(self.a) * self.step, 1e-300)
-        return np.where(self.rest, 0.0, np.clip(self.v / passed, -1.0, 1.0))
+        """±1 (n,), 0 at rest."""
+        return np.where(self.rest, 0.0, np.sign(self.v))
 
     def thinned(self, row: np.ndarray) -> np.ndarray:
         """A row (n,), or rows (k, n), through the comparison's kernel, at its rate."""

@@ -168,14 +168,6 @@ def test_the_ends_of_standstills_are_known_no_better_than_samples_tell(tmp_path)
     assert values(problem, found)["friction.coulomb.force"] == pytest.approx(60.0, rel=0.02)
 
 
-def test_a_reversal_between_samples_is_felt_where_it_is(tmp_path) -> None:
-    """At 60 Hz for motions of 1.5 Hz; seed 3."""
-    made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 40.0 * np.sign(v), rate=60.0, noise=0.3)
-    problem, place = start_of(made, made.model.hypotheses()["friction.coulomb"][0])
-    found = fit(problem, place, steps=25).place
-    assert found.level(made.model) < 2.0
-
-
 def test_a_compliance_is_looked_for_where_the_record_rings(tmp_path) -> None:
     """A load of 50 kg that rings at 7.1 rad/s with 1 % of damping after every move; seed 2."""
     rng = np.random.default_rng(2)
