@@ -154,8 +154,8 @@ def test_presliding_is_exact_along_a_path() -> None:
 
 
 def test_the_ends_of_standstills_are_known_no_better_than_samples_tell(tmp_path) -> None:
-    """A drive that stands between its moves, at 50 Hz: with the right friction the model is at the noise, though a start
-    lies between samples and its kernel's reach before it is seen. Seed 1; the plant has a solver of its own."""
+    """A drive that stands between its moves, at 50 Hz: with the right friction the model is near the noise, though a
+    start lies its kernel's reach before it is seen. Seed 1; the plant has a solver of its own."""
     rng = np.random.default_rng(1)
     path = 0.1 * reference("steps", 12000, 5.0, rng)
     run = simulate_plant({"mass": 95.0, "coulomb": 60.0}, path, 1000.0, (95.0 * 3600.0, 95.0 * 96.0), steps=25)
