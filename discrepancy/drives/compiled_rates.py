@@ -109,7 +109,7 @@ def _check(drive: Drive, given: dict[str, Any], x: np.ndarray, u: np.ndarray, ro
     try:
         found = drive.function(arguments[0], arguments[1], 0.0, arguments[2])
         rates = [float(one) for one in found]
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise said_by_user(drive, error) from None
     name = f"{drive.path.name}: rates"
     if len(rates) != len(drive.states):

@@ -178,6 +178,10 @@ def _check_parameters(model: ForwardModel) -> None:
     from discrepancy.model import NONE
 
     zero = np.zeros(len(model.parameters))
+    good = model.simulated(NONE, model.jobs(zero))[1]
+    if not good.any():
+        rule = "must keep the states finite and in range from where the records begin"
+        raise ParameterError(f"{model.drive.path.name}: rates {rule}, but every run is lost at the values stated.")
     at = model.residuals(NONE, model.jobs(zero))
     for k, p in enumerate(model.drive.parameters):
         moved = zero.copy()

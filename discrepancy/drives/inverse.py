@@ -74,18 +74,23 @@ class InverseModel(Model):
         """The user's force as a function of the motion: base(q, v, a) -> (n,)."""
         p = self.drive.p(values)
 
+        name = f"{self.drive.path.name}: force"
+
         def force(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
             try:
-                given = self.drive.function(q, v, a, track.u, track.t, p)
+                given = self.drive.function(*map(_kept, (q, v, a)), track.u, track.t, p)
+                if np.iscomplexobj(given):
+                    raise ParameterError(f"{name} must give real numbers, got complex ones.")
                 row = np.asarray(given, dtype=float)
-            except Exception as error:
+            except ParameterError:
+                raise
+            except (Exception, SystemExit) as error:
                 raise said_by_user(self.drive, error) from None
-            name = f"{self.drive.path.name}: force"
             if row.shape not in ((), q.shape):
                 raise ParameterError(f"{name} must give one number a sample, {q.shape}, got an array of {row.shape}.")
             if not np.isfinite(row).all():
                 where = float(track.t[int(np.argmin(np.isfinite(np.broadcast_to(row, q.shape))))])
-                raise ParameterError(f"{name} must give finite numbers, got one that is none at {where:.6g} s.")
+                raise ParameterError(f"{name} must give finite numbers, got one that is none at {where:.6g} s for {p}.")
             return np.broadcast_to(row, q.shape)
 
         return force
@@ -262,6 +267,13 @@ class InverseModel(Model):
         fitted, *_ = np.linalg.lstsq(columns, target, rcond=1e-10)
         edges = np.cumsum([len(row) for row in self.measured])[:-1]
         return np.split(target - columns @ fitted, edges)
+
+
+def _kept(row: np.ndarray) -> np.ndarray:
+    """A row that a user's function cannot write to."""
+    view = row.view()
+    view.flags.writeable = False
+    return view
 
 
 def _row(effect: DriveEffect, given: Any, track: Track) -> np.ndarray:

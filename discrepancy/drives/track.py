@@ -16,7 +16,7 @@ from discrepancy.drives import smoothing
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects.base import exponents
-from indexer_env.errors import SignalError
+from indexer_env.errors import SignalError, refuse
 
 _HELD = 0.999
 """Share of the force's variance that the comparison must keep."""
@@ -190,6 +190,10 @@ def tracks_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Track], Sca
         raise SignalError(f"All records must have the same units, got {' and '.join(map(str, sorted(units)))}.")
     force_unit, position_unit = units.pop()
     cutoff = drive.cutoff or _cutoff(records)
+    highest = smoothing.WIDEST * min(r.rate for r in records)
+    if cutoff > highest:
+        rule = f"at most {smoothing.WIDEST:g} of the sampling rate, {highest:.4g} Hz"
+        raise refuse(drive.path.name, "cutoff", rule, cutoff, "leave it out to have it chosen")
     tracks = [_track(drive, record, cutoff) for record in records]
     fitted = [t for t, r in zip(tracks, records, strict=True) if not r.held_out]
     scales = scales_of(fitted, force_unit, position_unit)
