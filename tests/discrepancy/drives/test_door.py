@@ -40,7 +40,7 @@ EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
         (("return p.mass * a", "a *= p.mass\n    return a"), "got ValueError in line 7 .output array is read-only"),
         (("p.mass * a", "1j * p.mass * a"), "must give real numbers, got complex ones"),
         (("return p.mass * a", "return 'heavy'"), r"got ValueError \(could not convert string to float: 'heavy'\)"),
-        (('"mass": (', '"_m": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as Python names are, .* got '_m'"),
+        (('"mass": (', '"_m": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got '_m'"),
         (('"mass": (', '"class": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got 'class'"),
         (('"f"}', '"f"}\nwindows = 2.0'), "windows must be left out beside force"),
         (('"f"}', '"f"}\ncutoff = 200.0'), "cutoff must be at most 0.15 of the sampling rate, 75 Hz, got 200"),
