@@ -83,7 +83,7 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     def wrapped(x, u, t, row, out):
         with numba.objmode(found="float64[:]"):
             found = _python(number, x, u, t, row)
-        out[:] = found
+        out[: len(found)] = found
 
     # compiled by itself first: inside a C callback numba would leave out what Python needs to be called
     inner = numba.njit(SIGNATURE)(wrapped)

@@ -144,7 +144,7 @@ standard(
                  step=0.003),
             Size("damping", "damping ratio ζ", "", (0.05,), 0.005, 0.9, step=0.05),
         ),
-        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung,
+        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung, forward="soft",
     )
 )  # fmt: skip
 
@@ -165,7 +165,7 @@ standard(
             Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
             Size("phase", "phase φ at q = 0", "", _EIGHTHS, -20.0, 20.0, step=0.5),
         ),
-        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"),
+        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"), forward="error",
         choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),
     )
 )  # fmt: skip
