@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from datagen.campaign import Base, Campaign, Case, Item, build
-from indexer_env.effects import EFFECTS
+from indexer_env.effects import LOADABLE
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.faults import NO_CRACK, NO_CRACK_REMEDY
 from indexer_env.laws import Fixed, Law
@@ -65,7 +65,7 @@ def _check_radius(laws: dict[str, Law], base: Base) -> None:
 def _check_effects(campaign: Campaign, base: Base, laws: dict[str, Law]) -> None:
     own = {effect.name for effect in base.machine.effects}
     for name in campaign.machine_laws.probabilities:
-        for field in dataclasses.fields(EFFECTS[name]):
+        for field in dataclasses.fields(LOADABLE[name]):
             missing = field.default is dataclasses.MISSING and f"effects.{name}.{field.name}" not in laws
             if missing and name not in own:
                 raise refuse(f"campaign.draws.effects.{name}", field.name, "given, by a value or a law", None)

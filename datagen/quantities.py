@@ -10,7 +10,7 @@ from typing import Any
 
 from indexer_env.build import field_of
 from indexer_env.checks import check_choice
-from indexer_env.effects import EFFECTS, effects_by_name
+from indexer_env.effects import LOADABLE, effects_by_name
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.faults import STATES, Faults, fault_laws
 from indexer_env.law_reader import law_of_field
@@ -34,7 +34,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     # Records of one data set share their rate.
     "sensor": _names(Sensor, leave_out=("sample_rate",)),
 }
-"""Fields that can be varied, by the section they stand in; effects have those of `EFFECTS`."""
+"""Fields that can be varied, by the section they stand in; effects have those of `LOADABLE`."""
 
 SECTIONS = ("machine", "operating_point", "faults", "effects", "sensor")
 
@@ -92,7 +92,7 @@ def _effects(mapping: Mapping[str, Any], section: str, owner: str) -> dict[str, 
     for effect, parameters in effects_by_name(mapping).items():
         place = f"{owner}.{section}.{effect}"
         for key, given in _mapping(place, parameters).items():
-            name, law = law_of_field(place, key, given, _names(EFFECTS[effect]))
+            name, law = law_of_field(place, key, given, _names(LOADABLE[effect]))
             _put(laws, f"{section}.{effect}.{name}", law, owner)
     return laws
 

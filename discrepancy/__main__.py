@@ -17,7 +17,7 @@ from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
 
-FILES = ("report.json", "report.html", "machine.yaml", "sensor.yaml")
+FILES = ("report.json", "report.html", "machine.yaml", "sensor.yaml", "with_table.yaml")
 """All that the command leaves in its folder."""
 
 _CHECK, _WRITE = "read and check the records", "write the report"

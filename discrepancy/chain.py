@@ -21,10 +21,14 @@ from discrepancy.model import NONE
 from discrepancy.next_measurement import Question, Separation, question_of, separations
 from discrepancy.problem import Point, Problem
 from discrepancy.subjects.base import Subject
+from discrepancy.table import Table, tabulate
 
 _log = logging.getLogger(__name__)
 
-STAGES = ("calibrate and search", "locate what disagrees", "compare on records held out", "choose the next measurement")
+STAGES = (
+    "calibrate and search", "locate what disagrees", "compare on records held out", "tabulate what remains",
+    "choose the next measurement",
+)  # fmt: skip
 
 T = TypeVar("T")
 
@@ -48,6 +52,8 @@ class Outcome:
     failures : tuple of str
         One sentence for each stage that failed.
     seed : int
+    table : Table or None
+        What remains as a table; None where nothing does, or no table earns a hint.
     """
 
     subject: Subject
@@ -59,6 +65,7 @@ class Outcome:
     next: tuple[Separation, ...]
     failures: tuple[str, ...]
     seed: int
+    table: Table | None = None
 
     @property
     def extended(self) -> bool:
@@ -96,9 +103,11 @@ def run_chain(
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
+    table = attempted(STAGES[3], lambda: tabulate(answer, subject.forms()), None)
+    begin(STAGES[4])
     question = question_of(answer)
-    following = attempted(STAGES[3], lambda: separations(subject, answer, question) if question else (), ())
-    return Outcome(subject, answer, where, left, gap, question, following, tuple(dict.fromkeys(failures)), seed)
+    following = attempted(STAGES[4], lambda: separations(subject, answer, question) if question else (), ())
+    return Outcome(subject, answer, where, left, gap, question, following, tuple(dict.fromkeys(failures)), seed, table)
 
 
 def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap:

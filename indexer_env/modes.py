@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -151,11 +151,19 @@ def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarra
         columns["coulomb_torque"] / columns["coulomb_speed"]
         + columns["viscous"]
         + columns["stribeck_torque"] / columns["stribeck_smoothing"]
+        + _steepest_table(columns)
     )
     slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
     slip = np.where(slipping, 1.0 / (columns["slip_compliance"] * columns["motor_inertia"]), 0.0)
     decay = np.maximum.reduce([decay, friction / columns["table_inertia"], slip, np.full(len(items), _SLOW)])
     return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
+
+
+def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Largest slope (n,) [N m s/rad] of a torque that is tabulated over the table's speed, else 0."""
+    spline = np.stack([columns[f"tabulated_{k}"] for k in range(11)])
+    slope = np.abs(np.diff(spline, axis=0)).max(axis=0) * columns["tabulated_per"]
+    return np.where(columns["tabulated_over"] == 0.0, slope, 0.0)
 
 
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ In reading order:
     windows      which samples are fitted, which are held out
     inverse      the model of `force(q, v, a, u, t, p)`
     forward      the model of `rates(x, u, t, p)`
+    forces       what the standard effects do at one of its joints
     advance      its integrator: Runge-Kutta, landing on events, with true sticking
     motions      motions that could be asked of a drive next
     subject      what locating and reporting need of a drive

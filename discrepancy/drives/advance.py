@@ -1,48 +1,48 @@
 """The integrator of the forward form: Runge-Kutta of fourth order, landing on events, with true sticking.
 
-    ẋ = rates(x, u, t; p),   at each joint  v̇ = rates_v·m/(m + m_e) - (F_e(q, v, t) + F_dry)/(m + m_e)
+    ẋ = rates(x, u, t; p),   at each joint  (m + m_e) v̇ = m rates_v - F_e(q, v, t) - F_dry
 
-F_e is the sum of the smooth effects, F_dry Coulomb's law as it is: against the motion while v ≠ 0; where v is 0 the
-joint stays at rest as long as the levels of dry friction hold the force that acts (Moreau's law). A step in which a
-speed passes 0, a joint breaks loose, or a contact opens or closes is cut there: the event is bracketed by halving until
-the bracket is `_BRACKET` of the step. u is linear between samples.
+A share of m may hang on a spring, its motion two more states of the joint, and `rates` may see the joint where a
+transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is: against the
+motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the force that acts
+(Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is cut there: the
+event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
 
 The integrator is compiled once per installation; a user's `rates` is handed to it as a function pointer.
 """
 
 from __future__ import annotations
 
-import math
-
 from numba import njit, types
 
-from indexer_env.kernels.effects import imbalance_torque
-
-_SETTINGS = {"error_model": "numpy", "_nrt": False}
-"""Nothing is allocated here, so arrays need not be counted as references."""
-
-compiled = njit(**_SETTINGS)
-
-COLUMNS = (
-    "viscous", "quadratic", "coulomb", "asymmetric", "stribeck", "stribeck_speed", "tilted", "offset", "imbalance",
-    "imbalance_phase", "linear", "cubic", "bilinear", "bilinear_place", "stops", "stops_place", "presliding",
-    "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase", "ripple", "ripple_order", "ripple_phase",
-    "inertia", "middle", "stroke", "mass",
-)  # fmt: skip
-"""Coefficients of one joint; those that no effect sets are 0."""
-
-(
-    VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED, OFFSET, IMBALANCE, IMBALANCE_PHASE,
-    LINEAR, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING, PRESLIDING_DISTANCE, COGGING,
-    COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
-) = range(len(COLUMNS))  # fmt: skip
+from discrepancy.drives.forces import (
+    BILINEAR,
+    BILINEAR_PLACE,
+    ERROR,
+    INERTIA,
+    MASS,
+    MIDDLE,
+    PRESLIDING,
+    PRESLIDING_DISTANCE,
+    SETTINGS,
+    SOFT,
+    STOPS,
+    STOPS_PLACE,
+    bristle,
+    compiled,
+    dry_level,
+    is_dry,
+    smooth_force,
+    soft_acceleration,
+    wavered,
+)
 
 _HALVINGS = 20
 _BRACKET = 2.0**-_HALVINGS
 _MOST_EVENTS = 8
 """Events in one step after which the rest of it is taken without landing: a chatter faster than the step."""
 
-WORK = 13
+WORK = 14
 """Rows of room that a run needs."""
 
 FAR = 1e8
@@ -50,73 +50,57 @@ FAR = 1e8
 
 
 @compiled
-def smooth_force(c, q, v, z0, q0):
-    """Force [F] of a joint's smooth effects against the motion; z0 is Dahl's deflection where the joint was at q0."""
-    x = q - c[MIDDLE]
-    total = c[VISCOUS] * v + c[QUADRATIC] * abs(v) * v + c[OFFSET] + c[LINEAR] * x + c[CUBIC] * x * x * x
-    if c[IMBALANCE] != 0.0:
-        total += imbalance_torque(q, c[IMBALANCE], c[IMBALANCE_PHASE])
-    if c[BILINEAR] > 0.0:
-        total += c[BILINEAR] * max(x - c[BILINEAR_PLACE], 0.0)
-    elif c[BILINEAR] < 0.0:
-        total -= c[BILINEAR] * min(x - c[BILINEAR_PLACE], 0.0)
-    if c[STOPS] != 0.0:
-        total += c[STOPS] * (max(x - c[STOPS_PLACE], 0.0) + min(x + c[STOPS_PLACE], 0.0))
-    if c[COGGING] != 0.0:
-        total += c[COGGING] * math.sin(c[COGGING_WAVENUMBER] * q + c[COGGING_PHASE])
-    if c[RIPPLE] != 0.0:
-        total += c[RIPPLE] * math.sin(c[RIPPLE_ORDER] * q + c[RIPPLE_PHASE])
-    if c[PRESLIDING] != 0.0:
-        total += c[PRESLIDING] * bristle(q, z0, q0, c[PRESLIDING_DISTANCE])
-    return total
-
-
-@compiled
-def bristle(q, z0, q0, distance):
-    """Dahl's deflection at q, exact along a path without a reversal from q0."""
-    side = 1.0 if q > q0 else -1.0
-    return side + (z0 - side) * math.exp(-abs(q - q0) / distance)
-
-
-@compiled
-def dry_level(c, q, v, side):
-    """Level [F] of dry friction against a motion in the direction `side`."""
-    level = c[COULOMB] + c[ASYMMETRIC] * side + c[TILTED] * (q - c[MIDDLE]) / c[STROKE]
-    if c[STRIBECK] != 0.0:
-        s = v / c[STRIBECK_SPEED]
-        level += c[STRIBECK] / (1.0 + s * s)
-    return max(level, 0.0)
-
-
-@compiled
-def is_dry(c):
-    """Whether a joint has dry friction."""
-    return c[COULOMB] != 0.0 or c[ASYMMETRIC] != 0.0 or c[STRIBECK] != 0.0 or c[TILTED] != 0.0
-
-
-@compiled
-def whole_rates(rates, x, u, t, row, places, joints, mode, z0, q0, out):
-    """Rates of all states with the effects in them; a joint whose mode is 0 stays at rest."""
-    rates(x, u, t, row, out)
+def net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out):
+    """Rates of all states into `out` as the user's function has them, but at the joints' speeds the force that is left
+    for dry friction and inertia; of loads on springs their rates. `moved` is room for the states as the user's function
+    sees them."""
+    n = len(x) - 2 * len(joints)
+    for i in range(n):
+        moved[i] = x[i]
     for j in range(len(joints)):
         c, q, v = joints[j], places[j, 0], places[j, 1]
-        mass = c[MASS]
-        force = mass * out[v] - smooth_force(c, x[q], x[v], z0[j], q0[j])
+        if c[ERROR] != 0.0:
+            angle, first, _ = wavered(c, x[q], x[v])
+            moved[q], moved[v] = angle, (1.0 + first) * x[v]
+    rates(moved, u, t, row, out)
+    for j in range(len(joints)):
+        c, q, v, load = joints[j], places[j, 0], places[j, 1], n + 2 * j
+        force = c[MASS] * out[v]
+        out[load], out[load + 1] = 0.0, 0.0
+        if c[ERROR] != 0.0:
+            out[q] = x[v]
+            force -= c[MASS] * wavered(c, x[q], x[v])[2] * x[v] * x[v]
+        if c[SOFT] != 0.0:
+            pulled = soft_acceleration(c, x[q], x[v], x[load], x[load + 1])
+            out[load], out[load + 1] = x[load + 1], pulled
+            force -= c[SOFT] * c[MASS] * pulled
+        out[v] = force - smooth_force(c, x[q], x[v], z0[j], q0[j])
+
+
+@compiled
+def whole_rates(rates, x, u, t, row, places, joints, mode, z0, q0, moved, out):
+    """Rates of all states with the effects in them; a joint whose mode is 0 stays at rest."""
+    net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out)
+    for j in range(len(joints)):
+        c, q, v = joints[j], places[j, 0], places[j, 1]
+        force = out[v]
         if is_dry(c):
             if mode[j] == 0.0:
                 out[v] = 0.0
                 out[q] = 0.0
                 continue
-            force -= mode[j] * dry_level(c, x[q], x[v], mode[j])
-        out[v] = force / (mass + c[INERTIA])
+            force -= mode[j] * dry_level(c, x[q], x[v], mode[j], u)
+        inertia = c[MASS] * (1.0 - c[SOFT])
+        if c[ERROR] != 0.0:
+            inertia *= 1.0 + wavered(c, x[q], x[v])[1]
+        out[v] = force / (inertia + c[INERTIA])
 
 
 @compiled
-def acting(rates, x, u, t, row, places, joints, z0, q0, j, out):
+def acting(rates, x, u, t, row, places, joints, z0, q0, j, moved, out):
     """Force [F] that dry friction has to hold at a joint at rest."""
-    rates(x, u, t, row, out)
-    c = joints[j]
-    return c[MASS] * out[places[j, 1]] - smooth_force(c, x[places[j, 0]], 0.0, z0[j], q0[j])
+    net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out)
+    return out[places[j, 1]]
 
 
 @compiled
@@ -136,7 +120,7 @@ def step(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, out):
     for stage in range(4):
         at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
         between(u0, u1, at, u)
-        whole_rates(rates, y[:n], u, t + at * h, row, places, joints, mode, z0, q0, k[:n])
+        whole_rates(rates, y[:n], u, t + at * h, row, places, joints, mode, z0, q0, work[13, :n], k[:n])
         weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
         ahead = h if stage == 2 else 0.5 * h
         for i in range(n):
@@ -145,7 +129,7 @@ def step(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, out):
 
 
 @compiled
-def set_modes(rates, x, u, t, row, places, joints, z0, q0, mode, out):
+def set_modes(rates, x, u, t, row, places, joints, z0, q0, mode, moved, out):
     """Directions of the joints: of the motion; at rest of the force, or 0 where dry friction holds it."""
     for j in range(len(joints)):
         if not is_dry(joints[j]):
@@ -155,13 +139,13 @@ def set_modes(rates, x, u, t, row, places, joints, z0, q0, mode, out):
         if x[v] != 0.0:
             mode[j] = 1.0 if x[v] > 0.0 else -1.0
             continue
-        force = acting(rates, x, u, t, row, places, joints, z0, q0, j, out)
+        force = acting(rates, x, u, t, row, places, joints, z0, q0, j, moved, out)
         side = 1.0 if force > 0.0 else -1.0
-        mode[j] = 0.0 if abs(force) <= dry_level(joints[j], x[q], 0.0, side) else side
+        mode[j] = 0.0 if abs(force) <= dry_level(joints[j], x[q], 0.0, side, u) else side
 
 
 @compiled
-def happened(rates, x, y, u, t, row, places, joints, mode, z0, q0, out):
+def happened(rates, x, y, u, t, row, places, joints, mode, z0, q0, moved, out):
     """Joint at which something has happened between x and y: 1 + j where its speed has passed 0, -1 - j where it has
     broken loose or a contact has opened or closed; 0 for nothing."""
     for j in range(len(joints)):
@@ -170,9 +154,9 @@ def happened(rates, x, y, u, t, row, places, joints, mode, z0, q0, out):
             if mode[j] * y[v] < 0.0:
                 return 1 + j
             if mode[j] == 0.0:
-                force = acting(rates, y, u, t, row, places, joints, z0, q0, j, out)
+                force = acting(rates, y, u, t, row, places, joints, z0, q0, j, moved, out)
                 side = 1.0 if force > 0.0 else -1.0
-                if abs(force) > dry_level(c, y[q], 0.0, side):
+                if abs(force) > dry_level(c, y[q], 0.0, side, u):
                     return -1 - j
         a, b = x[q] - c[MIDDLE], y[q] - c[MIDDLE]
         if c[BILINEAR] != 0.0 and (a - c[BILINEAR_PLACE]) * (b - c[BILINEAR_PLACE]) < 0.0:
@@ -185,11 +169,11 @@ def happened(rates, x, y, u, t, row, places, joints, mode, z0, q0, out):
 @compiled
 def landed(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, y):
     """Advance x by h in place, cut at events; x, z0 and q0 hold the end."""
-    ua, ub, last = work[3, : len(u0)], work[4, : len(u0)], work[5, : len(x)]
+    ua, ub, last, moved = work[3, : len(u0)], work[4, : len(u0)], work[5, : len(x)], work[13, : len(x)]
     done, events = 0.0, 0
     while done < 1.0 - _BRACKET:
         between(u0, u1, done, ua)
-        set_modes(rates, x, ua, t + done * h, row, places, joints, z0, q0, mode, last)
+        set_modes(rates, x, ua, t + done * h, row, places, joints, z0, q0, mode, moved, last)
         # The end of the step is tried first; once something has happened before it, the bracket is halved.
         low, high, share, found = 0.0, 1.0, 1.0, 0
         for halving in range(_HALVINGS + 2):
@@ -197,7 +181,7 @@ def landed(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, y):
             between(u0, u1, done + reach, ub)
             since, until = t + done * h, t + (done + reach) * h
             step(rates, x, ua, ub, since, reach * h, row, places, joints, mode, z0, q0, work, y)
-            what = happened(rates, x, y, ub, until, row, places, joints, mode, z0, q0, last)
+            what = happened(rates, x, y, ub, until, row, places, joints, mode, z0, q0, moved, last)
             if halving == 0 and (what == 0 or events == _MOST_EVENTS):
                 break
             if what != 0:
@@ -232,15 +216,21 @@ def keep(x, y, places, joints, z0, q0):
 def run(rates, start, z_start, u, begin, rate, substeps, row, places, joints, measured, scale, work, out):
     """Simulate one window from its start state; `out` (channels, samples) gets what is measured.
 
-    u (samples, inputs) of the window; `measured` (channels,) holds the state of each channel, or -1 - j for the
-    acceleration of joint j, `work` (WORK, largest count) is room. Returns False where the run is lost.
+    u (samples, inputs) of the window; z_start as of `run_all`. `measured` (channels,) holds the state of each channel,
+    or -1 - j for the acceleration of joint j, `work` (WORK, largest count) is room. Returns False where the run is
+    lost.
     """
     n, m = len(start), len(joints)
-    states, y, mode, z0, q0 = work[6, :n], work[7, :n], work[8, :m], work[9, :m], work[10, :m]
+    whole = n + 2 * m
+    states, y, moved = work[6, :whole], work[7, :whole], work[13, :whole]
+    mode, z0, q0 = work[8, :m], work[9, :m], work[10, :m]
     for i in range(n):
         states[i] = start[i]
     for j in range(m):
         mode[j], z0[j], q0[j] = 1.0, z_start[j], start[places[j, 0]]
+        # loads on springs: beside the joint, as far as the start says
+        states[n + 2 * j] = start[places[j, 0]] + z_start[m + 2 * j]
+        states[n + 2 * j + 1] = start[places[j, 1]] + z_start[m + 2 * j + 1]
     h = 1.0 / (rate * substeps)
     samples = out.shape[1]
     for k in range(samples):
@@ -261,8 +251,8 @@ def run(rates, start, z_start, u, begin, rate, substeps, row, places, joints, me
                 out[channel, k] = states[measured[channel]]
                 continue
             if not accelerated:
-                set_modes(rates, states, u[k], t, row, places, joints, z0, q0, mode, y)
-                whole_rates(rates, states, u[k], t, row, places, joints, mode, z0, q0, y)
+                set_modes(rates, states, u[k], t, row, places, joints, z0, q0, mode, moved, y)
+                whole_rates(rates, states, u[k], t, row, places, joints, mode, z0, q0, moved, y)
                 accelerated = True
             out[channel, k] = y[places[-1 - measured[channel], 1]]
     return True
@@ -274,11 +264,12 @@ SIGNATURE = types.void(_ROW, _ROW, types.float64, _ROW, _ROW)
 """Of `rates` as the integrator calls it: f(x, u, t, row, out)."""
 
 
-@njit(**_SETTINGS, cache=True)
+@njit(**SETTINGS, cache=True)
 def run_all(
     rates, starts, z_starts, us, begins, counts, rate, substeps, rows, places, joints, measured, scale, work, out, good
 ):
-    """`run` for every job: starts (k, n), z_starts (k, joints), us (k, samples, inputs), rows (k, parameters),
+    """`run` for every job: starts (k, n), z_starts (k, 3 joints): Dahl's deflections, then where
+    loads on springs are beside their joints and how fast; us (k, samples, inputs), rows (k, parameters),
     joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
     for job in range(len(starts)):
         count = counts[job]

@@ -31,6 +31,16 @@ _FACTORS = {
 }  # fmt: skip
 """Units as files write them: what they are worth in the unit that is used here."""
 
+_MOTION = {"q": ("m", "rad"), "v": ("m/s", "rad/s"), "a": ("m/s^2", "rad/s^2")}
+_FORCE = ("N", "N m", "A", "V")
+"""Units that roles may have: motion of one kind; a force by what makes it, too."""
+
+_AGREES = (0.67, 1.5)
+"""A measured speed over the rate of the measured position: what lies beyond is another unit or sign."""
+
+_LIKE = 0.9
+"""Correlation of the two from which on their ratio is known."""
+
 _FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 _KEYS = ("held_out", "motion", "noise", "sample_rate")
 """Columns of the table beside the files, besides those that name channels."""
@@ -77,7 +87,7 @@ def read_drive_records(
     paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
-    rows = {} if table is None else _rows(table, drive)
+    rows = {} if table is None else _rows(table, drive, root)
     records = []
     for path in paths:
         name = path.relative_to(root).as_posix()
@@ -86,11 +96,15 @@ def read_drive_records(
     return _kept(records, held_out)
 
 
-def _rows(table: Path, drive: Drive) -> dict[str, dict[str, Any]]:
+def _rows(table: Path, drive: Drive, root: Path) -> dict[str, dict[str, Any]]:
     """Cells by file: of `_KEYS`, and columns of channels by their roles."""
     found: dict[str, dict[str, Any]] = {}
     for line, row in table_rows(table, "table of records", (FILE,)):
         name = row.pop(FILE).replace("\\", "/").removeprefix("./")
+        if not (root / name).is_file():
+            raise SignalError(
+                f"{table}, line {line}: file must be one of those beside it, got {name!r}; correct the cell."
+            )
         cells: dict[str, Any] = {}
         for key, cell in row.items():
             if key not in _KEYS and key not in drive.channels:
@@ -123,6 +137,7 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
         if role == "time":
             continue
         rows[role], units[role] = _values(table, column, channels[role], role)
+    _check_units(drive, path, units)
     lengths = {len(row) for row in rows.values()}
     if len(lengths) > 1:
         raise SignalError(f"{path}: all channels must be sampled together, got {sorted(lengths)} samples.")
@@ -131,9 +146,46 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     size = lengths.pop()
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
+    _check_speed(drive, path, rows, rate)
     if told.get("noise") is not None:
         check_number("known", "noise", told["noise"], low=0.0, low_open=True, unit="of the record")
     return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), told.get("noise"))
+
+
+def _motion_of(drive: Drive) -> list[dict[str, str]]:
+    """For each joint the roles of its motion: {"q": role of the position, ...}."""
+    if not drive.forward:
+        return [{"q": "q", "v": "v", "a": "a"}]
+    return [{"q": joint.position, "v": joint.speed} for joint in drive.joints]
+
+
+def _check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
+    remedy = "correct the header, or give channels = {{{!r}: (column, factor, {!r})}}"
+    if not drive.forward and units["force"] not in _FORCE:
+        rule = f"in {', '.join(_FORCE[:-1])} or {_FORCE[-1]}"
+        raise refuse(str(path), "force", rule, units["force"], remedy.format("force", "N"))
+    for roles in _motion_of(drive):
+        there = {kind: role for kind, role in roles.items() if role in units}
+        for kind, role in there.items():
+            first = next(iter(there))
+            known = _MOTION[kind]
+            if units[role] in known and units[there[first]] in _MOTION[first]:
+                known = (known[_MOTION[first].index(units[there[first]])],)
+            if units[role] not in known:
+                raise refuse(str(path), role, f"in {' or '.join(known)}", units[role], remedy.format(role, known[0]))
+
+
+def _check_speed(drive: Drive, path: Path, rows: Mapping[str, np.ndarray], rate: float) -> None:
+    """Refuse a measured speed that is not the rate of the measured position."""
+    for roles in _motion_of(drive):
+        if roles["q"] not in rows or roles["v"] not in rows:
+            continue
+        speed, moved = rows[roles["v"]], np.gradient(rows[roles["q"]], 1.0 / rate)
+        both, own = float(speed @ moved), float(moved @ moved)
+        like = both / max(np.sqrt(own * float(speed @ speed)), 1e-300)
+        if abs(like) > _LIKE and not _AGREES[0] <= both / own <= _AGREES[1]:
+            rule, got = f"the rate of {roles['q']!r}", f"{both / own:.3g} times that"
+            raise refuse(str(path), roles["v"], rule, got, "correct its unit or give it a factor in channels")
 
 
 def _column(table: MeasuredTable, name: str, role: str) -> Column:

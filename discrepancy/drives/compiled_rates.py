@@ -83,7 +83,7 @@ def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     def wrapped(x, u, t, row, out):
         with numba.objmode(found="float64[:]"):
             found = _python(number, x, u, t, row)
-        out[:] = found
+        out[: len(found)] = found
 
     # compiled by itself first: inside a C callback numba would leave out what Python needs to be called
     inner = numba.njit(SIGNATURE)(wrapped)
@@ -109,7 +109,7 @@ def _check(drive: Drive, given: dict[str, Any], x: np.ndarray, u: np.ndarray, ro
     try:
         found = drive.function(arguments[0], arguments[1], 0.0, arguments[2])
         rates = [float(one) for one in found]
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise said_by_user(drive, error) from None
     name = f"{drive.path.name}: rates"
     if len(rates) != len(drive.states):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import inspect
+import keyword
 import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +28,10 @@ _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
     "windows", "known", "sessions", "force", "rates",
 )  # fmt: skip
+
+
+_OTHERS = {"force": ("states", "joints", "windows"), "rates": ("sessions", "cutoff")}
+"""Names that belong to the other form."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +128,9 @@ def load_drive(path: Path) -> Drive:
         rule = "one function, force(q, v, a, u, t, p) or rates(x, u, t, p)"
         raise ParameterError(f"{name} must define {rule}, got {' and '.join(forms) or 'none'}.")
     form = forms[0]
+    for key in _OTHERS[form]:
+        if key in found:
+            raise refuse(name, key, f"left out beside {form}, which has no such thing", found[key])
     _check_arguments(name, form, found[form])
     _check_names(name, found)
     states, joints = _states(name, form, found)
@@ -148,27 +156,27 @@ def _executed(path: Path) -> dict[str, Any]:
         exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
     except ParameterError:
         raise
-    except Exception as error:
-        raise ParameterError(f"{path.name} must run as Python, got {_said(error)}.") from None
+    except (Exception, SystemExit) as error:
+        raise ParameterError(f"{path.name} must run as Python, got {_said(error, path)}.") from None
     return module.__dict__
 
 
-def _said(error: Exception) -> str:
+def _said(error: BaseException, path: Path) -> str:
+    """Kind, line of the user's file and words of an exception."""
     line = error.lineno if isinstance(error, SyntaxError) else None
     walk = error.__traceback__
-    while line is None and walk is not None:
-        if walk.tb_next is None:
+    while walk is not None:
+        if walk.tb_frame.f_code.co_filename == str(path):
             line = walk.tb_lineno
         walk = walk.tb_next
-    words = " ".join(str(error).split()) or "no message"
-    return f"{type(error).__name__} in line {line} ({words})"
+    where = "" if line is None else f" in line {line}"
+    return f"{type(error).__name__}{where} ({' '.join(str(error).split()) or 'no message'})"
 
 
-def said_by_user(drive: Drive, error: Exception) -> ParameterError:
+def said_by_user(drive: Drive, error: BaseException) -> ParameterError:
     """The sentence for an exception that the user's function has raised."""
-    return ParameterError(
-        f"{drive.path.name}: {drive.function.__name__} must take arrays and give numbers, got {_said(error)}."
-    )
+    name = f"{drive.path.name}: {drive.function.__name__}"
+    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, drive.path)}.")
 
 
 def _check_arguments(name: str, form: str, function: Callable[..., Any]) -> None:
@@ -187,13 +195,19 @@ def _check_names(name: str, found: Mapping[str, Any]) -> None:
             raise ParameterError(f"{name}.{key} is no name that is read here; {hint}, or begin your own names with _.")
 
 
+def _check_name(name: str, where: str, key: Any) -> None:
+    if not isinstance(key, str) or not key.isidentifier() or keyword.iskeyword(key) or key.startswith("_"):
+        raise refuse(name, where, "named as Python names are, without _ in front", key)
+
+
 def _parameters(name: str, given: Any) -> tuple[Parameter, ...]:
     if not isinstance(given, Mapping) or not given:
         raise refuse(name, "parameters", "a mapping of names to (value, unit, uncertainty)", given)
     found = []
     for key, row in given.items():
-        if not str(key).isidentifier() or not isinstance(row, list | tuple) or len(row) != 3:
-            raise refuse(name, f"parameters[{key!r}]", "(value, unit, uncertainty) under a Python name", row)
+        _check_name(name, "parameters", key)
+        if not isinstance(row, list | tuple) or len(row) != 3:
+            raise refuse(name, f"parameters[{key!r}]", "(value, unit, uncertainty)", row)
         value, unit, uncertainty = row
         check_number(name, f"{key} (value)", value, unit=str(unit))
         check_number(name, f"{key} (uncertainty)", uncertainty, low=0.0, low_open=True, unit=str(unit))
@@ -218,7 +232,8 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
     for role, row in given.items():
         row: Any = (row,) if isinstance(row, str) else row
         usable = isinstance(row, list | tuple) and 1 <= len(row) <= 3 and isinstance(row[0], str)
-        if not usable or not str(role).isidentifier() or (len(row) > 2 and not isinstance(row[2], str)):
+        _check_name(name, "channels", role)
+        if not usable or (len(row) > 2 and not isinstance(row[2], str)):
             raise refuse(name, f"channels[{role!r}]", "'column' or ('column', factor, 'unit')", given[role])
         if len(row) > 1:
             check_number(name, f"channels[{role!r}] (factor)", row[1])
@@ -241,6 +256,8 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
     states = found.get("states", ("q", "v"))
     if not isinstance(states, list | tuple) or not states or not all(isinstance(s, str) for s in states):
         raise refuse(name, "states", "a tuple of names, ('q', 'v')", states)
+    for state in states:
+        _check_name(name, "states", state)
     joints = found.get("joints")
     if not isinstance(joints, Mapping) or not joints:
         rule = "a mapping of joints to (position state, speed state, inertia), {'joint': ('q', 'v', 'inertia')}"

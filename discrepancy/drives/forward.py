@@ -15,10 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.advance import COLUMNS, WORK, run_all
+from discrepancy.drives.advance import WORK, run_all
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
-from discrepancy.drives.library import hypotheses_of, values_of
+from discrepancy.drives.effects import TABLES
+from discrepancy.drives.forces import COLUMNS, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
+from discrepancy.drives.library import hypotheses_of, tabulated_row, values_of
 from discrepancy.drives.readings import commanded
 from discrepancy.drives.track import Scales
 from discrepancy.drives.windows import Windows
@@ -31,6 +33,9 @@ _ACCURACY = 0.05
 """Change of a residual, in units of the noise, by halving the step below which the step is fine enough."""
 
 _MOST_SUBSTEPS = 32
+
+_RESOLVED = 2.0
+"""Least time over a step in which a load on its spring goes through one radian."""
 
 
 class ForwardModel(Model):
@@ -66,7 +71,7 @@ class ForwardModel(Model):
         self.drive, self.courses, self.windows = drive, tuple(courses), windows
         self.scales: tuple[Scales, ...] = tuple(scales)
         self.measured, self.rates, self.known = measured, rates, known
-        self.effects = {effect.name: effect for effect in drive.effects}
+        self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters))
         self.channels = len(measured)
@@ -104,22 +109,39 @@ class ForwardModel(Model):
             at = jobs.window[mine]
             first, counts = self.windows.first[at], self.windows.count[at]
             starts = course.states[first] + course.spread * jobs.states[mine, :n]
-            z_starts = np.clip(jobs.states[mine, n:], -1.0, 1.0) if jobs.states.shape[1] > n else np.zeros(
-                (len(mine), joints))  # fmt: skip
             us = np.zeros((len(mine), most, course.u.shape[1]))
             for i, job in enumerate(mine):
                 whole = self.command(k, set_up[jobs.point[job]][1])
                 us[i, : counts[i]] = whole[first[i] : first[i] + counts[i]]
             rows = np.array([values[p][: self.own] for p in jobs.point[mine]])
             coefficients = np.array([set_up[p][0] for p in jobs.point[mine]])
+            z_starts = self._inner_starts(hypothesis, jobs.states[mine, n:], coefficients)
             found, fine = np.zeros((len(mine), self.channels, most)), np.zeros(len(mine), dtype=np.bool_)
-            work = np.zeros((WORK, max(n, joints, course.u.shape[1])))
+            work = np.zeros((WORK, max(n + 2 * joints, course.u.shape[1])))
             scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
             run_all(
                 self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
                 self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
             out[mine], good[mine] = found / course.noise[:, None], fine
         return out, good
+
+    def _inner_starts(self, hypothesis: Hypothesis, states: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """What starts inside the joints (k, 3 joints), as `run_all` takes it, from scaled local parameters (k, l)."""
+        joints = len(self.drive.joints)
+        starts = np.zeros((len(states), 3 * joints))
+        at = 0
+        if self._has(hypothesis, "presliding"):
+            starts[:, :joints] = np.clip(states[:, :joints], -1.0, 1.0)
+            at = joints
+        if self._has(hypothesis, "soft"):
+            speed = np.array([scales.V for scales in self.scales])
+            slowness = np.sqrt(coefficients[:, :, SOFT_INVERSE_SQUARE])
+            mine = states[:, at : at + 2 * joints]
+            starts[:, joints::2], starts[:, joints + 1 :: 2] = mine[:, ::2] * speed * slowness, mine[:, 1::2] * speed
+        return starts
+
+    def _has(self, hypothesis: Hypothesis, forward: str) -> bool:
+        return any(self.effects[one.name].forward == forward for one in (*self.known, *hypothesis.effects))
 
     def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple]:
         """Coefficients of the joints (joints, k), and what is done to the command."""
@@ -136,8 +158,11 @@ class ForwardModel(Model):
                 command.append((effect.forward, *mine))
                 continue
             j = int(one.fixed.get("joint", 0))
-            size, *shape = _columns(effect.forward)
             own = values_of(one, mine)
+            if effect.forward == "tabulated":
+                table[j, TABULATED_OVER:] = tabulated_row(one.name == "tabulated.speed", own)
+                continue
+            size, *shape = _columns(effect.forward)
             named = [getattr(own, s.name) for s in effect.sizes] + [
                 float(v) for k, v in one.fixed.items() if k != "joint"
             ]
@@ -145,6 +170,9 @@ class ForwardModel(Model):
                 named = [named[0], named[2], named[1]]
             for column, value in zip((size, *shape), named, strict=True):
                 table[j, at[column]] = value
+        # a load that swings faster than the steps resolve moves with its joint
+        swing = np.sqrt(np.maximum(table[:, SOFT_INVERSE_SQUARE], 1e-300) * (1.0 - table[:, SOFT]))
+        table[swing * self.courses[0].rate * self.substeps < _RESOLVED, SOFT] = 0.0
         return table, tuple(command)
 
     def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
@@ -176,7 +204,7 @@ class ForwardModel(Model):
     @property
     def left_out(self) -> tuple[str, ...]:
         """Effects that are not tried, as the integrator does not have them."""
-        return tuple(name for name, effect in self.effects.items() if not effect.forward)
+        return tuple(effect.name for effect in self.drive.effects if not effect.forward)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         found, good = self.simulated(hypothesis, jobs)
@@ -200,8 +228,8 @@ class ForwardModel(Model):
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        slides = any(self.effects[one.name].forward == "presliding" for one in (*self.known, *hypothesis.effects))
-        return len(self.drive.states) + (len(self.drive.joints) if slides else 0)
+        inner = self._has(hypothesis, "presliding") + 2 * self._has(hypothesis, "soft")
+        return len(self.drive.states) + inner * len(self.drive.joints)
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.zeros((0, 0))
@@ -238,7 +266,8 @@ class ForwardModel(Model):
             for j, scales in enumerate(self.scales):
                 if effect.rotary and scales.position_unit != "rad":
                     continue
-                wavelengths = [(0.1 * scales.F, k / scales.Q, 0.0) for k in (6.3, 12.6, 25.1)] if effect.starts else []
+                wavelengths = [(0.1 * scales.F, k / scales.Q, 0.0) for k in (6.3, 12.6, 25.1)]
+                wavelengths = wavelengths if effect.name == "cogging" else []
                 mine = hypotheses_of(effect, scales, wavelengths)
                 if len(self.scales) > 1:
                     mine = tuple(dataclasses.replace(h, fixed={**h.fixed, "joint": float(j)}, effects=()) for h in mine)

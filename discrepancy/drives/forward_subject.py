@@ -14,11 +14,13 @@ from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
 from discrepancy.drives.description import Drive
 from discrepancy.drives.forward import ForwardModel
+from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects, machine_yaml
 from discrepancy.drives.windows import Windows, split
 from discrepancy.model import Model
 from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
+from discrepancy.table import Form
 from indexer_env.errors import ParameterError
 
 _CELLS = 8
@@ -96,6 +98,17 @@ class ForwardSubject(Subject):
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
 
+    def forms(self) -> tuple[Form, ...]:
+        """At the first joint."""
+        joint, windows = self.drive.joints[0], self.model.windows
+        states = np.concatenate([
+            self.model.courses[k].states[first : first + count]
+            for k, first, count in zip(windows.track, windows.first, windows.count, strict=True)
+        ])  # fmt: skip
+        at = {"tabulated.speed": joint.speed, "tabulated.position": joint.position}
+        passed = {name: states[:, self.drive.states.index(state)] for name, state in at.items()}
+        return forms_of(self.model.scales[0], passed, self.model.known)
+
     def measurements(self) -> tuple[Measurement, ...]:
         base, found = self.model, []
         longest = max((base.courses[k] for k in base.windows.tracks), key=lambda c: len(c.u))
@@ -165,6 +178,10 @@ def _check_parameters(model: ForwardModel) -> None:
     from discrepancy.model import NONE
 
     zero = np.zeros(len(model.parameters))
+    good = model.simulated(NONE, model.jobs(zero))[1]
+    if not good.any():
+        rule = "must keep the states finite and in range from where the records begin"
+        raise ParameterError(f"{model.drive.path.name}: rates {rule}, but every run is lost at the values stated.")
     at = model.residuals(NONE, model.jobs(zero))
     for k, p in enumerate(model.drive.parameters):
         moved = zero.copy()

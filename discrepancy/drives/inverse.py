@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import Drive, said_by_user
-from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.library import done_by_model, hypotheses_of, proposals, sensible, values_of
 from discrepancy.drives.track import Scales, Track
 from discrepancy.drives.windows import Windows
@@ -57,7 +57,7 @@ class InverseModel(Model):
         library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
-        self.effects = {effect.name: effect for effect in drive.effects}
+        self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         sessions = _sessions(len(windows.tracks), scales) if drive.sessions else ()
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
@@ -74,18 +74,23 @@ class InverseModel(Model):
         """The user's force as a function of the motion: base(q, v, a) -> (n,)."""
         p = self.drive.p(values)
 
+        name = f"{self.drive.path.name}: force"
+
         def force(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
             try:
-                given = self.drive.function(q, v, a, track.u, track.t, p)
+                given = self.drive.function(*map(_kept, (q, v, a)), track.u, track.t, p)
+                if np.iscomplexobj(given):
+                    raise ParameterError(f"{name} must give real numbers, got complex ones.")
                 row = np.asarray(given, dtype=float)
-            except Exception as error:
+            except ParameterError:
+                raise
+            except (Exception, SystemExit) as error:
                 raise said_by_user(self.drive, error) from None
-            name = f"{self.drive.path.name}: force"
             if row.shape not in ((), q.shape):
                 raise ParameterError(f"{name} must give one number a sample, {q.shape}, got an array of {row.shape}.")
             if not np.isfinite(row).all():
                 where = float(track.t[int(np.argmin(np.isfinite(np.broadcast_to(row, q.shape))))])
-                raise ParameterError(f"{name} must give finite numbers, got one that is none at {where:.6g} s.")
+                raise ParameterError(f"{name} must give finite numbers, got one that is none at {where:.6g} s for {p}.")
             return np.broadcast_to(row, q.shape)
 
         return force
@@ -219,8 +224,9 @@ class InverseModel(Model):
     def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
         """Effects that may be missing: sensible for the channels, and not done by the model's own parameters."""
         zero = np.zeros(len(self.parameters))
-        slopes = np.array([self._slope(NONE, zero, k) for k in range(self.own)])
-        _check_slopes(self.drive, slopes)
+        physics = [k for k, p in enumerate(self.parameters) if not p.of_record]
+        slopes = np.array([self._slope(NONE, zero, k) for k in physics])
+        _check_slopes(self.drive, slopes[: self.own])
         if self.drive.sessions:
             owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
             slopes = np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])
@@ -261,6 +267,13 @@ class InverseModel(Model):
         fitted, *_ = np.linalg.lstsq(columns, target, rcond=1e-10)
         edges = np.cumsum([len(row) for row in self.measured])[:-1]
         return np.split(target - columns @ fitted, edges)
+
+
+def _kept(row: np.ndarray) -> np.ndarray:
+    """A row that a user's function cannot write to."""
+    view = row.view()
+    view.flags.writeable = False
+    return view
 
 
 def _row(effect: DriveEffect, given: Any, track: Track) -> np.ndarray:

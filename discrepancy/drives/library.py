@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
 from discrepancy.model import Hypothesis, Parameter
+from discrepancy.table import Form, shaped
+from indexer_env.effects.tabulated import PLACES, coefficients_of_values
 
 SAME = 1e-3
 """Share of an effect's force, rms, that the model's own parameters leave where they can do the same."""
@@ -50,6 +52,38 @@ def values_of(hypothesis: Hypothesis, values: Sequence[float]) -> Any:
     names = [p.name.removeprefix(f"{hypothesis.name}.") for p in hypothesis.parameters]
     pairs = {**dict(zip(names, values, strict=True)), **hypothesis.fixed}
     return namedtuple("p", list(pairs))(**pairs)  # type: ignore[misc]
+
+
+_WIDE = 10.0
+"""Spread of a table's values before the records are looked at, over the rms force: a place that no record passes stays
+at nothing."""
+
+
+def forms_of(scales: Scales, passed: Mapping[str, np.ndarray], known: Sequence[Hypothesis]) -> tuple[Form, ...]:
+    """Tables over what the records fitted have passed, speed and position; none beside a table that is there."""
+    if any(one.name in TABLES for one in known):
+        return ()
+    found = []
+    for name, values in passed.items():
+        low, high = float(values.min()), float(values.max())
+        parameters = tuple(
+            Parameter(f"{name}.{size.name}", scales.unit("F"), 0.0, _WIDE * scales.F, known=True)
+            for size in TABLES[name].sizes
+        )
+        over = f"{name.rpartition('.')[2]} [{scales.unit('V' if name == 'tabulated.speed' else 'Q')}]"
+        fixed = {"low": low, "high": high}
+        places = tuple(np.linspace(low, high, PLACES).tolist())
+        starts = shaped(places, scales.F, closed=False)
+        found.append(Form(over, Hypothesis(name, parameters, fixed, starts), places))
+    return tuple(found)
+
+
+def tabulated_row(over_speed: bool, p: Any) -> list[float]:
+    """A table's coefficients as the integrator of the forward form has them: its variable, the place of 0 and places in
+    a unit, and those of the spline."""
+    per = (PLACES - 1) / (p.high - p.low)
+    values = [getattr(p, f"force_{k}") for k in range(1, PLACES + 1)]
+    return [1.0 if over_speed else 2.0, 1.0 - per * p.low, per, *coefficients_of_values(closed=False) @ values]
 
 
 def sensible(effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any]) -> list[DriveEffect]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import Drive, known_parameter
-from discrepancy.drives.effects.base import DriveEffect
+from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.problem import Point
 from indexer_env.checks import check_choice, check_number
@@ -75,10 +75,24 @@ def known_effects(
     """
     found = []
     for name, values in stated.items():
+        if name in TABLES:
+            found.append(_table(name, values))
+            continue
         check_choice("machine", "effects", name, library)
         effect = next(e for e in drive.effects if e.name == name)
         found.append(_stated(effect, library[name], values))
     return tuple(found)
+
+
+def _table(name: str, values: Mapping[str, Any]) -> Hypothesis:
+    """A table as it stands, nothing of it to be fitted: it would take up whatever is looked for beside it."""
+    keys = ("low", "high", *(size.name for size in TABLES[name].sizes))
+    for key in (*values, *keys):
+        check_choice("machine", name, key, keys)
+        check_number("machine", f"{name}.{key}", values.get(key))
+    if not values["low"] < values["high"]:
+        raise refuse("machine", f"{name}.high", f"above low, {values['low']:g}", values["high"])
+    return Hypothesis(name, (), {key: float(values[key]) for key in keys})
 
 
 def _stated(effect: DriveEffect, choices: tuple[Hypothesis, ...], values: Mapping[str, Any]) -> Hypothesis:

@@ -9,6 +9,7 @@ import numpy as np
 
 from discrepancy.drives.description import Drive
 from discrepancy.drives.inverse import InverseModel
+from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
 from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.track import Track
@@ -16,6 +17,7 @@ from discrepancy.drives.windows import Windows
 from discrepancy.model import Model
 from discrepancy.problem import Point
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
+from discrepancy.table import Form
 
 _CELLS = 8
 _MAINS = (50.0, 60.0, 100.0, 120.0)
@@ -77,6 +79,14 @@ class DriveSubject(Subject):
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
+
+    def forms(self) -> tuple[Form, ...]:
+        tracks = [self.model.tracks[k] for k in self.model.windows.tracks]
+        passed = {
+            "tabulated.speed": np.concatenate([t.v for t in tracks]),
+            "tabulated.position": np.concatenate([t.q for t in tracks]),
+        }
+        return forms_of(self.model.scales, passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:
         base = self.model

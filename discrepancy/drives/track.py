@@ -16,7 +16,7 @@ from discrepancy.drives import smoothing
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects.base import exponents
-from indexer_env.errors import SignalError
+from indexer_env.errors import SignalError, refuse
 
 _HELD = 0.999
 """Share of the force's variance that the comparison must keep."""
@@ -43,6 +43,13 @@ _INNER = 16.0
 _AT_REST = 3.0
 """Standard deviations of the speed's noise below which the drive counts as standing; never less than a thousandth of
 the rms speed."""
+
+_STANDING = 3
+"""Samples below that speed that make a standstill, and not a reversal."""
+
+_SMEARED = 2.0
+"""Standard deviations of the motion's kernel by which a standstill may be longer than it seems: that smooths the start
+out of it."""
 
 _LEAST_NOISE = 1e-4
 """Least noise over the rms of the force: a record without noise still has digits and a model that is not exact."""
@@ -137,8 +144,12 @@ class Track:
 
     @functools.cached_property
     def rest(self) -> np.ndarray:
-        """Where it stands (n,)."""
-        return np.abs(self.v) < self.still
+        """Where it stands (n,), or may: a standstill's end is known to what the motion's kernel reaches."""
+        from scipy.ndimage import binary_dilation, binary_opening
+
+        slow = np.abs(self.v) < self.still
+        reach = math.ceil(_SMEARED * smoothing.deviation(_WIDER * self.cutoff) / self.step)
+        return slow | binary_dilation(binary_opening(slow, np.ones(_STANDING)), iterations=reach)
 
     @functools.cached_property
     def direction(self) -> np.ndarray:
@@ -179,6 +190,10 @@ def tracks_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Track], Sca
         raise SignalError(f"All records must have the same units, got {' and '.join(map(str, sorted(units)))}.")
     force_unit, position_unit = units.pop()
     cutoff = drive.cutoff or _cutoff(records)
+    highest = smoothing.WIDEST * min(r.rate for r in records)
+    if cutoff > highest:
+        rule = f"at most {smoothing.WIDEST:g} of the sampling rate, {highest:.4g} Hz"
+        raise refuse(drive.path.name, "cutoff", rule, cutoff, "leave it out to have it chosen")
     tracks = [_track(drive, record, cutoff) for record in records]
     fitted = [t for t, r in zip(tracks, records, strict=True) if not r.held_out]
     scales = scales_of(fitted, force_unit, position_unit)

@@ -6,6 +6,7 @@ In reading order:
     content  report.json
     picture  the machine with the places marked
     figures  missing torque, records, maps and levels as SVG
+             with_table.yaml where what remains could be tabulated
     page     report.html from `page.html`, all inline
 """
 
@@ -33,4 +34,16 @@ def report_files(outcome: Outcome) -> dict[str, str]:
         "report.html": page(outcome, whole),
         **machine,
         "machine.yaml": comments + machine["machine.yaml"],
+        **_with_table(outcome),
     }
+
+
+def _with_table(outcome: Outcome) -> dict[str, str]:
+    """The machine with what remains taken up as a table, as a file of its own: only its owner decides to use it."""
+    table = outcome.table
+    if table is None:
+        return {}
+    machine = outcome.subject.files(outcome.answer.model, table.place)["machine.yaml"]
+    held = f"between {table.form.places[0]:.4g} and {table.form.places[-1]:.4g}"
+    comment = f"# {table.form.hypothesis.name} is a table, not a law: it holds {held}, where it was read off.\n"
+    return {"with_table.yaml": comment + machine}

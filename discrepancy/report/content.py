@@ -17,6 +17,7 @@ from discrepancy.locate import Cell, Spot, Where
 from discrepancy.report.ranking import rankings
 from discrepancy.report.words import headline, remaining, where_in_short
 from discrepancy.subjects.base import Subject
+from discrepancy.table import Table
 
 _DISTRIBUTION = "indexer-diagnosis"
 
@@ -31,6 +32,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
         "findings": [_finding(finding, subject) for finding in answer.findings],
         "effects": [_effect(effect, subject) for effect in accepted],
         "remains": _remains(outcome),
+        "table": None if outcome.table is None else _table(outcome.table),
         "ranking": [dataclasses.asdict(ranking) for ranking in rankings(answer)],
         "gap": None if outcome.gap is None else _gap(outcome.gap),
         "where": _significant(outcome.where),
@@ -95,6 +97,18 @@ def _remains(outcome: Outcome) -> dict[str, Any]:
         "most": where_in_short(outcome.left).removeprefix(", "),
         "where_in_words": [] if outcome.left is None else list(outcome.left.sentences),
     }
+
+
+def _table(table: Table) -> dict[str, Any]:
+    rows = [
+        {"place": place, "value": e.value, "interval": [e.low, e.high]}
+        for place, e in zip(table.form.places, table.values, strict=True)
+    ]
+    return {
+        "name": table.form.hypothesis.name, "what": "a table, not a law", "over": table.form.over,
+        "unit": table.values[0].unit, "rows": rows, "before": table.before, "after": table.after,
+        "closes": table.closes,
+    }  # fmt: skip
 
 
 def _effect(effect: FoundEffect, subject: Subject) -> dict[str, Any]:

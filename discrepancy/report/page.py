@@ -49,6 +49,7 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         rankings=rankings(answer),
         calibration=[(e, subject.shop(e.name, (e.value, e.low, e.high))) for e in answer.calibration.estimates],
         gap=outcome.gap,
+        table=content["table"],
         times=times(remaining(outcome)),
         remains_more=remains_more(outcome),
         to_do=to_do(outcome),

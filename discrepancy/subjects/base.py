@@ -10,6 +10,7 @@ import numpy as np
 
 from discrepancy.model import Model
 from discrepancy.problem import Point
+from discrepancy.table import Form
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +180,10 @@ class Subject(ABC):
     @abstractmethod
     def measurements(self) -> tuple[Measurement, ...]:
         """Measurements that could be made next."""
+
+    def forms(self) -> tuple[Form, ...]:
+        """Variables over which what remains may be tabulated; none where it cannot be."""
+        return ()
 
     def shop(self, name: str, values: Sequence[float]) -> str:
         """Values of a parameter, ``effect.parameter`` or the machine's own, as they are said in the shop; "" where they

@@ -10,13 +10,16 @@ import numpy as np
 
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
-from discrepancy.model import Model
+from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.problem import Point
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
-from indexer_env.effects import EFFECTS
+from discrepancy.table import Form, shaped
+from indexer_env.effects import EFFECTS, TABLES
+from indexer_env.effects.measures import measures
+from indexer_env.effects.tabulated import PLACES
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -176,11 +179,42 @@ class IndexerSubject(Subject):
     def measurements(self) -> tuple[Measurement, ...]:
         return imagined(self.model)
 
+    def forms(self) -> tuple[Form, ...]:
+        """Over the table's speed, over turns of table and cam, over the output joint's deflection."""
+        if any(effect.name in TABLES for effect in self.machine.effects):
+            return ()
+        fastest = max(e.operating_point.motor_speed for e in self.model.experiments)
+        size = measures(self.machine, fastest)
+        top, bent = 1.1 * size["speed"], 1.5 * size["deflection"]
+        ends = {"tabulated.speed": (-0.1 * top, top), "tabulated.deflection": (-bent, bent)}
+        return tuple(_form(name, ends.get(name), size["torque"]) for name in _OVER)
+
     def shop(self, name: str, values: Sequence[float]) -> str:
         return in_the_shop(name, values, self.machine)
 
     def part(self, effect: str) -> str:
         return _PARTS[EFFECTS[effect].enters]
+
+
+_OVER = {
+    "tabulated.speed": "speed of the table [rad/s]", "tabulated.angle": "angle of the table [rad]",
+    "tabulated.cam": "angle of the cam [rad]", "tabulated.deflection": "deflection of the output joint [rad]",
+}  # fmt: skip
+"""What tables are over."""
+
+_WIDE = 3.0
+"""Spread of a table's values before the records are looked at, over the torque of the motion: places that no record
+passes stay at nothing."""
+
+
+def _form(name: str, ends: tuple[float, float] | None, torque: float) -> Form:
+    places = np.linspace(*ends, PLACES) if ends else np.linspace(0.0, _TURN, PLACES, endpoint=False)
+    parameters = tuple(
+        Parameter(f"{name}.torque_{k}", "N m", 0.0, _WIDE * torque, known=True) for k in range(1, PLACES + 1)
+    )
+    fixed = {} if ends is None else {"low": ends[0], "high": ends[1]}
+    starts = shaped(places.tolist(), torque, closed=ends is None)
+    return Form(_OVER[name], Hypothesis(name, parameters, fixed, starts), tuple(places.tolist()))
 
 
 def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:

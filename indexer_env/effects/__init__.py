@@ -9,6 +9,7 @@ drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.
 cam       cam.profile_error · cam.station_spacing
 roller    roller.crack · roller.crack_single
 joint     input.backlash · output.backlash · output.cubic_stiffness · base.looseness
+tabulated tabulated.speed · tabulated.angle · tabulated.cam · tabulated.deflection: tables, not laws
 sensor    sensor.gain · sensor.lowpass · sensor.bracket_resonance · sensor.mains_hum · sensor.offset_drift
 
 A new effect is one class in one of these files; what enters the equations of motion in a new place also gets its scalar
@@ -22,13 +23,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from indexer_env.checks import did_you_mean
-from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor
-from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect
+from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor, tabulated
+from indexer_env.effects.base import EFFECTS, TABLES, Effect, MachineEffect, SensorEffect
 from indexer_env.errors import ParameterError, refuse
 
-__all__ = ["EFFECTS", "Effect", "MachineEffect", "SensorEffect", "effects_by_name", "make_effect"]
+__all__ = ["EFFECTS", "LOADABLE", "TABLES", "Effect", "MachineEffect", "SensorEffect", "effects_by_name", "make_effect"]
 
-_FAMILIES = (cam, drive, friction, joint, load, roller, sensor)
+_FAMILIES = (cam, drive, friction, joint, load, roller, sensor, tabulated)
+
+LOADABLE: Mapping[str, type[Effect]] = {**EFFECTS, **TABLES}
+"""What a machine or a sensor may be extended by: the library, and tables."""
 
 
 def make_effect(name: str, parameters: Mapping[str, object] | None = None, **more: object) -> Effect:
@@ -46,7 +50,7 @@ def make_effect(name: str, parameters: Mapping[str, object] | None = None, **mor
     _check_known(name)
     if not isinstance(parameters, Mapping | None):
         raise ParameterError(f"{name} must be a mapping of parameters to values, got {parameters!r}.")
-    return from_mapping(EFFECTS[name], {**(parameters or {}), **more}, owner=name)
+    return from_mapping(LOADABLE[name], {**(parameters or {}), **more}, owner=name)
 
 
 def effects_by_name(mapping: Mapping[str, Any]) -> dict[str, Any]:
@@ -59,7 +63,7 @@ def effects_by_name(mapping: Mapping[str, Any]) -> dict[str, Any]:
         Unknown effect, or one given twice.
     """
     named: dict[str, Any] = {}
-    families = {name.partition(".")[0] for name in EFFECTS}
+    families = {name.partition(".")[0] for name in LOADABLE}
     for key, below in mapping.items():
         in_family = key in families and isinstance(below, Mapping)
         entries = {f"{key}.{end}": value for end, value in below.items()} if in_family else {key: below}
@@ -72,13 +76,13 @@ def effects_by_name(mapping: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _check_known(name: str) -> None:
-    if name not in EFFECTS:
-        hint = did_you_mean(name, EFFECTS) or "the names are " + ", ".join(sorted(EFFECTS))
+    if name not in LOADABLE:
+        hint = did_you_mean(name, LOADABLE) or "the names are " + ", ".join(sorted(LOADABLE))
         raise ParameterError(f"There is no effect {name!r}; {hint}.")
 
 
 def null_effect(name: str) -> Effect:
     """The effect at its null value, other parameters at their defaults."""
-    cls = EFFECTS[name]
+    cls = LOADABLE[name]
     sizes = {f.name: f.metadata["null"] for f in dataclasses.fields(cls) if f.metadata["null"] is not None}
     return cls(**sizes)

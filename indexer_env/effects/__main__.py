@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
-from indexer_env.effects import EFFECTS, Effect
+from indexer_env.effects import EFFECTS, TABLES, Effect
 
 
 def _range(rules: dict) -> str:
@@ -17,7 +18,8 @@ def _parameters(effect: type[Effect]) -> str:
     lines = []
     for field in dataclasses.fields(effect):
         rules = dict(field.metadata)
-        given = f"null {rules['null']:g}" if rules["null"] is not None else f"default {field.default:g}"
+        given = f"default {field.default:g}" if field.default is not dataclasses.MISSING else "to be given"
+        given = given if rules["null"] is None else f"null {rules['null']:g}"
         lines.append(f"`{field.name}` {rules['meaning']} [{rules['unit']}], {_range(rules)}, {given}")
     return "<br>".join(lines)
 
@@ -32,14 +34,24 @@ leaves the machine bit-equal to the machine without it. Effects whose name begin
 The paper among the sources, and the equations to which effects add, stand in
 [physics](../explanation/physics.md). This page is printed by `python -m indexer_env.effects`; a test keeps it so.
 
-| name | what it is | equation | parameters | enters | source |
-| --- | --- | --- | --- | --- | --- |
 """
-    rows = []
-    for name, effect in sorted(EFFECTS.items()):
+    tables = """
+## Tables, not laws
+
+What remains after a search can be taken up as a torque on the table that is tabulated over one variable: a cubic spline
+through nine values, evenly spaced, without curvature at its ends and constant beyond them; over an angle it is closed.
+Machines, campaigns and second looks take a table by its name like any effect, one to a machine; no search proposes one.
+
+"""
+    return head + _rows(EFFECTS) + tables + _rows(TABLES)
+
+
+def _rows(effects: Mapping[str, type[Effect]]) -> str:
+    rows = ["| name | what it is | equation | parameters | enters | source |", "| --- | --- | --- | --- | --- | --- |"]
+    for name, effect in sorted(effects.items()):
         cells = (f"`{name}`", effect.sentence, effect.equation, _parameters(effect), effect.enters, effect.source)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return head + "\n".join(rows) + "\n"
+    return "\n".join(rows) + "\n"
 
 
 if __name__ == "__main__":

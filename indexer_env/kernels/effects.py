@@ -57,6 +57,25 @@ def imbalance_torque(angle, torque, phase):
 
 
 @scalar
+def knot_weight(place, knot, closed):
+    """Weight of one coefficient of a uniform cubic B-spline, u its knot's distance from the place:
+    (max(2-|u|, 0)³ - 4 max(1-|u|, 0)³)/6. Of a closed one the nearest of the images that are nine knots apart counts.
+    """
+    u = place - knot
+    u = abs(u - closed * 9.0 * math.floor(u / 9.0 + 0.5))
+    far, near = max(2.0 - u, 0.0), max(1.0 - u, 0.0)
+    return (far * far * far - 4.0 * near * near * near) * (1.0 / 6.0)
+
+
+@scalar
+def spline_place(x, first, per, closed):
+    """Place among the knots of a variable's value: held at the first or the last one where the table ends."""
+    place = first + per * x
+    held = min(max(place, 1.0), 9.0)
+    return held + closed * (place - held)
+
+
+@scalar
 def slip_acceleration(command, rate, compliance, reaction, inertia):
     """Induction motor near its synchronous speed: J_m γ̈ = (ω_s - γ̇)/c - reaction, c the slope [rad/(s N m)]."""
     return ((command - rate) / compliance - reaction) / inertia

@@ -67,6 +67,10 @@ COEFFICIENT_NAMES = (
     "mesh_depth", "mesh_order", "mesh_phase",
     # cam
     "bump_height", "bump_centre", "bump_half_width", "spacing_error", "spacing_station",
+    # a tabulated torque: its variable, whether that is closed, the place of 0 and places in a unit of it; coefficients
+    "tabulated_over", "tabulated_closed", "tabulated_first", "tabulated_per",
+    "tabulated_0", "tabulated_1", "tabulated_2", "tabulated_3", "tabulated_4", "tabulated_5", "tabulated_6",
+    "tabulated_7", "tabulated_8", "tabulated_9", "tabulated_10",
     # the motion law's pieces of this machine in the table of pieces; whether its dwell is linear (1, else 0)
     "law_first", "law_count", "linear_dwell",
 )  # fmt: skip
@@ -85,6 +89,9 @@ COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
     TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE,
     MESH_DEPTH, MESH_ORDER, MESH_PHASE,
     BUMP_HEIGHT, BUMP_CENTRE, BUMP_HALF_WIDTH, SPACING_ERROR, SPACING_STATION,
+    TABULATED_OVER, TABULATED_CLOSED, TABULATED_FIRST, TABULATED_PER,
+    TABULATED_0, TABULATED_1, TABULATED_2, TABULATED_3, TABULATED_4, TABULATED_5, TABULATED_6,
+    TABULATED_7, TABULATED_8, TABULATED_9, TABULATED_10,
     LAW_FIRST, LAW_COUNT, LINEAR_DWELL,
 ) = (LANES * row for row in range(STATE_ROWS, STATE_ROWS + COEFFICIENT_ROWS))  # fmt: skip
 
@@ -141,8 +148,8 @@ MODEL_A, MODEL_B, MODEL_B_ON_BASE = 0, 1, 2
 (
     HAS_EDGES_1, HAS_EDGES_2, HAS_EDGES_3,
     USES_VISCOUS, USES_COULOMB, USES_STRIBECK, USES_IMBALANCE, USES_PROCESS, USES_SLIP,
-    USES_RIPPLE, USES_TRANSMISSION, USES_MESH, USES_BUMP,
-) = (1 << bit for bit in range(13))  # fmt: skip
+    USES_RIPPLE, USES_TRANSMISSION, USES_MESH, USES_BUMP, USES_TABLE,
+) = (1 << bit for bit in range(14))  # fmt: skip
 
 USES_ANY_EFFECT = ~(HAS_EDGES_1 | HAS_EDGES_2 | HAS_EDGES_3)
 

@@ -6,6 +6,8 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 
 from __future__ import annotations
 
+import numpy as np
+
 from indexer_env.kernels.compiling import lanes, outlined
 from indexer_env.kernels.drive import RIPPLES, mesh, ripples
 from indexer_env.kernels.dynamics import (
@@ -14,11 +16,19 @@ from indexer_env.kernels.dynamics import (
     follower_law,
     table_acceleration,
 )
-from indexer_env.kernels.effects import bump, coulomb_torque, imbalance_torque, slip_acceleration, stribeck_torque
+from indexer_env.kernels.effects import (
+    bump,
+    coulomb_torque,
+    imbalance_torque,
+    knot_weight,
+    slip_acceleration,
+    spline_place,
+    stribeck_torque,
+)
 from indexer_env.kernels.joints import line_torque, straight_torque
 from indexer_env.kernels.layout import *
 
-_LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS
+_LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS | USES_TABLE
 """Effects that act on the table."""
 
 
@@ -135,6 +145,27 @@ def load_and_law_extras(w, low, high, features):
             w[BETA_EXTRA + i] = height * y0
             w[BETA_1_EXTRA + i] = height * scale * y1
             w[BETA_2_EXTRA + i] = height * scale * scale * y2
+    if features & USES_TABLE:
+        tabulated_extra(w, low, high)
+
+
+@lanes
+def tabulated_extra(w, low, high):
+    """A torque tabulated over the table's speed or angle, the cam's angle or the output joint's deflection."""
+    for i in range(low, high):
+        b0, _, _ = follower_law(
+            w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
+        )
+        over, x = w[TABULATED_OVER + i], w[TABLE + i] - b0 - w[BETA_EXTRA + i] - w[HOUSING + i]
+        x = w[TABLE_RATE + i] if over == 0.0 else x
+        x = w[TABLE + i] if over == 1.0 else x
+        x = w[CAM + i] if over == 2.0 else x
+        closed = w[TABULATED_CLOSED + i]
+        place = spline_place(x, w[TABULATED_FIRST + i], w[TABULATED_PER + i], closed)
+        torque = 0.0
+        for knot in range(11):
+            torque += w[TABULATED_0 + np.uint64(knot) * LANES + i] * knot_weight(place, float(knot), closed)
+        w[LOAD_EXTRA + i] += torque
 
 
 @lanes

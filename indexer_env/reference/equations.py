@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from indexer_env.effects import EFFECTS
+from indexer_env.effects import LOADABLE
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -28,7 +28,7 @@ SHEET = (
 
 Sheet = Callable[[Sequence[float]], tuple[float, ...]]
 
-_KNOWN = frozenset(name for name in EFFECTS if not name.startswith("sensor."))
+_KNOWN = frozenset(name for name in LOADABLE if not name.startswith("sensor."))
 
 
 class Equations:
@@ -62,6 +62,8 @@ class Equations:
             effect = self.effects.get(name)
             if effect is not None and effect.station >= machine.stations:
                 raise refuse(name, "station", f"below the machine's {machine.stations} stations", effect.station)
+        if self.model == "B_on_base" and "tabulated.deflection" in self.effects:
+            raise refuse("simulate_reference", "tabulated.deflection", "without a base that moves", self.model)
         self.cam = CamTurn(machine, self.effects)
         self._sound, self._cracked = self._contacts()
         joints = {"A": (1,), "B": (0, 1), "B_on_base": (0, 1, 2)}[self.model]
@@ -222,9 +224,30 @@ class Equations:
                 terms.append(lambda a, p, v, e=effect: e.torque * math.sin(p + e.phase))
             elif name == "load.process":
                 terms.append(lambda a, p, v, e=effect: e.torque * stretch.process(a))
+            elif name.startswith("tabulated."):
+                terms.append(_tabulated(effect, stretch))
         if not terms:
             return lambda alpha, phi, phi_rate: constant
         return lambda alpha, phi, phi_rate: constant + sum(term(alpha, phi, phi_rate) for term in terms)
+
+
+def _tabulated(effect: Any, stretch: Stretch) -> Callable[[float, float, float], float]:
+    """A table's torque from α, φ and φ̇, the housing at rest: a natural or a periodic cubic spline."""
+    import numpy as np
+    from scipy.interpolate import CubicSpline
+
+    values = [getattr(effect, f"torque_{k}") for k in range(1, 10)]
+    if effect.closed:
+        spline = CubicSpline(np.linspace(0.0, 2.0 * math.pi, 10), [*values, values[0]], bc_type="periodic")
+        return lambda a, p, v: float(spline((p if effect.name == "tabulated.angle" else a) % (2.0 * math.pi)))
+    spline = CubicSpline(np.linspace(effect.low, effect.high, 9), values, bc_type="natural")
+    speed = effect.name == "tabulated.speed"
+
+    def torque(a: float, p: float, v: float) -> float:
+        x = v if speed else p - stretch.follower(a)[0]
+        return float(spline(min(max(x, effect.low), effect.high)))
+
+    return torque
 
 
 def _sign(rate: float, smoothing: float) -> float:

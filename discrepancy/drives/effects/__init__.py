@@ -6,6 +6,7 @@ In reading order:
     load        offset, imbalance, inertia, springs, end stops
     coupling    play, compliance, transmission error
     ripple      cogging and ripple, a line at a fixed frequency
+    tabulated   a force over speed or position as a spline: tables, not laws
     reading     delay, lags, gain, saturation, quantisation, drift
 
 A new effect is one `standard(DriveEffect(...))` in one of these files; to act in the forward form too it needs its line
@@ -14,5 +15,6 @@ in `advance`.
 
 from discrepancy.drives.effects import coupling, friction, load, reading, ripple
 from discrepancy.drives.effects.base import EFFECTS, DriveEffect, Size
+from discrepancy.drives.effects.tabulated import TABLES
 
-__all__ = ["EFFECTS", "DriveEffect", "Size", "coupling", "friction", "load", "reading", "ripple"]
+__all__ = ["EFFECTS", "TABLES", "DriveEffect", "Size", "coupling", "friction", "load", "reading", "ripple"]

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.effects.ripple import ringing
 from indexer_env.effects.drive import TransmissionError
 from indexer_env.filters import BRACKET_LIMIT, bracket_sections, filtered
 from indexer_env.kernels.joints import line_torque, region_line
@@ -117,6 +118,12 @@ standard(
 )  # fmt: skip
 
 
+def _rung(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
+    """Starts at the frequencies at which the record rings: a fit of a lightly damped one reaches no further than its
+    resonance is wide."""
+    return [(0.5, 1.0 / omega**2, 0.05) for _, omega, _ in ringing(m, left)]
+
+
 def _compliance(m: Track, p, base) -> np.ndarray:
     frequency = 1.0 / (2.0 * math.pi * math.sqrt(p.inverse_square))
     limit = 0.5 * BRACKET_LIMIT / m.step
@@ -137,7 +144,7 @@ standard(
                  step=0.003),
             Size("damping", "damping ratio ζ", "", (0.05,), 0.005, 0.9, step=0.05),
         ),
-        _compliance, of_base=True, alike=("delay", "play.contact"),
+        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung, forward="soft",
     )
 )  # fmt: skip
 
@@ -158,7 +165,7 @@ standard(
             Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
             Size("phase", "phase φ at q = 0", "", _EIGHTHS, -20.0, 20.0, step=0.5),
         ),
-        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"),
+        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"), forward="error",
         choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),
     )
 )  # fmt: skip

@@ -66,7 +66,7 @@ standard(
         "friction of a screw or worm, e.g. Shigley, Mechanical Engineering Design, section 8-2",
         (Size("coefficient", "share μ", "", (0.05, 0.15, 0.4), 0.0, 0.95, 0.0),),
         lambda m, p, base, direction: p.coefficient * np.abs(base(m.q, m.v, m.a)), acts="dry", of_base=True,
-        alike=(CoulombFriction.name, "sensor.gain"),
+        alike=(CoulombFriction.name, "sensor.gain"), forward="load",
     )
 )  # fmt: skip
 

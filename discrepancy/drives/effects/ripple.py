@@ -55,6 +55,12 @@ def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float
     return _lines(q, left, slowest, min(fastest, 100.0 * slowest))
 
 
+def ringing(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
+    """The strongest lines in time, (a, ω, φ), from three periods in the record up."""
+    t = m.t[m.at]
+    return _lines(t, left, 6.0 * math.pi / float(np.ptp(t)), 2.0 * math.pi * m.cutoff)
+
+
 def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     """Above the band of the motion: within it, a line in time is not told from what the motion does."""
     slowest = holding(m.v, 1.0 / m.step, _MOVING)

@@ -10,7 +10,7 @@ import numpy as np
 
 from discrepancy.drives.door import subject_of
 from discrepancy.explain import explain
-from indexer_experiments.challenge.drives.draw import ALSO, Case
+from indexer_experiments.challenge.drives.draw import ALSO, WITH, Case
 
 NAMED = ("established", "family")
 """Grades that give a name."""
@@ -53,6 +53,7 @@ class Judged:
     def wrong(self) -> tuple[tuple[str, ...], ...]:
         """Findings with a name that is none of those hidden."""
         meant = {name for h in self.hidden for name in (h, *ALSO.get(h, ()))}
+        meant |= {name for one in (*self.hidden, *self.unknown) for name in WITH.get(one, ())}
         return tuple(members for members in self.named if not set(members) & meant)
 
 

@@ -93,10 +93,11 @@ def run_plain(
     joints, command = model.set_up(hypothesis, told)
     course = model.courses[k]
     out = np.zeros((model.channels, len(course.u)))
-    work = np.zeros((WORK, max(len(start), len(joints), course.u.shape[1])))
+    work = np.zeros((WORK, max(len(start) + 2 * len(joints), course.u.shape[1])))
     scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
+    inner = np.zeros(3 * len(joints))
     run(
-        model.rates, np.asarray(start, dtype=float), np.zeros(len(joints)), model.command(k, command), 0.0, course.rate,
+        model.rates, np.asarray(start, dtype=float), inner, model.command(k, command), 0.0, course.rate,
         model.substeps, np.array(told[: model.own]), model.places, joints, model.measured, scale, work, out,
     )  # fmt: skip
     return out

@@ -36,6 +36,14 @@ EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
         (('"f"}', '"f"}\nheld_out = 0.99'), "held_out must be"),
         (('"f"}', '"f"}\nimport gone'), "must run as Python, got ModuleNotFoundError in line 4"),
         (("def force", "def  = 3"), "must run as Python, got SyntaxError"),
+        (("def force", "import sys\nsys.exit(3)\n\n\ndef force"), "must run as Python, got SystemExit in line 7"),
+        (("return p.mass * a", "a *= p.mass\n    return a"), "got ValueError in line 7 .output array is read-only"),
+        (("p.mass * a", "1j * p.mass * a"), "must give real numbers, got complex ones"),
+        (("return p.mass * a", "return 'heavy'"), r"got ValueError \(could not convert string to float: 'heavy'\)"),
+        (('"mass": (', '"_m": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got '_m'"),
+        (('"mass": (', '"class": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got 'class'"),
+        (('"f"}', '"f"}\nwindows = 2.0'), "windows must be left out beside force"),
+        (('"f"}', '"f"}\ncutoff = 200.0'), "cutoff must be at most 0.15 of the sampling rate, 75 Hz, got 200"),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
@@ -64,11 +72,42 @@ def _csv(folder: Path, header: str = "t [s],q [m],f [N]", spoil: int | None = No
         ({"header": "t [s],q,f [N]"}, r"the channel 'q' \(q\) must have a unit"),
         ({"header": "t [s],pos [m],f [N]"}, "must have one numeric column 'q'"),
         ({"rows": 100}, "at least 200 samples"),
+        ({"header": "t [s],q [m],f [m]"}, "force must be in N, N m, A or V, got 'm'; correct the header"),
+        ({"header": "t [s],q [furlong],f [N]"}, "q must be in m or rad, got 'furlong'"),
     ],
 )
 def test_a_mistake_in_the_records_is_one_sentence(given: dict, said: str, tmp_path: Path) -> None:
     folder = _csv(tmp_path / "runs", **given)
     with pytest.raises(IndexerError, match=said):
+        read_drive_records(drive(tmp_path), str(folder), None, {}, [])
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "said"),
+    [
+        ("rad/s", 1.0, "v must be in m/s, got 'rad/s'"),
+        ("m/s", 10.0, "v must be the rate of 'q', got '10 times that'"),
+        ("m/s", -1.0, "v must be the rate of 'q', got '-1 times that'"),
+        ("m/s", 1.2, None),
+    ],
+)
+def test_a_speed_is_the_rate_of_the_position(unit: str, factor: float, said: str | None, tmp_path: Path) -> None:
+    t, q, v, a = motion(4.0, 100.0)
+    lines = [f"{x:.4f},{y:.9g},{factor * w:.9g},{95.0 * z:.9g}" for x, y, w, z in zip(t, q, v, a, strict=True)]
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "a.csv").write_text("\n".join([f"t [s],q [m],v [{unit}],f [N]", *lines]))
+    one = drive(tmp_path, FILE.replace('"q": "q"', '"q": "q", "v": "v"'))
+    if said is None:
+        assert len(read_drive_records(one, str(tmp_path / "runs"), None, {}, [])) == 1
+        return
+    with pytest.raises(IndexerError, match=said):
+        read_drive_records(one, str(tmp_path / "runs"), None, {}, [])
+
+
+def test_a_table_that_names_a_file_which_is_not_there_is_refused(tmp_path: Path) -> None:
+    folder = _csv(tmp_path / "runs")
+    (folder / "records.csv").write_text("file,noise\nb.csv,2\n")
+    with pytest.raises(IndexerError, match=r"line 2: file must be one of those beside it, got 'b.csv'"):
         read_drive_records(drive(tmp_path), str(folder), None, {}, [])
 
 

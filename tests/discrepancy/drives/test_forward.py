@@ -1,5 +1,6 @@
 """The forward form against SciPy's solver stopped at events, and its sticking."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -120,6 +121,8 @@ def test_a_function_that_numba_cannot_compile_still_works(tmp_path: Path) -> Non
         (("return x.v, ", "return x.v, 0.0, "), "must give 2 rates, one a state, got 3"),
         (("/ p.inertia", "/ p.inertia * float('nan')"), "must give finite numbers"),
         (('"inertia")}', '"mass")}'), "joints"),
+        (("p.drag * x.v", "p.drag * x.v + 1e9 * x.v"), "every run is lost at the values stated"),
+        (("noise = 0.001", "sessions = True"), "sessions must be left out beside rates"),
         (('("q", "v"), {', '("q", "v", "w"), {'), "got 2|nothing measured tells of the state 'w'"),
     ],
 )
@@ -139,3 +142,71 @@ def test_records_are_laid_out_for_the_report(truth: np.ndarray, tmp_path: Path) 
     names = [m.name for m in subject.measurements()]
     assert "the same motion again" in names and len(names) == 3
     assert "drive: my_drive.py" in subject.files(subject.model, start_of(subject)[1])["machine.yaml"]
+
+
+def _against(effect: str, sizes: dict[str, float], fixed: dict[str, float], rates, start: list[float], tmp_path: Path):
+    """Angle by the integrator with an effect, and by SciPy's with `rates(t, y)`, y the angle, its rate and more."""
+    subject = made(tmp_path, 0.4 + 0.2 * np.sin(3.0 * T))
+    model = subject.model
+    one = next(h for h in model.hypotheses()[effect] if all(h.fixed.get(k) == v for k, v in fixed.items()))
+    values_ = [sizes[p.name.removeprefix(f"{effect}.")] for p in one.parameters]
+    z = np.concatenate([np.zeros(3), one.coordinates(values_)])
+    got = run_plain(model, one, z, np.array([0.3, 0.0]))[0]
+    found = solve_ivp(rates, (0.0, T[-1]), start, t_eval=T, rtol=1e-10, atol=1e-12, max_step=2e-3)
+    plain = run_plain(model, NONE, np.zeros(3), np.array([0.3, 0.0]))[0]
+    return got, found.y[0], plain
+
+
+def test_a_load_on_a_spring_swings_as_scipy_says(tmp_path: Path) -> None:
+    share, omega, damping = 0.4, 9.0, 0.08
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        q, v, x, w = y
+        pulled = -2.0 * damping * omega * (w - v) - omega**2 * (x - q)
+        push = float(np.interp(t, T, PUSH)) - math.sin(q) - 0.02 * v
+        return [v, (push / 0.05 - share * pulled) / (1.0 - share), w, pulled]
+
+    sizes = {"share": share, "inverse_square": omega**-2, "damping": damping}
+    got, truth, plain = _against("compliance", sizes, {}, rates, [0.3, 0.0, 0.3, 0.0], tmp_path)
+    assert np.abs(got - truth).max() < 1e-5 < 1e-2 < np.abs(plain - truth).max()
+
+    noisy = truth + 1e-3 * np.random.default_rng(6).standard_normal(len(truth))
+    subject = made(tmp_path, noisy, FILE + "windows = 1.3\n")
+    one = subject.model.hypotheses()["compliance"][0]
+    near = dataclasses.replace(one, starts=((0.3, 1.1 * omega**-2, 0.05),), effects=())
+    problem, place = start_of(subject, near)
+    found = fit(problem, place, steps=20).place
+    assert found.level(subject.model) < 1.2, "windows begin while the load swings"
+    assert values(problem, found)["compliance.share"] == pytest.approx(share, rel=0.1)
+
+
+def test_a_transmission_that_wavers_moves_the_load_as_scipy_says(tmp_path: Path) -> None:
+    """u = f at the load's angle x = q + e sin(n q + φ), its speed and its acceleration."""
+    e, n, phase = 0.03, 2.0, 0.4
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        q, v = y
+        first, second = e * n * math.cos(n * q + phase), -e * n * n * math.sin(n * q + phase)
+        x, w = q + e * math.sin(n * q + phase), (1.0 + first) * v
+        push = float(np.interp(t, T, PUSH)) - math.sin(x) - 0.02 * w
+        return [v, (push / 0.05 - second * v * v) / (1.0 + first)]
+
+    sizes = {"amplitude": e, "phase": phase}
+    got, truth, plain = _against("drive.transmission_error", sizes, {"order": n}, rates, [0.3, 0.0], tmp_path)
+    assert np.abs(got - truth).max() < 1e-5 < 1e-2 < np.abs(plain - truth).max()
+
+
+def test_friction_by_load_is_that_of_the_inverse_form(tmp_path: Path) -> None:
+    """While it moves u = f + μ |f| sign(v), f = J a + G sin q + c v, for the motion that comes out."""
+    subject = made(tmp_path, 0.4 + 0.2 * np.sin(3.0 * T))
+    model = subject.model
+    one = model.hypotheses()["friction.load"][0]
+    q = run_plain(model, one, np.concatenate([np.zeros(3), one.coordinates([0.3])]), np.array([0.3, 0.0]))[0]
+    v, a = np.gradient(q, 1.0 / RATE), np.gradient(np.gradient(q, 1.0 / RATE), 1.0 / RATE)
+    f = 0.05 * a + np.sin(q) + 0.02 * v
+    left = PUSH - f - 0.3 * np.abs(f) * np.sign(v)
+    moving = np.abs(v) > 0.1
+    moving[:5] = moving[-5:] = False
+    # where a speed or a force changes its sign the differences smear
+    assert moving.sum() > 200 and float(np.median(np.abs(left[moving]))) < 1e-3
+    assert float(np.median(np.abs(PUSH - f)[moving])) > 3e-2

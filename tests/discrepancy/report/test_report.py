@@ -160,7 +160,8 @@ def test_a_report_is_the_same_for_the_same_seed(made: Made) -> None:
 
 
 @pytest.mark.parametrize(
-    ("stage", "function"), [(STAGES[1], "locate"), (STAGES[2], "gap_of"), (STAGES[3], "separations")]
+    ("stage", "function"),
+    [(STAGES[1], "locate"), (STAGES[2], "gap_of"), (STAGES[3], "tabulate"), (STAGES[4], "separations")],
 )
 def test_a_stage_that_fails_takes_no_answer_away(stage: str, function: str, monkeypatch, caplog) -> None:
     def fails(*_):

@@ -1,0 +1,100 @@
+"""Forces of the standard effects at one joint, for the integrator of the forward form: plain numbers."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from indexer_env.kernels.effects import harmonic, imbalance_torque, knot_weight, spline_place
+
+SETTINGS = {"error_model": "numpy", "_nrt": False}
+"""Nothing is allocated here, so arrays need not be counted as references."""
+
+compiled = njit(**SETTINGS)
+
+COLUMNS = (
+    "viscous", "quadratic", "coulomb", "asymmetric", "stribeck", "stribeck_speed", "tilted", "offset", "imbalance",
+    "imbalance_phase", "linear", "cubic", "bilinear", "bilinear_place", "stops", "stops_place", "presliding",
+    "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase", "ripple", "ripple_order", "ripple_phase",
+    "inertia", "middle", "stroke", "mass", "load",
+    "error", "error_phase", "error_order", "soft", "soft_inverse_square", "soft_damping",
+    "tabulated_over", "tabulated_first", "tabulated_per",
+    *(f"tabulated_{k}" for k in range(11)),
+)  # fmt: skip
+"""Coefficients of one joint; those that no effect sets are 0."""
+
+(
+    VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED, OFFSET, IMBALANCE, IMBALANCE_PHASE,
+    LINEAR, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING, PRESLIDING_DISTANCE, COGGING,
+    COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
+    LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE, SOFT_DAMPING,
+    TABULATED_OVER, TABULATED_FIRST, TABULATED_PER, TABULATED_0,
+) = range(len(COLUMNS) - 10)  # fmt: skip
+
+
+@compiled
+def smooth_force(c, q, v, z0, q0):
+    """Force [F] of a joint's smooth effects against the motion; z0 is Dahl's deflection where the joint was at q0."""
+    x = q - c[MIDDLE]
+    total = c[VISCOUS] * v + c[QUADRATIC] * abs(v) * v + c[OFFSET] + c[LINEAR] * x + c[CUBIC] * x * x * x
+    if c[IMBALANCE] != 0.0:
+        total += imbalance_torque(q, c[IMBALANCE], c[IMBALANCE_PHASE])
+    if c[BILINEAR] > 0.0:
+        total += c[BILINEAR] * max(x - c[BILINEAR_PLACE], 0.0)
+    elif c[BILINEAR] < 0.0:
+        total -= c[BILINEAR] * min(x - c[BILINEAR_PLACE], 0.0)
+    if c[STOPS] != 0.0:
+        total += c[STOPS] * (max(x - c[STOPS_PLACE], 0.0) + min(x + c[STOPS_PLACE], 0.0))
+    if c[COGGING] != 0.0:
+        total += c[COGGING] * math.sin(c[COGGING_WAVENUMBER] * q + c[COGGING_PHASE])
+    if c[RIPPLE] != 0.0:
+        total += c[RIPPLE] * math.sin(c[RIPPLE_ORDER] * q + c[RIPPLE_PHASE])
+    if c[PRESLIDING] != 0.0:
+        total += c[PRESLIDING] * bristle(q, z0, q0, c[PRESLIDING_DISTANCE])
+    if c[TABULATED_OVER] != 0.0:
+        place = spline_place(v if c[TABULATED_OVER] == 1.0 else q, c[TABULATED_FIRST], c[TABULATED_PER], 0.0)
+        for k in range(11):
+            total += c[TABULATED_0 + k] * knot_weight(place, float(k), 0.0)
+    return total
+
+
+@compiled
+def bristle(q, z0, q0, distance):
+    """Dahl's deflection at q, exact along a path without a reversal from q0."""
+    side = 1.0 if q > q0 else -1.0
+    return side + (z0 - side) * math.exp(-abs(q - q0) / distance)
+
+
+@compiled
+def dry_level(c, q, v, side, u):
+    """Level [F] of dry friction against a motion in the direction `side`; u (inputs,), of which the first drives it."""
+    level = c[COULOMB] + c[ASYMMETRIC] * side + c[TILTED] * (q - c[MIDDLE]) / c[STROKE]
+    if c[STRIBECK] != 0.0:
+        s = v / c[STRIBECK_SPEED]
+        level += c[STRIBECK] / (1.0 + s * s)
+    if c[LOAD] != 0.0 and len(u) > 0:
+        # c |f| of the force f that is left for the load: f = u - c |f| side
+        level += c[LOAD] * abs(u[0]) / (1.0 + c[LOAD] * (side if u[0] > 0.0 else -side))
+    return max(level, 0.0)
+
+
+@compiled
+def is_dry(c):
+    """Whether a joint has dry friction."""
+    return c[COULOMB] != 0.0 or c[ASYMMETRIC] != 0.0 or c[STRIBECK] != 0.0 or c[TILTED] != 0.0 or c[LOAD] != 0.0
+
+
+@compiled
+def wavered(c, q, v):
+    """Angle of the load where its transmission wavers about the joint's, q + e sin(n q + φ), and its first two
+    derivatives by q."""
+    angle, first, second = harmonic(q, 1.0, 0.0, c[ERROR], c[ERROR_ORDER], c[ERROR_PHASE])
+    return q + angle, first, second
+
+
+@compiled
+def soft_acceleration(c, q, v, x, y):
+    """Acceleration of a load at x, y on its spring: ẍ = -2 ζ ω (y - v) - ω² (x - q)."""
+    omega = 1.0 / math.sqrt(c[SOFT_INVERSE_SQUARE])
+    return -2.0 * c[SOFT_DAMPING] * omega * (y - v) - omega * omega * (x - q)
