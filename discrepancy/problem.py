@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from discrepancy.arrow import Arrow, arrow
 from discrepancy.model import Hypothesis, Jobs, Model
+from discrepancy.place import Point
 
 _GLOBAL_NUDGE, _LOCAL_NUDGE = 1e-3, 1e-2
 """Finite differences in scaled coordinates: far above rounding, far below the distance between two contacts."""
@@ -42,61 +42,24 @@ _AT_ONCE = 8192
 """Start states simulated at once, or those of one window, which bounds the memory."""
 
 
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A place in the parameter space and how well it explains the records.
-
-    Attributes
-    ----------
-    hypothesis : Hypothesis
-    z : ndarray (g,)
-        Scaled global parameters: the model's, then the hypothesis's.
-    states : ndarray (w, l)
-        Scaled start states.
-    squares : ndarray (w,)
-        Sum of squared normalised residuals of each window.
-    cost : float
-        F.
-    """
-
-    hypothesis: Hypothesis
-    z: np.ndarray
-    states: np.ndarray
-    squares: np.ndarray
-    cost: float
-
-    @property
-    def own(self) -> np.ndarray:
-        """The hypothesis's own parameters (k,), scaled."""
-        return self.z[len(self.z) - len(self.hypothesis.parameters) :]
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """The hypothesis's own parameters [units]."""
-        return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, self.own, strict=True))
-
-    def level(self, model: Model) -> float:
-        """rms of the normalised residuals; 1 is the noise."""
-        return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
-
-    def dispersion(self, model: Model) -> float:
-        """φ: the median of the windows' mean squares, at least 1."""
-        return max(1.0, float(np.median(self.squares / model.counts)))
-
-
 class Problem:
     """One hypothesis about a model's records, with the operations a fit is made of.
 
     `caution` multiplies the machine's priors while an effect may be missing, as its misfit repeats in every window;
     rough parameters are held while it is above 1.
-    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
+    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`. Parameters
+    that are `held` do not move.
     """
 
-    def __init__(self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0) -> None:
+    def __init__(
+        self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0,
+        held: Sequence[int] = (),
+    ) -> None:  # fmt: skip
         self.model, self.hypothesis, self.caution, self.ease = model, hypothesis, caution, 1.0
         self.parameters = model.parameters + hypothesis.parameters
-        held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
-        self.movable = ~np.array(held)
+        fixed = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
+        self.movable = ~np.array(fixed)
+        self.movable[list(held)] = False
         self.known = np.array([p.known for p in self.parameters])
         self.of_machine = ~np.array([p.of_record for p in self.parameters])
         self.precision = self.known * np.where(self.of_machine, caution, 1.0)
@@ -139,11 +102,11 @@ class Problem:
         """Σ_w ρ_w of squares (w,)."""
         return float(self.losses(squares).sum())
 
-    def losses(self, squares: np.ndarray) -> np.ndarray:
-        """ρ_w (w,) of squares (w,)."""
+    def losses(self, squares: np.ndarray, windows: np.ndarray | None = None) -> np.ndarray:
+        """ρ_w (…, w) of squares (…, w) of all windows, or of these (w,)."""
         if not self.stateful:
             return squares
-        n = self.model.counts * self.ease
+        n = self.model.counts[self.all if windows is None else windows] * self.ease
         return n * np.log1p(squares / n)
 
     def weights(self, squares: np.ndarray) -> np.ndarray:
@@ -174,6 +137,10 @@ class Problem:
     def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
         return self.model.residuals(self.hypothesis, self._everywhere(z, states)).reshape(*states.shape[:2], -1)
+
+    def left(self, place: Point) -> np.ndarray:
+        """Residuals (w, n) of all windows at a place."""
+        return self.residuals(place.z[None], place.states[None])[0]
 
     def _everywhere(self, z: np.ndarray, states: np.ndarray) -> Jobs:
         """All windows at places (p, g), (p, w, l)."""

@@ -18,7 +18,8 @@ from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.linearised import Linearised, Start, neighbours
 from discrepancy.model import Hypothesis, Model
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 CAUTION = 100.0
 """Weight of the machine's priors while starts race: an effect that is missing must not be taken up by the machine."""
@@ -93,8 +94,7 @@ def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> l
         z = np.array([starts[k].place.z for k in members])
         states = np.array([starts[k].place.states for k in members])
         _, squares = problem.started(z, states, windows)
-        counts = around.model.counts[windows] * problem.ease
-        losses = (counts * np.log1p(squares / counts)).sum(axis=1)
+        losses = problem.losses(squares, windows).sum(axis=1)
         for k, loss in zip(members, losses.tolist(), strict=True):
             found[k] = loss
     return found

@@ -31,7 +31,7 @@ def test_what_is_hidden_is_established_with_its_size(hidden: dict) -> None:
         assert size.low < hidden[finding.name] < size.high
         assert finding.probability > 0.9 and finding.closes > 0.9
     assert answer.remains.level < 1.1 and answer.closed_share > 0.95
-    assert answer.after < answer.before and answer.held_back == ""
+    assert answer.after < answer.before and answer.written.held_back == ""
 
 
 def test_nothing_missing_is_said() -> None:

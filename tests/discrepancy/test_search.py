@@ -10,10 +10,10 @@ from discrepancy.criteria import Criteria
 from discrepancy.dispersion import autocorrelation_time
 from discrepancy.linearised import neighbours
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.race import race
 from discrepancy.search import Search
-from tests.discrepancy import toy
 from tests.discrepancy.toy import Chord, Stateless
 
 
@@ -29,18 +29,17 @@ OFFERED = ("a", "b", "a and b")
 
 @pytest.mark.parametrize(("drops", "names"), [(True, {"a", "b"}), (False, set(OFFERED))])
 def test_what_came_first_is_dropped_once_it_is_not_needed(drops: bool, names: set, monkeypatch) -> None:
+    monkeypatch.setattr(Search, "_exchanged", lambda self, fitted: [])
     if not drops:
-        monkeypatch.setattr(Search, "_pruned", lambda self, fitted: fitted)
+        monkeypatch.setattr(Search, "_needless", lambda self, fitted: [])
     assert selected(Chord(LIKE, 5, OFFERED)) == names
 
 
 @pytest.mark.parametrize("swaps", [True, False])
 def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypatch) -> None:
     if not swaps:
-        monkeypatch.setattr(Search, "_exchanged", lambda self, fitted, rivals: (fitted, ((),) * len(fitted.effects)))
-    model = Chord(LIKE, 5, OFFERED)
-    model.library["a and b"] = (toy.effect("a and b", ("a", "b")),)
-    names = selected(model, most=2)
+        monkeypatch.setattr(Search, "_exchanged", lambda self, fitted: [])
+    names = selected(Chord(LIKE, 5, OFFERED), most=2)
     assert (names == {"a", "b"}) == swaps and ("a and b" in names) == (not swaps)
 
 
