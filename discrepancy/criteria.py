@@ -39,6 +39,9 @@ class Criteria:
         The worst windows in which starts race.
     fits : int
         Starts that are fitted by a few joint steps; half of them by more.
+    tolerance : float or None
+        Share of the signal, rms over rms, that a model may miss without anything being missing: it counts beside the
+        noise. None: what the best set leaves says how much that is.
     seconds : float or None
         Processor time after which no further fit begins and the best set so far is the answer; None: no limit.
     """
@@ -54,6 +57,7 @@ class Criteria:
     starts: int = 6
     windows: int = 3
     fits: int = 8
+    tolerance: float | None = None
     seconds: float | None = None
 
     def __post_init__(self) -> None:
@@ -62,5 +66,7 @@ class Criteria:
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)
+        if self.tolerance is not None:
+            check_number("Criteria", "tolerance", self.tolerance, low=0.0, low_open=True, high=1.0)
         if self.seconds is not None:
             check_number("Criteria", "seconds", self.seconds, low=0.0, low_open=True, unit="s")

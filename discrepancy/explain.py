@@ -166,8 +166,11 @@ def explain(model: Model, held_out: Model, criteria: Criteria | None = None) -> 
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
+    criteria = criteria or Criteria()
     with threadpool_limits(limits=1, user_api="blas"):
-        return _explained(model, held_out, criteria or Criteria())
+        if criteria.tolerance is not None:
+            model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
+        return _explained(model, held_out, criteria)
 
 
 def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation:

@@ -70,7 +70,10 @@ class Judge:
         self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
         self.held: dict[str, Point] = {}
         self._hold([self.base, self.best, *selection.without])
-        self.floor = unrepeated([(search.whole, self.best.place), (held_out, self.held[self.best.name])])
+        self.floor = max(
+            held_out.tolerated,
+            unrepeated([(search.whole, self.best.place), (held_out, self.held[self.best.name])]),
+        )
 
     def judged(self) -> tuple[list[Judged], Fitted]:
         """All effects of the set with their grades, and the set of those that are named, fitted to all windows."""

@@ -48,5 +48,5 @@ class Point:
         return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
 
     def dispersion(self, model: Model) -> float:
-        """φ: the median of the windows' mean squares, at least 1."""
-        return max(1.0, float(np.median(self.squares / model.counts)))
+        """φ: the median of the windows' mean squares, at least what is tolerated."""
+        return max(model.tolerated, float(np.median(self.squares / model.counts)))

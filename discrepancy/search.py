@@ -83,7 +83,9 @@ class Search:
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
-        return not fitted.effects or fitted.place.level(self.model) ** 2 - 1.0 >= self.criteria.look
+        return not fitted.effects or (
+            fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.look
+        )
 
     def _wins(self, one: Fitted, other: Fitted) -> bool:
         """Whether a set is better than another by the margin."""
