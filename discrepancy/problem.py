@@ -202,7 +202,7 @@ class Problem:
             found, squares = self._refined(jobs, _ROUNDS)
             return found.reshape(mine.shape), squares.reshape(p, k)
         rows = [
-            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF))
+            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF), rounds=1)
             if len(grid) else self._refined(_at(row, windows, own), _ROUNDS)
             for row, own, grid in zip(z, mine, grids, strict=True)
         ]  # fmt: skip
@@ -265,7 +265,7 @@ class Problem:
         return place
 
     def _best_starts(
-        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int
+        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
     ) -> tuple[np.ndarray, np.ndarray]:
         """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
         states (o, l) after the best `kept` are refined."""
@@ -275,7 +275,7 @@ class Problem:
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort((self._again(jobs, states) ** 2).sum(axis=2), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), 3)
+        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]

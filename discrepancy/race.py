@@ -17,7 +17,7 @@ import numpy as np
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.linearised import Linearised, Start, neighbours
-from discrepancy.model import Hypothesis, Model
+from discrepancy.model import Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 
@@ -48,7 +48,18 @@ def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Cri
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
-    return _fitted(model, _in_turns(by_windows, by_promise)[: criteria.fits])
+    return _fitted(model, _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits])
+
+
+def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
+    """The best place of a set whose last effect begins anew, once from each size in its lists, all else where it is."""
+    *others, last = place.hypothesis.effects
+    base = together(*others)
+    rest = Problem(model, base).point(place.z[: -len(last.parameters)], model.states_for(base, place.states))
+    of_each: dict[float, Start] = {}
+    for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
+        of_each.setdefault(start.values[0], start)
+    return _fitted(model, list(of_each.values())[: criteria.fits])[0]
 
 
 def _first(pair: tuple[float, Start]) -> float:

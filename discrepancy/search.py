@@ -21,7 +21,7 @@ from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import CAUTION, race
+from discrepancy.race import CAUTION, race, restarted
 from discrepancy.selection import Fitted, Selection, scores
 
 _log = logging.getLogger(__name__)
@@ -107,7 +107,14 @@ class Search:
 
     def _added(self, current: Fitted) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
-        return self._finished(current, self._raced(current), None)
+        found = self._finished(current, self._raced(current), None)
+        return self._ranked([self._restarted(found[0]), *found[1:]]) if found else []
+
+    def _restarted(self, fitted: Fitted) -> Fitted:
+        """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
+        from its size."""
+        place = restarted(self.model, fitted.place, self.criteria)
+        return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted) -> list[Point]:
         """The set with one more effect of the whole library: the best place of each that leads the race, best first."""
@@ -146,7 +153,7 @@ class Search:
     def _fit(self, place: Point) -> Fitted:
         """A place fitted to the end, what is known of the machine losing its extra weight on the way."""
         known = self._known(place.hypothesis)
-        if known is not None:
+        if known is not None and known.place.cost <= place.cost:
             return known
         problem = Problem(self.model, place.hypothesis, caution=_BETWEEN)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
