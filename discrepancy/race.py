@@ -128,8 +128,9 @@ def _fitted(model: Model, starts: Sequence[Start]) -> list[Point]:
         tried.append((start.effect.name, fit(problem, place, steps=_FEW).place))
     tried.sort(key=lambda pair: pair[1].cost)
     best: dict[str, Point] = {}
-    for name, place in tried[: (len(tried) + 1) // 2]:
-        place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
+    for k, (name, place) in enumerate(tried):
+        if 2 * k < len(tried):
+            place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
         if name not in best or place.cost < best[name].cost:
             best[name] = place
     return sorted(best.values(), key=lambda place: place.cost)

@@ -1,7 +1,7 @@
 """Floating selection of the set of effects that a model lacks: add, drop, exchange, each time everything fitted anew.
 
 All sets are compared by one score (`selection`). An effect enters by the race for starts. It stays while leaving it out
-costs the margin and no other effect of the whole library does better in its place: the first of two effects that act at
+costs the margin and no other effect that has led a race does better in its place: the first of two effects that act at
 once is often a wrong one that imitates both (sequential floating selection; Pudil, Novovičová and Kittler, Pattern
 Recognition Letters 15 (1994) 1119).
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -116,15 +116,19 @@ class Search:
         place = restarted(self.model, fitted.place, self.criteria)
         return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
 
-    def _raced(self, base: Fitted) -> list[Point]:
-        """The set with one more effect of the whole library: the best place of each that leads the race, best first."""
+    def _raced(self, base: Fitted, names: Container[str] | None = None) -> list[Point]:
+        """The set with one more effect, of the whole library or of these: the best place of each that leads the race,
+        best first."""
         key = _key(base.place.hypothesis)
         if key not in self._races:
             careful = self._careful(base)
             library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
             own = base.place.hypothesis.names
-            others = [h for name, of in library.items() if name not in own for h in of]
-            self._races[key] = race(self.model, careful, others, self.criteria)
+            asked = [name for name in library if name not in own and (names is None or name in names)]
+            found = race(self.model, careful, [h for name in asked for h in library[name]], self.criteria)
+            if names is not None:
+                return found
+            self._races[key] = found
         return self._races[key]
 
     def _careful(self, fitted: Fitted) -> Point:
@@ -221,18 +225,18 @@ class Search:
         return self._kept(result.place, result.converged)
 
     def _instead(self, fitted: Fitted, k: int, *, alike: bool = False) -> tuple[Fitted, ...]:
-        """Sets with another effect in the place of the k-th, the best first: those that lead the race beside the others
-        and, if asked, those that are known to look alike, whatever they promise."""
+        """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
+        if asked, those that are known to look alike, whatever they promise."""
         effect, base = fitted.effects[k], self.without(fitted, k)
         if not self._in_time():
             return ()
-        raced = [place for place in self._raced(base) if place.hypothesis.names[-1] != effect.name]
+        leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
+        raced = [p for p in self._raced(base, leaders - {effect.name}) if p.hypothesis.names[-1] != effect.name]
         found = self._finished(base, raced, fitted)
-        if alike:
-            names = {one.place.hypothesis.names[-1] for one in found} | set(fitted.place.hypothesis.names)
-            asked = [h for name in effect.alike if name not in names for h in self._library.get(name, ())]
-            if asked:
-                found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)
+        names = {one.place.hypothesis.names[-1] for one in found}
+        asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
+        if asked:
+            found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)
         return tuple(self._ranked(found))
 
 
