@@ -24,9 +24,7 @@ class Criteria:
         The same share below which an effect is not even told as standing in for something.
     at_noise : float
         Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
-        play come no nearer.
-    look : float
-        The same below which no further effect is looked for once one was found; for a first one there always is a look.
+        play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     most : int
         Effects in a set.
     rivals : int
@@ -50,7 +48,6 @@ class Criteria:
     closes: float = 0.75
     hint: float = 0.1
     at_noise: float = 0.2
-    look: float = 0.05
     most: int = 3
     rivals: int = 2
     searched: int = 18
@@ -61,7 +58,7 @@ class Criteria:
     seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("margin", "closes", "hint", "at_noise", "look"):
+        for name in ("margin", "closes", "hint", "at_noise"):
             high = 1.0 if name in ("closes", "hint") else None
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):

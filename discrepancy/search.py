@@ -84,7 +84,7 @@ class Search:
 
     def _looks_on(self, fitted: Fitted) -> bool:
         return not fitted.effects or (
-            fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.look
+            fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
         )
 
     def _wins(self, one: Fitted, other: Fitted) -> bool:
