@@ -147,11 +147,13 @@ class Problem:
         p, w = len(z), len(self.all)
         return Jobs(z, np.repeat(np.arange(p), w), np.tile(self.all, p), states.reshape(p * w, -1))
 
-    def linearised(self, place: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Residuals (w, n) and their derivatives by the globals (g, w, n) and by the local states (l, w, n)."""
+    def linearised(self, place: Point, nudge: float = _GLOBAL_NUDGE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Residuals (w, n) and their derivatives by the globals (g, w, n), by differences of `nudge`, and by the local
+        states (l, w, n)."""
         columns, size = self.columns, place.states.shape[1]
         g = len(columns)
-        inward = np.where(place.z + _GLOBAL_NUDGE > self.high, -1.0, 1.0) * _GLOBAL_NUDGE
+        outside = (place.z + nudge > self.high) | (place.z + nudge < self.low)
+        inward = np.where(outside, -nudge, nudge)
         z = np.repeat(place.z[None], 1 + g + size, axis=0)
         states = np.repeat(place.states[None], 1 + g + size, axis=0)
         for row, column in enumerate(columns, start=1):

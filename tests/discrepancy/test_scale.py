@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from discrepancy import Criteria, explain
+from discrepancy.estimates import estimates_of
+from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.parameters import changed, read, torque_power
-from discrepancy.model import Jobs
+from discrepancy.model import NONE, Jobs
+from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Signal, make_effect
 from indexer_env.machine import Machine
 
@@ -90,3 +93,16 @@ def test_a_signal_of_any_size_is_no_other_machine(records) -> None:
     assert first.noise_level == pytest.approx(0.015 * first.signal.values.std(), rel=0.2)
     small = dataclasses.replace(first, signal=Signal(first.signal.values * 1e-3, 1000.0, unit="rad/s^2"))
     assert small.noise_level == pytest.approx(1e-3 * first.noise_level)
+
+
+def test_intervals_know_that_the_motion_does_not_tell_the_common_scale(records) -> None:
+    """All that is known of it are eight priors of 10 to 30 %, and the load's 5 %: half a percent would be an error of
+    the differences."""
+    model, _, truth = records(41)
+    problem = Problem(model, NONE)
+    z = np.array([0.0 if p.of_record else p.coordinate(read(truth, p.name)) for p in model.parameters])
+    place = fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=6).place
+    assert place.level(model) < 1.1
+    for name in ("table_inertia", "output_joint.stiffness", "cam_inertia"):
+        (one,) = (e for e in estimates_of(model, place).estimates if e.name == name)
+        assert 0.02 < 0.5 * (one.high - one.low) / one.value < 0.2
