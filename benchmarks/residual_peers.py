@@ -28,7 +28,8 @@ import numpy as np
 from discrepancy import NONE, explain
 from discrepancy.held_out import held_place
 from discrepancy.indexer import IndexerModel
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from indexer_experiments.challenge.draw import KNOWN_TO, Order, draw
 from indexer_experiments.challenge.records import read_case, write_records
 
@@ -53,7 +54,7 @@ class Samples:
 
 def samples_of(model: IndexerModel, place: Point) -> Samples:
     """Every sample of a model's windows, the base model at a place."""
-    residual = Problem(model, NONE).residuals(place.z[None], place.states[None])[0]
+    residual = Problem(model, NONE).left(place)
     w = model.windows
     rows = []
     for k, (record, first, count, turn) in enumerate(zip(w.record, w.first, w.count, w.turn, strict=True)):

@@ -42,7 +42,7 @@ def run(config: dict[str, Any]) -> None:
     started = time.perf_counter()
     check_flag("discrepancy", "overwrite", config["overwrite"])
     check_integer("discrepancy", "seed", config["seed"], low=0)
-    criteria = Criteria(seconds=config["seconds"])
+    criteria = Criteria(seconds=config["seconds"], tolerance=config["tolerance"])
     out = check_output_folder(job_folder("discrepancy", config["out"]), FILES, config["overwrite"])
     with stages((_CHECK, *STAGES, _WRITE)) as begin:
         begin(_CHECK)

@@ -5,7 +5,6 @@ What comes behind the search only adds to its answer: a stage that fails is told
 
 from __future__ import annotations
 
-import dataclasses
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,9 +16,9 @@ from discrepancy.criteria import Criteria
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
-from discrepancy.model import NONE
 from discrepancy.next_measurement import Question, Separation, question_of, separations
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.subjects.base import Subject
 from discrepancy.table import Table, tabulate
 
@@ -115,32 +114,8 @@ def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap
     before, after = (answer.held[name] for name in (answer.base.name, answer.accepted.name))
     if answer.names:
         before, after = _pooled(subject, before, after), _pooled(subject, after, before)
-    return gap_of(before, after, subject.view(subject.held_out), rng)
+    return gap_of(before, after, subject.view(subject.held_out), answer.remains.noise**2, rng)
 
 
 def _pooled(subject: Subject, place: Point, other: Point) -> Point:
     return Problem(subject.held_out, place.hypothesis, frozen=True).pooled(place, [other])
-
-
-def written(answer: Explanation) -> tuple[Point, tuple[str, ...]]:
-    """The place whose machine is left behind, and what must be said of it: what is accepted, its parameters at a bound
-    at nominal; the nominal machine where that one predicts a record held out better."""
-    place = answer.accepted.place
-    if answer.held_back:
-        # nothing of the machine is moved
-        problem = Problem(answer.model, NONE)
-        states = np.zeros((len(answer.model.counts), answer.model.local_count(NONE)))
-        nominal = problem.point(np.zeros(len(problem.parameters)), states)
-        return nominal, (f"This is the nominal machine. The calibrated one is held back: {answer.held_back}.",)
-    hit = set(answer.calibration.bounds_hit)
-    if not hit:
-        return place, ()
-    parameters = answer.model.parameters
-    z = place.z.copy()
-    z[[k for k, p in enumerate(parameters) if p.name in hit]] = 0.0
-    remarks = tuple(
-        f"{p.name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
-        for p in parameters
-        if p.name in hit
-    )
-    return dataclasses.replace(place, z=z), remarks

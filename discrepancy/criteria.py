@@ -24,9 +24,7 @@ class Criteria:
         The same share below which an effect is not even told as standing in for something.
     at_noise : float
         Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
-        play come no nearer.
-    look : float
-        The same below which no further effect is looked for once one was found; for a first one there always is a look.
+        play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     most : int
         Effects in a set.
     rivals : int
@@ -39,6 +37,9 @@ class Criteria:
         The worst windows in which starts race.
     fits : int
         Starts that are fitted by a few joint steps; half of them by more.
+    tolerance : float or None
+        Share of the signal, rms over rms, that a model may miss without anything being missing: it counts beside the
+        noise. None: what the best set leaves says how much that is.
     seconds : float or None
         Processor time after which no further fit begins and the best set so far is the answer; None: no limit.
     """
@@ -47,20 +48,22 @@ class Criteria:
     closes: float = 0.75
     hint: float = 0.1
     at_noise: float = 0.2
-    look: float = 0.05
     most: int = 3
     rivals: int = 2
     searched: int = 18
     starts: int = 6
     windows: int = 3
     fits: int = 8
+    tolerance: float | None = None
     seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("margin", "closes", "hint", "at_noise", "look"):
+        for name in ("margin", "closes", "hint", "at_noise"):
             high = 1.0 if name in ("closes", "hint") else None
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)
+        if self.tolerance is not None:
+            check_number("Criteria", "tolerance", self.tolerance, low=0.0, low_open=True, high=1.0)
         if self.seconds is not None:
             check_number("Criteria", "seconds", self.seconds, low=0.0, low_open=True, unit="s")

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from discrepancy.model import Model
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 
 def dispersion_of(model: Model, place: Point) -> float:
     """D: the windows' median mean square, at least 1, times the autocorrelation time of the residuals in samples."""
-    residual = Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
+    residual = Problem(model, place.hypothesis).left(place)
     return place.dispersion(model) * autocorrelation_time(residual, model.counts)
 
 

@@ -21,10 +21,15 @@ import numpy as np
 from discrepancy.arrow import arrow
 from discrepancy.dispersion import dispersion_of
 from discrepancy.model import Model, Parameter
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 _TYPICAL = 4.0 / 3.0
 """One over the weight of a window whose misfit is the median one."""
+
+_NUDGE = 1e-4
+"""Central differences in scaled coordinates. All torques times one factor leave the motion as it is, next to which the
+error of one-sided or larger differences, squared, looks like information."""
 
 _SIDE = 0.975
 """Probability below the upper end of an interval."""
@@ -144,19 +149,24 @@ class Estimates:
 def estimates_of(model: Model, place: Point) -> Estimates:
     """Estimates of all parameters at a place reached by a fit."""
     problem = Problem(model, place.hypothesis)
-    r, by_global, by_local = problem.linearised(place)
+    r, ahead, by_local = problem.linearised(place, _NUDGE)
+    by_global = 0.5 * (ahead + problem.linearised(place, -_NUDGE)[1])
     # a window that is as bad as most has its whole weight, a missed one little
     weights = np.minimum(1.0, problem.eased(place).weights(place.squares) * _TYPICAL)
     system = arrow(r, by_global, by_local, weights)
-    free = problem.free(place, problem.informed(system, place.z))
+    # a bound on what is known is no knowledge: the others are as uncertain as if it were not there
+    within_bounds = problem.free(place, problem.informed(system, place.z))
+    free = within_bounds | (problem.movable & problem.known)
     information, _, inverse = system.reduced()
     prior = np.diag(problem.precision)
     pulls = np.einsum("gwn,wn,w->wg", by_global, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
-    # what a bound holds is known no better than before
-    spread = np.where(problem.known & problem.movable, 1.0 / np.sqrt(np.maximum(problem.precision, 1e-12)), 0.0)
     within = np.ix_(free, free)
     dispersion = dispersion_of(model, place)
+    spread = np.zeros(len(place.z))
     spread[free] = np.sqrt(_variances(information[within] / dispersion, prior[within], pulls[:, free] / dispersion))
+    # what a bound holds is known no better than before
+    held = problem.known & problem.movable & ~within_bounds
+    spread[held] = np.maximum(spread[held], 1.0 / np.sqrt(problem.precision[held]))
     reach = _reach(len(pulls)) * spread
     estimates = tuple(_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))
     bounds = zip(place.z, problem.low, problem.high, strict=True)

@@ -6,30 +6,38 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
-from discrepancy.estimates import Calibration, Estimate, FoundEffect, estimates_of
-from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, Evidence, graded
-from discrepancy.held_out import held_places
-from discrepancy.model import NONE, Model
-from discrepancy.problem import Point, Problem
-from discrepancy.search import Fitted, Search, Selection
+from discrepancy.estimates import Calibration, FoundEffect, estimates_of
+from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED
+from discrepancy.judging import Judge, Judged, Written, closed, written
+from discrepancy.model import Model
+from discrepancy.place import Point
+from discrepancy.search import Search
+from discrepancy.selection import Fitted, Selection
 
 VERDICTS = ("found", "nothing missing", "only a remainder")
 """found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a
 remainder: something is left to which no effect of the library gives a name."""
 
-_QUARTILE = 0.25
-"""Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
 
-_LEAST_PAIRS = 4
-"""Pairs of windows that see the same below which nothing is said of what repeats: neighbours would take for noise what
-differs from station to station."""
+@dataclass(frozen=True)
+class Rival:
+    """An effect that was fitted in another one's place.
 
-_TEMPER = 3.0
-"""Factor by which a score is taken for less than it says, as what a model gets wrong repeats."""
+    Attributes
+    ----------
+    name : str
+    behind : float
+        By how much the set scores worse with it.
+    probability : float
+        That it is missing, and not the other one.
+    """
+
+    name: str
+    behind: float
+    probability: float
 
 
 @dataclass(frozen=True)
@@ -48,8 +56,8 @@ class Finding:
         Share of the gap on records held out that it closes beside the others.
     why : str
         The sentence of its grade.
-    rivals : tuple of (str, float)
-        Effects that were fitted in its place, and by how much they score worse.
+    rivals : tuple of Rival
+        Effects that were fitted in its place.
     """
 
     grade: str
@@ -57,7 +65,7 @@ class Finding:
     probability: float
     closes: float
     why: str
-    rivals: tuple[tuple[str, float], ...]
+    rivals: tuple[Rival, ...]
 
     @property
     def name(self) -> str:
@@ -118,8 +126,8 @@ class Explanation:
         Level (rms over noise) on the records held out, of the model as it came and with what is accepted.
     calibration : Calibration
         The machine's parameters with what is accepted.
-    held_back : str
-        Why the calibrated machine is not written; "" where it is.
+    written : Written
+        The machine that is left behind.
     selection : Selection
     criteria : Criteria
     model, held_out : Model
@@ -135,7 +143,7 @@ class Explanation:
     before: float
     after: float
     calibration: Calibration
-    held_back: str
+    written: Written
     selection: Selection
     criteria: Criteria
     model: Model
@@ -151,45 +159,37 @@ class Explanation:
         """Share of the gap on the records held out that what is accepted closes; NaN where there was none."""
         floor = self.remains.noise**2
         gap = self.before**2 - floor
-        return (self.before**2 - self.after**2) / gap if gap > 0.0 else math.nan
+        return closed(gap, self.after**2 - floor) if gap > 0.0 else math.nan
 
 
 def explain(model: Model, held_out: Model, criteria: Criteria | None = None) -> Explanation:
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
+    criteria = criteria or Criteria()
     with threadpool_limits(limits=1, user_api="blas"):
-        return _explained(model, held_out, criteria or Criteria())
+        if criteria.tolerance is not None:
+            model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
+        return _explained(model, held_out, criteria)
 
 
 def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation:
     search = Search(model, criteria)
     selection = search.run()
-    best, base = (search.on_all(fitted) for fitted in (selection.best, selection.base))
-    sets = [base, best, *selection.without]
-    held = {f.name: place for f, place in zip(sets, held_places([f.place for f in sets], held_out), strict=True)}
-    floor = _unrepeated([(model, best.place), (held_out, held[best.name])])
-    numbers = estimates_of(model, best.place)
-    judged = []
-    for k, effect in enumerate(best.effects):
-        found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-        evidence = _evidence(selection, k, found, held, floor, held_out, criteria)
-        judged.append((k, found, evidence, *graded(evidence, criteria)))
-    kept = [k for k, _, _, grade, _ in judged if grade in NAMED]
-    accepted = best if len(kept) == len(best.effects) else search.on_all(search.only(selection.best, kept))
-    if accepted.name not in held:
-        held[accepted.name] = held_places([accepted.place], held_out, [held[best.name]])[0]
+    judge = Judge(search, selection, held_out, criteria)
+    judged, accepted = judge.judged()
     findings = tuple(
-        _finding(selection, k, found, evidence, grade, why)
-        for k, found, evidence, grade, why in sorted(judged, key=lambda row: _order(row[3]))
-        if grade != DISMISSED
+        _finding(selection, one) for one in sorted(judged, key=lambda one: _order(one.grade)) if one.grade != DISMISSED
     )
-    remains = Remains(held[best.name].level(held_out), math.sqrt(floor), _looks_like(selection, findings, criteria))
+    held, best, base = judge.held, judge.best, judge.base
+    remains = Remains(
+        held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
+    )
+    calibration = estimates_of(model, accepted.place).calibration(len(model.parameters))
     return Explanation(
         _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
-        held[base.name].level(held_out), held[accepted.name].level(held_out),
-        estimates_of(model, accepted.place).calibration(len(model.parameters)),
-        _held_back(accepted, held[accepted.name], held_out), selection, criteria, model, held_out,
+        held[base.name].level(held_out), held[accepted.name].level(held_out), calibration,
+        written(model, accepted.place, calibration.bounds_hit, held_out), selection, criteria, model, held_out,
     )  # fmt: skip
 
 
@@ -200,7 +200,7 @@ def _order(grade: str) -> int:
 def _verdict(findings: Sequence[Finding], remains: Remains, criteria: Criteria) -> str:
     if any(finding.grade in NAMED for finding in findings):
         return "found"
-    nothing = not findings and remains.level**2 - 1.0 < criteria.at_noise
+    nothing = not findings and remains.times_noise**2 - 1.0 < criteria.at_noise
     return "nothing missing" if nothing else "only a remainder"
 
 
@@ -216,82 +216,19 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
-def _unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
-    """Mean square, at least 1, of what differs between windows that see the same, in units of the noise's: half the
-    lower quartile of the differences' mean squares; 1 where there are too few such windows."""
-    found: list[float] = []
-    for model, place in places:
-        residual = Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
-        for a, b in model.repeats():
-            n = int(min(model.counts[a], model.counts[b]))
-            found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
-    return max(1.0, float(np.quantile(found, _QUARTILE))) if len(found) >= _LEAST_PAIRS else 1.0
-
-
-def _evidence(
-    selection: Selection, k: int, found: FoundEffect, held: dict[str, Point], floor: float, held_out: Model,
-    criteria: Criteria,
-) -> Evidence:  # fmt: skip
-    place, other = held[selection.best.name], held[selection.without[k].name]
-    left, open_ = _excess(place, other, held_out, floor)
-    better = place.squares < other.squares
-    groups = held_out.groups
-    size = found.parameters[0]
-    return Evidence(
-        name=found.name,
-        closes=(open_ - left) / max(open_, 1e-9) if open_ > left else 0.0,
-        remains=math.sqrt(1.0 + left / floor),
-        better=min(float(better[groups == g].mean()) for g in np.unique(groups)),
-        size=_words(size),
-        zero=size.low <= size.nominal <= size.high,
-        bound=found.bound,
-        alike=tuple(
-            selection.other(one, k)
-            for one in selection.instead[k]
-            if selection.gap(one) < criteria.margin
-        ),
-    )  # fmt: skip
-
-
-def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave, without the window that the first one leaves worst: a start
-    state that was missed spoils one window."""
-    level = place.squares / model.counts
-    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_PAIRS else np.full(len(level), True)
-    samples = float(model.counts[kept].sum())
-    left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
-    return max(left, 0.0), max(open_, 0.0)
-
-
-def _words(e: Estimate) -> str:
-    unit = "" if e.unit == "-" else f" {e.unit}"
-    return f"{e.name} {e.value:.3g}{unit}, {e.low:.3g} to {e.high:.3g}"
-
-
-def _finding(selection: Selection, k: int, found: FoundEffect, evidence: Evidence, grade: str, why: str) -> Finding:
-    """The finding; its probability is the share of the sets compared that hold it, by their scores."""
-    gaps = {one: selection.gap(one) for one in (*selection.instead[k], selection.without[k])}
-    weights = {one: math.exp(-0.5 * max(gap, 0.0) / _TEMPER) for one, gap in gaps.items()}
-    members = [one for one in selection.instead[k] if grade == FAMILY and selection.other(one, k) in evidence.alike]
-    total = 1.0 + sum(weights.values())
-    among = (1.0 + sum(weights[one] for one in members)) / total
+def _finding(selection: Selection, one: Judged) -> Finding:
+    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the share that it
+    closes, and the rest of that share is left to what the library does not know."""
+    k, closes = one.k, one.evidence.closes
+    gaps = {other: selection.gap(other) for other in (*selection.instead[k], selection.without[k])}
+    weights = {other: math.exp(-0.5 * max(gap, 0.0)) for other, gap in gaps.items()}
+    share = closes / (1.0 + sum(weights.values()))
+    members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
     others = []
-    for one in members:
-        numbers = estimates_of(selection.model, one.place)
-        effect = next(h for h in one.effects if h.name == selection.other(one, k))
+    for member in members:
+        numbers = estimates_of(selection.model, member.place)
+        effect = next(h for h in member.effects if h.name == selection.other(member, k))
         others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
-    rivals = tuple((selection.other(one, k), gaps[one]) for one in selection.instead[k])
-    return Finding(grade, (found, *others), among * evidence.closes, evidence.closes, why, rivals)
-
-
-def _held_back(accepted: Fitted, held: Point, held_out: Model) -> str:
-    """Why the nominal machine is better for a record held out than the accepted one; "" where it is not."""
-    problem = Problem(held_out, NONE, frozen=True)
-    zeros = np.zeros(len(problem.parameters))
-    states = held_out.states_for(NONE, held.states)
-    nominal = problem.searched(problem.point(zeros, states))
-    for g in np.unique(held_out.groups):
-        mine = held_out.groups == g
-        if held.squares[mine].sum() > nominal.squares[mine].sum():
-            return f"it predicts record {int(g) + 1} of those held out worse than the nominal machine does"
-    return ""
+    rivals = tuple(Rival(selection.other(r, k), gaps[r], share * weights[r]) for r in selection.instead[k])
+    probability = share * (1.0 + sum(weights[member] for member in members))
+    return Finding(one.grade, (one.found, *others), probability, closes, one.why, rivals)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.arrow import Arrow
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 _log = logging.getLogger(__name__)
 

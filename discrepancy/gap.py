@@ -1,8 +1,9 @@
 """The gap before and after on records never fitted, as normalised rms and as share of what could be closed.
 
-With r_w the residuals of window w over the noise, y the record and N its samples:
+With r_w the residuals of window w over the noise, y the record, N its samples and f the mean square of what does not
+repeat, over the noise's, at least 1:
 
-    gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - N)
+    gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - f N)
 
 Intervals come from windows drawn again with replacement (bootstrap).
 """
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import View
 
 _DRAWS = 2000
@@ -50,8 +51,8 @@ class Gap:
     metric = "rms(simulated - measured) / rms(measured), on records that were not fitted"
 
 
-def gap_of(before: Point, after: Point, view: View, rng: np.random.Generator) -> Gap:
-    """The gap of two places on the records of `view`: the model as it came, and with what was found."""
+def gap_of(before: Point, after: Point, view: View, floor: float, rng: np.random.Generator) -> Gap:
+    """The gap of two places on the records of `view`: the model as it came, and with what was found; f as above."""
     counts = view.inside.sum(axis=1)
     noise = view.noise[view.groups]
     energy = np.where(view.inside, view.measured**2, 0.0).sum(axis=1)
@@ -60,17 +61,17 @@ def gap_of(before: Point, after: Point, view: View, rng: np.random.Generator) ->
     w = len(counts)
     drawn = np.array([sums[:, rng.integers(0, w, w)].sum(axis=1) for _ in range(_DRAWS)]).T
     whole = sums.sum(axis=1)
-    floor, old, new = (
+    noise_floor, old, new = (
         _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6])) for k in (3, 4, 5)
     )  # fmt: skip
-    gap = whole[1] - whole[0]
-    if gap <= 0.1 * whole[0]:
-        return Gap(floor, old, new, None)
-    return Gap(floor, old, new, _share(_closed(whole), _closed(drawn)))
+    if whole[1] - floor * whole[0] <= 0.1 * whole[0]:
+        return Gap(noise_floor, old, new, None)
+    return Gap(noise_floor, old, new, _share(_closed(whole, floor), _closed(drawn, floor)))
 
 
-def _closed(sums: np.ndarray) -> np.ndarray:
-    closed = (sums[1] - sums[2]) / np.where(sums[1] > sums[0], sums[1] - sums[0], math.nan)
+def _closed(sums: np.ndarray, floor: float) -> np.ndarray:
+    gap = sums[1] - floor * sums[0]
+    closed = (sums[1] - sums[2]) / np.where(gap > 0.0, gap, math.nan)
     # Chance may bring the residual below the noise floor; no more than the gap can be closed.
     return np.minimum(closed, 1.0)
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from discrepancy.fit import fit
 from discrepancy.model import Model
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from indexer_env.errors import refuse
 
 _STEPS, _MORE = 12, 3

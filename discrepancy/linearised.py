@@ -12,7 +12,8 @@ import numpy as np
 
 from discrepancy.arrow import Slopes
 from discrepancy.model import Hypothesis, Model, together
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 _DAMPING = 1e-2
 

@@ -6,6 +6,7 @@ nominal + scale·z, or nominal·exp(scale·z) where it is logarithmic; z = ±1 i
 
 from __future__ import annotations
 
+import copy
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -177,6 +178,20 @@ class Model(ABC):
     parameters: tuple[Parameter, ...]
     counts: np.ndarray
     groups: np.ndarray
+    tolerated = 1.0
+    """Mean square, over the noise's, that noise and the model's tolerance leave together."""
+
+    def tolerating(self, share: float) -> Model:
+        """The model with a discrepancy term beside its noise: it may miss this share of the signal (rms over rms, of
+        what the model reads at its nominal parameters), and nothing need be missing."""
+        w, other = len(self.counts), copy.copy(self)
+        jobs = Jobs(
+            np.zeros((1, len(self.parameters))), np.zeros(w, dtype=int), np.arange(w),
+            np.zeros((w, self.local_count(NONE))),
+        )  # fmt: skip
+        squares = float((self.readings(NONE, jobs) ** 2).sum())
+        other.tolerated = 1.0 + share**2 * squares / float(self.counts.sum())
+        return other
 
     @abstractmethod
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:

@@ -23,8 +23,9 @@ from discrepancy.arrow import arrow
 from discrepancy.explain import Explanation, Finding
 from discrepancy.grades import ESTABLISHED, FAMILY
 from discrepancy.model import Hypothesis, Jobs, Model
-from discrepancy.problem import Point, Problem
-from discrepancy.search import Fitted
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from discrepancy.selection import Fitted
 from discrepancy.subjects.base import Measurement, Subject
 
 _MOST = 3

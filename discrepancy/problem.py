@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from discrepancy.arrow import Arrow, arrow
 from discrepancy.model import Hypothesis, Jobs, Model
+from discrepancy.place import Point
 
 _GLOBAL_NUDGE, _LOCAL_NUDGE = 1e-3, 1e-2
 """Finite differences in scaled coordinates: far above rounding, far below the distance between two contacts."""
@@ -42,61 +42,24 @@ _AT_ONCE = 8192
 """Start states simulated at once, or those of one window, which bounds the memory."""
 
 
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A place in the parameter space and how well it explains the records.
-
-    Attributes
-    ----------
-    hypothesis : Hypothesis
-    z : ndarray (g,)
-        Scaled global parameters: the model's, then the hypothesis's.
-    states : ndarray (w, l)
-        Scaled start states.
-    squares : ndarray (w,)
-        Sum of squared normalised residuals of each window.
-    cost : float
-        F.
-    """
-
-    hypothesis: Hypothesis
-    z: np.ndarray
-    states: np.ndarray
-    squares: np.ndarray
-    cost: float
-
-    @property
-    def own(self) -> np.ndarray:
-        """The hypothesis's own parameters (k,), scaled."""
-        return self.z[len(self.z) - len(self.hypothesis.parameters) :]
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """The hypothesis's own parameters [units]."""
-        return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, self.own, strict=True))
-
-    def level(self, model: Model) -> float:
-        """rms of the normalised residuals; 1 is the noise."""
-        return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
-
-    def dispersion(self, model: Model) -> float:
-        """φ: the median of the windows' mean squares, at least 1."""
-        return max(1.0, float(np.median(self.squares / model.counts)))
-
-
 class Problem:
     """One hypothesis about a model's records, with the operations a fit is made of.
 
     `caution` multiplies the machine's priors while an effect may be missing, as its misfit repeats in every window;
     rough parameters are held while it is above 1.
-    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`.
+    With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`. Parameters
+    that are `held` do not move.
     """
 
-    def __init__(self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0) -> None:
+    def __init__(
+        self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0,
+        held: Sequence[int] = (),
+    ) -> None:  # fmt: skip
         self.model, self.hypothesis, self.caution, self.ease = model, hypothesis, caution, 1.0
         self.parameters = model.parameters + hypothesis.parameters
-        held = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
-        self.movable = ~np.array(held)
+        fixed = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
+        self.movable = ~np.array(fixed)
+        self.movable[list(held)] = False
         self.known = np.array([p.known for p in self.parameters])
         self.of_machine = ~np.array([p.of_record for p in self.parameters])
         self.precision = self.known * np.where(self.of_machine, caution, 1.0)
@@ -139,11 +102,11 @@ class Problem:
         """Σ_w ρ_w of squares (w,)."""
         return float(self.losses(squares).sum())
 
-    def losses(self, squares: np.ndarray) -> np.ndarray:
-        """ρ_w (w,) of squares (w,)."""
+    def losses(self, squares: np.ndarray, windows: np.ndarray | None = None) -> np.ndarray:
+        """ρ_w (…, w) of squares (…, w) of all windows, or of these (w,)."""
         if not self.stateful:
             return squares
-        n = self.model.counts * self.ease
+        n = self.model.counts[self.all if windows is None else windows] * self.ease
         return n * np.log1p(squares / n)
 
     def weights(self, squares: np.ndarray) -> np.ndarray:
@@ -175,16 +138,22 @@ class Problem:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""
         return self.model.residuals(self.hypothesis, self._everywhere(z, states)).reshape(*states.shape[:2], -1)
 
+    def left(self, place: Point) -> np.ndarray:
+        """Residuals (w, n) of all windows at a place."""
+        return self.residuals(place.z[None], place.states[None])[0]
+
     def _everywhere(self, z: np.ndarray, states: np.ndarray) -> Jobs:
         """All windows at places (p, g), (p, w, l)."""
         p, w = len(z), len(self.all)
         return Jobs(z, np.repeat(np.arange(p), w), np.tile(self.all, p), states.reshape(p * w, -1))
 
-    def linearised(self, place: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Residuals (w, n) and their derivatives by the globals (g, w, n) and by the local states (l, w, n)."""
+    def linearised(self, place: Point, nudge: float = _GLOBAL_NUDGE) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Residuals (w, n) and their derivatives by the globals (g, w, n), by differences of `nudge`, and by the local
+        states (l, w, n)."""
         columns, size = self.columns, place.states.shape[1]
         g = len(columns)
-        inward = np.where(place.z + _GLOBAL_NUDGE > self.high, -1.0, 1.0) * _GLOBAL_NUDGE
+        outside = (place.z + nudge > self.high) | (place.z + nudge < self.low)
+        inward = np.where(outside, -nudge, nudge)
         z = np.repeat(place.z[None], 1 + g + size, axis=0)
         states = np.repeat(place.states[None], 1 + g + size, axis=0)
         for row, column in enumerate(columns, start=1):
@@ -235,7 +204,7 @@ class Problem:
             found, squares = self._refined(jobs, _ROUNDS)
             return found.reshape(mine.shape), squares.reshape(p, k)
         rows = [
-            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF))
+            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF), rounds=1)
             if len(grid) else self._refined(_at(row, windows, own), _ROUNDS)
             for row, own, grid in zip(z, mine, grids, strict=True)
         ]  # fmt: skip
@@ -298,7 +267,7 @@ class Problem:
         return place
 
     def _best_starts(
-        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int
+        self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
     ) -> tuple[np.ndarray, np.ndarray]:
         """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
         states (o, l) after the best `kept` are refined."""
@@ -308,7 +277,7 @@ class Problem:
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort((self._again(jobs, states) ** 2).sum(axis=2), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), 3)
+        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]

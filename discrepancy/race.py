@@ -17,8 +17,9 @@ import numpy as np
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.linearised import Linearised, Start, neighbours
-from discrepancy.model import Hypothesis, Model
-from discrepancy.problem import Point, Problem
+from discrepancy.model import Hypothesis, Model, together
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 CAUTION = 100.0
 """Weight of the machine's priors while starts race: an effect that is missing must not be taken up by the machine."""
@@ -47,7 +48,18 @@ def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Cri
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
-    return _fitted(model, _in_turns(by_windows, by_promise)[: criteria.fits])
+    return _fitted(model, _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits])
+
+
+def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
+    """The best place of a set whose last effect begins anew, once from each size in its lists, all else where it is."""
+    *others, last = place.hypothesis.effects
+    base = together(*others)
+    rest = Problem(model, base).point(place.z[: -len(last.parameters)], model.states_for(base, place.states))
+    of_each: dict[float, Start] = {}
+    for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
+        of_each.setdefault(start.values[0], start)
+    return _fitted(model, list(of_each.values())[: criteria.fits])[0]
 
 
 def _first(pair: tuple[float, Start]) -> float:
@@ -93,8 +105,7 @@ def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> l
         z = np.array([starts[k].place.z for k in members])
         states = np.array([starts[k].place.states for k in members])
         _, squares = problem.started(z, states, windows)
-        counts = around.model.counts[windows] * problem.ease
-        losses = (counts * np.log1p(squares / counts)).sum(axis=1)
+        losses = problem.losses(squares, windows).sum(axis=1)
         for k, loss in zip(members, losses.tolist(), strict=True):
             found[k] = loss
     return found
@@ -117,8 +128,9 @@ def _fitted(model: Model, starts: Sequence[Start]) -> list[Point]:
         tried.append((start.effect.name, fit(problem, place, steps=_FEW).place))
     tried.sort(key=lambda pair: pair[1].cost)
     best: dict[str, Point] = {}
-    for name, place in tried[: (len(tried) + 1) // 2]:
-        place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
+    for k, (name, place) in enumerate(tried):
+        if 2 * k < len(tried):
+            place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
         if name not in best or place.cost < best[name].cost:
             best[name] = place
     return sorted(best.values(), key=lambda place: place.cost)

@@ -1,11 +1,9 @@
-"""Stepwise selection of the set of effects that a model lacks: add, drop, exchange, each time everything fitted anew.
+"""Floating selection of the set of effects that a model lacks: add, drop, exchange, each time everything fitted anew.
 
-    score = Σ_w ρ_w / D + Σ_known z² + Σ_effects (k ln N + 2 ln m)
-
-with the Cauchy loss ρ of `problem`, k parameters and m discrete choices of an effect, N samples and the dispersion D of
-the best set compared: the median mean square of its windows, at least 1, times the integrated autocorrelation time of
-what it leaves (quasi-likelihood with an effective number of samples). The score is the Bayesian information criterion
-under that dispersion. An effect enters by the race for starts, and stays while leaving it out costs the margin.
+All sets are compared by one score (`selection`). An effect enters by the race for starts. It stays while leaving it out
+costs the margin and no other effect that has led a race does better in its place: the first of two effects that act at
+once is often a wrong one that imitates both (sequential floating selection; Pudil, Novovičová and Kittler, Pattern
+Recognition Letters 15 (1994) 1119).
 """
 
 from __future__ import annotations
@@ -13,8 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Sequence
 
 import numpy as np
 
@@ -22,8 +19,10 @@ from discrepancy.criteria import Criteria
 from discrepancy.dispersion import dispersion_of
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Model, together
-from discrepancy.problem import Point, Problem
-from discrepancy.race import CAUTION, race
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from discrepancy.race import CAUTION, race, restarted
+from discrepancy.selection import Fitted, Selection, scores
 
 _log = logging.getLogger(__name__)
 
@@ -34,86 +33,11 @@ _BETWEEN = 10.0
 """Weight of the machine's priors between the race's and their own."""
 
 _HALF_WAY = 0.5
-"""Share of the best effect's gain below which another one is no rival, once the best one is down at the noise."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A set of effects fitted to the end.
-
-    Attributes
-    ----------
-    place : Point
-    converged : bool
-    price : float
-        Of the parameters and choices of its effects.
-    """
-
-    place: Point
-    converged: bool
-    price: float
-
-    @property
-    def effects(self) -> tuple[Hypothesis, ...]:
-        return self.place.hypothesis.effects
-
-    @property
-    def name(self) -> str:
-        return self.place.hypothesis.name
-
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """The set selected and all that it was compared with.
-
-    Attributes
-    ----------
-    base : Fitted
-        The model as it came.
-    best : Fitted
-        The set selected; the base where none was.
-    without : tuple of Fitted
-        For each effect of the best set the set without it.
-    instead : tuple of tuple of Fitted
-        For each effect of the best set those with another one in its place, the best first.
-    tried : tuple of Fitted
-        What the last round would have added and did not.
-    dispersion : float
-        D.
-    complete : bool
-        False where the time ran out before the search ended.
-    model : Model
-        With the part of the records that was searched.
-    """
-
-    base: Fitted
-    best: Fitted
-    without: tuple[Fitted, ...]
-    instead: tuple[tuple[Fitted, ...], ...]
-    tried: tuple[Fitted, ...]
-    dispersion: float
-    complete: bool
-
-    model: Model
-
-    def other(self, fitted: Fitted, k: int) -> str:
-        """Name of the effect that a set has instead of the k-th of the best one."""
-        kept = {name for j, name in enumerate(self.best.place.hypothesis.names) if j != k}
-        return next(name for name in reversed(fitted.place.hypothesis.names) if name not in kept)
-
-    def gap(self, fitted: Fitted) -> float:
-        """By how much a set scores worse than the best one."""
-        return score(fitted, self.model, self.dispersion) - score(self.best, self.model, self.dispersion)
-
-
-def score(fitted: Fitted, model: Model, dispersion: float) -> float:
-    """Score of a set under a dispersion, lower is better."""
-    problem = Problem(model, fitted.place.hypothesis)
-    return problem.deviance(fitted.place, dispersion) + fitted.price
+"""Share of the best effect's gain below which another one, after its few steps in the race, is no rival."""
 
 
 class Search:
-    """Stepwise selection on one model's records.
+    """Floating selection on one model's records.
 
     Parameters
     ----------
@@ -124,28 +48,27 @@ class Search:
 
     def __init__(self, model: Model, criteria: Criteria) -> None:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
-        self._library: Mapping[str, tuple[Hypothesis, ...]] = model.hypotheses()
+        self._library = model.hypotheses()
         self._best: dict[str, Fitted] = {}
         self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
+        self._races: dict[str, list[Point]] = {}
         self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
 
     def run(self) -> Selection:
         """The set selected."""
         current = self._calibrated()
-        rivals: list[Fitted] = []
-        added: list[Fitted] = []
+        tried: list[Fitted] = []
         while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
-            added = self._added(current)
-            grown = self._pruned(added[0]) if added else current
-            _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in added))
-            if len(grown.effects) <= len(current.effects) and not self._wins(grown, current):
+            tried = self._added(current)
+            grown = self._floated(tried[0]) if tried else current
+            _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
+            if not self._wins(grown, current):
                 break
-            current, rivals, added = grown, added[1:], []
-        current, instead = self._exchanged(current, rivals)
-        without = tuple(self._without(current, k) for k in range(len(current.effects)))
+            current, tried = grown, []
+        without = tuple(self.without(current, k) for k in range(len(current.effects)))
+        instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))
         base = self._known(NONE) or current
-        dispersion = dispersion_of(self.model, current.place)
-        return Selection(base, current, without, instead, tuple(added), dispersion, self._in_time(), self.model)
+        return Selection(base, current, without, instead, tuple(tried), self._in_time(), self.model)
 
     def on_all(self, fitted: Fitted) -> Fitted:
         """A set fitted to all windows of all records."""
@@ -154,29 +77,25 @@ class Search:
         place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
         states = np.zeros((len(self.whole.counts), place.states.shape[1]))
         result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT, thorough=True)
-        return Fitted(result.place, fitted.converged, fitted.price)
-
-    def only(self, fitted: Fitted, kept: Sequence[int]) -> Fitted:
-        """A set with only some of its effects."""
-        for k in reversed(range(len(fitted.effects))):
-            if k not in kept:
-                fitted = self._without(fitted, k)
-        return fitted
+        return Fitted(result.place, fitted.converged, fitted.price, dispersion_of(self.whole, result.place))
 
     def _in_time(self) -> bool:
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
-        return not fitted.effects or fitted.place.level(self.model) ** 2 - 1.0 >= self.criteria.look
-
-    def _at_noise(self, fitted: Fitted) -> bool:
-        return fitted.place.level(self.model) ** 2 - 1.0 < self.criteria.at_noise
+        return not fitted.effects or (
+            fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
+        )
 
     def _wins(self, one: Fitted, other: Fitted) -> bool:
         """Whether a set is better than another by the margin."""
-        dispersion = dispersion_of(self.model, one.place)
-        gain = score(other, self.model, dispersion) - score(one, self.model, dispersion)
-        return gain >= self.criteria.margin
+        own, others = scores((one, other), self.model)
+        return others - own >= self.criteria.margin
+
+    def _ranked(self, sets: Sequence[Fitted]) -> list[Fitted]:
+        """Sets by their scores, the best first."""
+        by_score = dict(zip(sets, scores(sets, self.model), strict=True)) if sets else {}
+        return sorted(by_score, key=by_score.__getitem__)
 
     def _calibrated(self) -> Fitted:
         """The model as it came."""
@@ -188,33 +107,58 @@ class Search:
 
     def _added(self, current: Fitted) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
-        model, place = self.model, current.place
-        problem = Problem(model, place.hypothesis, caution=CAUTION)
-        careful = fit(problem, problem.adopted(place), steps=_SHORT).place if current.effects else place
-        residual = problem.residuals(careful.z[None], careful.states[None])[0]
-        self._library = model.hypotheses(residual)
-        others = [h for name, of in self._library.items() if name not in place.hypothesis.names for h in of]
-        return self._finished(race(model, careful, others, self.criteria), careful)
+        found = self._finished(current, self._raced(current), None)
+        return self._ranked([self._restarted(found[0]), *found[1:]]) if found else []
 
-    def _finished(self, places: Sequence[Point], base: Point) -> list[Fitted]:
-        """The leading places of a race fitted to the end, best first; far from the best one there is no rival."""
+    def _restarted(self, fitted: Fitted) -> Fitted:
+        """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
+        from its size."""
+        place = restarted(self.model, fitted.place, self.criteria)
+        return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
+
+    def _raced(self, base: Fitted, names: Container[str] | None = None) -> list[Point]:
+        """The set with one more effect, of the whole library or of these: the best place of each that leads the race,
+        best first."""
+        key = _key(base.place.hypothesis)
+        if key not in self._races:
+            careful = self._careful(base)
+            library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
+            own = base.place.hypothesis.names
+            asked = [name for name in library if name not in own and (names is None or name in names)]
+            found = race(self.model, careful, [h for name in asked for h in library[name]], self.criteria)
+            if names is not None:
+                return found
+            self._races[key] = found
+        return self._races[key]
+
+    def _careful(self, fitted: Fitted) -> Point:
+        """The set's place where what is known of the machine has the weight that it has in a race."""
+        problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
+        place = problem.adopted(fitted.place)
+        return fit(problem, place, steps=_SHORT).place if fitted.effects else place
+
+    def _finished(self, base: Fitted, places: Sequence[Point], best: Fitted | None) -> list[Fitted]:
+        """The leading places of a race fitted to the end, best first; those that, after their few steps, win less than
+        half of what the best set wins over the base are no rivals."""
         found: list[Fitted] = []
         for place in places[: self.criteria.rivals]:
-            if found and not self._in_time():
-                break
-            if found and self._at_noise(found[0]):
-                bar = base.cost + _HALF_WAY * (found[0].place.cost - base.cost)
-                if place.cost > bar:
-                    continue
-            found.append(self._fit(place))
-            found.sort(key=self._plain)
+            against = best or next(iter(found), None)
+            if against is not None and not (self._in_time() and self._rivals(place, against, base)):
+                continue
+            found = self._ranked([*found, self._fit(place)])
         return found
 
-    def _plain(self, fitted: Fitted) -> float:
-        return fitted.place.cost + fitted.price
+    def _rivals(self, place: Point, best: Fitted, base: Fitted) -> bool:
+        """Whether a place of a race wins half of what the best set does."""
+        raced = Fitted(place, False, self._price(place.hypothesis), best.dispersion)
+        own, least, most = scores((raced, best, base), self.model)
+        return most - own >= _HALF_WAY * (most - least)
 
     def _fit(self, place: Point) -> Fitted:
         """A place fitted to the end, what is known of the machine losing its extra weight on the way."""
+        known = self._known(place.hypothesis)
+        if known is not None and known.place.cost <= place.cost:
+            return known
         problem = Problem(self.model, place.hypothesis, caution=_BETWEEN)
         place = fit(problem, problem.adopted(place), steps=_SHORT).place
         problem = Problem(self.model, place.hypothesis)
@@ -224,10 +168,10 @@ class Search:
     def _kept(self, place: Point, converged: bool) -> Fitted:
         """A fit, or a better one of the same set that was made before."""
         key = _key(place.hypothesis)
-        fitted = Fitted(place, converged, self._price(place.hypothesis))
         before = self._best.get(key)
         if before is None or place.cost < before.place.cost:
-            self._best[key] = fitted
+            price = self._price(place.hypothesis)
+            self._best[key] = Fitted(place, converged, price, dispersion_of(self.model, place))
         return self._best[key]
 
     def _known(self, hypothesis: Hypothesis) -> Fitted | None:
@@ -238,17 +182,28 @@ class Search:
         choices = [len(self._library.get(effect.name, (effect,))) for effect in hypothesis.effects]
         return len(hypothesis.parameters) * math.log(samples) + 2.0 * sum(math.log(m) for m in choices)
 
-    def _pruned(self, fitted: Fitted) -> Fitted:
-        """A set without the effects that it does not need any more."""
-        while fitted.effects:
-            without = [self._without(fitted, k) for k in range(len(fitted.effects))]
-            needless = [one for one in without if not self._wins(fitted, one)]
-            if not needless:
+    def _floated(self, fitted: Fitted) -> Fitted:
+        """The set after what it does not need is dropped and what does worse than another effect is exchanged, until
+        neither helps."""
+        for _ in range(2 * self.criteria.most):
+            better = self._needless(fitted) or self._exchanged(fitted)
+            if not better:
                 break
-            fitted = min(needless, key=self._plain)
+            fitted = better[0]
         return fitted
 
-    def _without(self, fitted: Fitted, k: int) -> Fitted:
+    def _needless(self, fitted: Fitted) -> list[Fitted]:
+        """The set without one of the effects that it does not need, the best first."""
+        without = (self.without(fitted, k) for k in range(len(fitted.effects)))
+        return self._ranked([one for one in without if not self._wins(fitted, one)])
+
+    def _exchanged(self, fitted: Fitted) -> list[Fitted]:
+        """Sets that score better with another effect in the place of one, the best first."""
+        others = [one for k in range(len(fitted.effects)) for one in self._instead(fitted, k)]
+        ranked = self._ranked([fitted, *others])
+        return ranked[: ranked.index(fitted)]
+
+    def without(self, fitted: Fitted, k: int) -> Fitted:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
         make an effect look needed."""
         made = self._smaller.get((id(fitted), k))
@@ -269,32 +224,20 @@ class Search:
             result = fit(problem, problem.adopted(before.place), steps=_LONG, thorough=True)
         return self._kept(result.place, result.converged)
 
-    def _exchanged(self, fitted: Fitted, rivals: Sequence[Fitted]) -> tuple[Fitted, tuple[tuple[Fitted, ...], ...]]:
-        """The set, or a better one with another effect in the place of one of its own; and for each of its effects the
-        sets with others instead."""
-        for _ in range(self.criteria.most):
-            instead = tuple(self._instead(fitted, k, rivals) for k in range(len(fitted.effects)))
-            better = [one for others in instead for one in others if self._plain(one) < self._plain(fitted)]
-            if not better:
-                return fitted, instead
-            fitted, rivals = min(better, key=self._plain), [fitted]
-        return fitted, tuple(self._instead(fitted, k, rivals) for k in range(len(fitted.effects)))
-
-    def _instead(self, fitted: Fitted, k: int, rivals: Sequence[Fitted]) -> tuple[Fitted, ...]:
-        """Sets with another effect in the place of the k-th: those of its race, and what may look alike."""
-        effects = fitted.effects
-        kept = {_key(h) for j, h in enumerate(effects) if j != k}
-        same = [one for one in rivals if len(one.effects) == len(effects) and kept <= {_key(h) for h in one.effects}]
-        seen = {h.name for one in same for h in one.effects} | set(fitted.place.hypothesis.names)
-        asked = [name for name in effects[k].alike if name not in seen and name in self._library]
-        if len(effects) > 1 and k < len(effects) - 1:
-            asked += [h.name for one in rivals for h in one.effects if h.name not in (*seen, *asked)]
-        if asked and self._in_time():
-            base = self._without(fitted, k).place
-            problem = Problem(self.model, base.hypothesis, caution=CAUTION)
-            hypotheses = [h for name in asked for h in self._library[name]]
-            same += self._finished(race(self.model, problem.adopted(base), hypotheses, self.criteria), base)
-        return tuple(sorted(same, key=self._plain))
+    def _instead(self, fitted: Fitted, k: int, *, alike: bool = False) -> tuple[Fitted, ...]:
+        """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
+        if asked, those that are known to look alike, whatever they promise."""
+        effect, base = fitted.effects[k], self.without(fitted, k)
+        if not self._in_time():
+            return ()
+        leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
+        raced = [p for p in self._raced(base, leaders - {effect.name}) if p.hypothesis.names[-1] != effect.name]
+        found = self._finished(base, raced, fitted)
+        names = {one.place.hypothesis.names[-1] for one in found}
+        asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
+        if asked:
+            found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)
+        return tuple(self._ranked(found))
 
 
 def _key(hypothesis: Hypothesis) -> str:

@@ -20,7 +20,7 @@ from discrepancy.indexer.windows import cut
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.reading import Record
-from discrepancy.search import Fitted
+from discrepancy.selection import Fitted
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS, MachineEffect, make_effect
 from indexer_env.effects.measures import measures

@@ -26,7 +26,8 @@ from discrepancy.indexer.library import HOUSING
 from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Hypothesis
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 
@@ -62,7 +63,7 @@ def joint_of(model: IndexerModel, place: Point, uncertain: Uncertain) -> Joint:
     problem = Problem(model, place.hypothesis)
     r, by_global, by_local = problem.linearised(place)
     heavier = Problem(_with_loads(model, 1.0 + _NUDGE), place.hypothesis)
-    by_load = (heavier.residuals(place.z[None], place.states[None])[0] - r) / _NUDGE * uncertain.load
+    by_load = (heavier.left(place) - r) / _NUDGE * uncertain.load
     reading = model.readings(place.hypothesis, problem._everywhere(place.z[None], place.states[None])).reshape(r.shape)
     columns = np.concatenate([by_global, by_load[None], reading[None] * uncertain.gain])
     weights = np.minimum(1.0, 2.0 * problem.weights((r**2).sum(axis=1)))

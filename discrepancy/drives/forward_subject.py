@@ -18,7 +18,7 @@ from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects, machine_yaml
 from discrepancy.drives.windows import Windows, split
 from discrepancy.model import Model
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from discrepancy.table import Form
 from indexer_env.errors import ParameterError

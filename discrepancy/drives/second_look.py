@@ -11,7 +11,7 @@ import numpy as np
 from discrepancy.drives.description import Drive, known_parameter
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.model import Hypothesis, Parameter
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
 

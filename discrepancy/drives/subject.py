@@ -15,7 +15,7 @@ from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
 from discrepancy.model import Model
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.table import Form
 

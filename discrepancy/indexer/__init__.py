@@ -5,6 +5,7 @@ states      start states of windows from a few numbers
 parameters  the machine's own parameters and how well they are known
 nuisance    what is unknown of single windows and taken out of their residuals: hum's phase, filters' memory
 library     the effect library as hypotheses
+reading     what a sensor makes of them, and how far that is from what was measured
 advance     windows side by side, advanced by the kernel
 model       IndexerModel, which simulates windows in batches
 extend      the machine extended by what was found, as YAML that every command loads

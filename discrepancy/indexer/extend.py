@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MotionLaw, TableLaw
 

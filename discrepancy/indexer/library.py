@@ -24,8 +24,9 @@ the torque modulates, as a mesh's stiffness, stands beside its order and not at 
 MAINS = (50.0, 60.0)
 """Frequencies of hum that are looked for whatever the records show [Hz]."""
 
-_LOWEST_HUM = 40.0
-"""Hz; below it a line is rather the machine's own ringing than hum."""
+_WANDER = 0.01
+"""How far a line may stand from the mains' frequency to be hum: a grid keeps it within 0.4 %, a logger's clock may be
+off by as much. What shakes the machine at any other frequency is not hum."""
 
 HOUSING = "housing_inertia"
 """A parameter of the machine that takes part only where the base is loose."""
@@ -106,7 +107,7 @@ def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
         return range(machine.stations)
     if name == "order":
         return sorted({*ORDERS, *seen.orders})
-    return sorted({*MAINS, *(f for f in seen.hums if f > _LOWEST_HUM)})
+    return sorted({*MAINS, *(f for f in seen.hums if any(abs(f / mains - 1.0) < _WANDER for mains in MAINS))})
 
 
 def _parameter(

@@ -12,10 +12,10 @@ import numpy as np
 from discrepancy.indexer.advance import advanced, let_slip
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
-from discrepancy.indexer.nuisance import without_nuisance
 from discrepancy.indexer.parameters import OF_RECORDS, base_parameters, changed, record_parameters, torque_power
+from discrepancy.indexer.reading import Reading
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
-from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, Windows, check_rest, windows_of
+from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, successive, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
@@ -25,7 +25,6 @@ from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
-from indexer_records.measured import RATE_TOLERANCE
 
 _FACTORS = (0.95, 0.98, 1.02, 1.05)
 """By which all torques are multiplied at once, steps within how well they are known."""
@@ -57,6 +56,9 @@ class IndexerModel(Model):
     channel = layout.TABLE_ACC
     """Row of the kernel's workspace that the sensor reads."""
 
+    sensed: type[Reading] = Reading
+    """What it makes of that row."""
+
     def __init__(
         self,
         machine: Machine,
@@ -69,14 +71,7 @@ class IndexerModel(Model):
         self.machine, self.experiments, self.without, self.known = machine, tuple(experiments), without, known
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         check_rest(machine)
-        for experiment in self.experiments:
-            if experiment.signal.unit != self.sensor.unit:
-                remedy = "set Sensor.radius for an accelerometer in m/s^2, leave it out for rad/s^2"
-                raise refuse("IndexerModel", "experiments", f"in {self.sensor.unit}", experiment.signal.unit, remedy)
-        rates = sorted(experiment.signal.sample_rate for experiment in self.experiments)
-        if rates[-1] - rates[0] > RATE_TOLERANCE * rates[0]:
-            got = f"{rates[0]:g} to {rates[-1]:g} Hz"
-            raise refuse("IndexerModel", "experiments", "of one sampling rate", got, "resample them to the lowest")
+        check_alike(self.experiments, self.sensor.unit)
         base = base_parameters(machine, self.uncertainty)
         self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
@@ -90,7 +85,6 @@ class IndexerModel(Model):
         return np.array([at.get(f"record {number}.{name}", -1) for number in range(len(self.experiments))])
 
     def _cut(self) -> None:
-        rates = [self.machine.reduction * e.operating_point.motor_speed for e in self.experiments]
         self.windows = w = windows_of(self.experiments, self.machine.reduction)
         if len(w.first) < LEAST_WINDOWS:
             rule = f"records that hold {LEAST_WINDOWS} whole cam turns or more in all"
@@ -99,7 +93,7 @@ class IndexerModel(Model):
         if empty:
             rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
             raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
-        self._rates = np.array(rates)
+        self._rates = np.array([self.machine.reduction * e.operating_point.motor_speed for e in self.experiments])
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
         self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
@@ -113,26 +107,19 @@ class IndexerModel(Model):
         """The records, window by window."""
         w = self.windows
         self.counts, self.groups = w.count, w.record
-        self._measured = np.zeros((len(w.first), int(w.count.max())))
+        measured = np.zeros((len(w.first), int(w.count.max())))
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
-            self._measured[i, :count] = self.experiments[record].signal.values[first : first + count]
-        self._inside = np.arange(self._measured.shape[1]) < w.count[:, None]
-        self._lengths = np.unique(w.count).tolist()
+            measured[i, :count] = self.experiments[record].signal.values[first : first + count]
+        self._inside = np.arange(measured.shape[1]) < w.count[:, None]
+        self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self._sample_rate)
 
     def part(self, windows: int) -> IndexerModel:
         """Successive cam turns of each record, each record going on at the station where the one before ends."""
-        w, records = self.windows, np.unique(self.windows.record)
-        if len(w.first) <= windows:
+        if len(self.windows.first) <= windows:
             return self
-        share, chosen, station = max(1, windows // len(records)), [], 0
-        for record in records:
-            mine = np.flatnonzero(w.record == record)
-            latest = max(0, len(mine) - share)
-            begin = next((k for k in range(latest + 1) if w.turn[mine[k]] % self.machine.stations == station), 0)
-            chosen += mine[begin : begin + share].tolist()
-            station = (int(w.turn[chosen[-1]]) + 1) % self.machine.stations
+        chosen = successive(self.windows, self.machine.stations, windows)
         other = copy.copy(self)
-        other.windows = Windows(*(column[chosen] for column in (w.record, w.first, w.count, w.turn)))
+        other.windows = chosen
         other._lay_out()
         return other
 
@@ -172,7 +159,8 @@ class IndexerModel(Model):
 
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
-        other._measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
+        measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
+        other._reading = dataclasses.replace(self._reading, measured=measured)
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
@@ -184,10 +172,10 @@ class IndexerModel(Model):
         return play_grid(item, float(self._rates.max()) / self.machine.reduction, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        return self._seen_by(self._difference, hypothesis, jobs)
+        return self._seen_by(self._reading.difference, hypothesis, jobs)
 
     def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        return self._seen_by(self._whole, hypothesis, jobs)
+        return self._seen_by(self._reading.whole, hypothesis, jobs)
 
     def _seen_by(
         self, reading: Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray], hypothesis: Hypothesis, jobs: Jobs
@@ -209,7 +197,7 @@ class IndexerModel(Model):
         # NaN, of a run that failed, becomes _BAD here
         np.maximum(np.fmin(out, _BAD, out=out), -_BAD, out=out)
         counts = self.counts[jobs.window]
-        for count in self._lengths:
+        for count in np.unique(counts).tolist():
             out[counts == count, count:] = 0.0
         return out
 
@@ -222,41 +210,6 @@ class IndexerModel(Model):
             if key not in made:
                 made[key] = self.machine_at(hypothesis, point)
         return [made[key] for key in keys]
-
-    def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """Readings of true accelerations (n, samples) less those that were measured, what is unknown of single windows
-        taken out; may overwrite `acceleration`."""
-        difference = self._read(sensor, acceleration, window)
-        difference -= self._measured[window]
-        filters, hum = sensor.sections(self._sample_rate), sensor.hum_amplitude
-        if filters or hum != 0.0:
-            counts = self.counts[window]
-            for count in self._lengths:
-                mine, cycles = counts == count, sensor.hum_hz / self._sample_rate
-                difference[mine, :count] = without_nuisance(
-                    difference[mine, :count], filters, hum, cycles, sensor.hum_third
-                )
-        return difference
-
-    def _filtered(self, sensor: Sensor, acceleration: np.ndarray) -> np.ndarray:
-        """What leaves the sensor's filters (n, samples), at rest before. Overwrites `acceleration`."""
-        import scipy.signal
-
-        y = acceleration
-        y *= sensor.scale
-        for sections in sensor.sections(self._sample_rate):
-            y = np.asarray(scipy.signal.sosfilt(sections, y))
-        return y
-
-    def _whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """Readings of true accelerations (n, samples), hum with its stated phase; may overwrite `acceleration`."""
-        y = self._filtered(sensor, acceleration)
-        return sensor.with_background(y, self._time(window, y.shape[1]))
-
-    def _time(self, window: np.ndarray, samples: int) -> np.ndarray:
-        """Time (n, samples) of windows' samples since their sensor's record began [s]."""
-        time = (self.windows.first[window][:, None] + np.arange(samples)) / self._sample_rate
-        return time + self._begun[self.groups[window]][:, None]
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""
@@ -292,7 +245,7 @@ class IndexerModel(Model):
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
         order = np.argsort(-counts, kind="stable")
-        out = np.empty((len(kind), self._measured.shape[1]))
+        out = np.empty((len(kind), self._inside.shape[1]))
         groups: dict[tuple[int, int], list[int]] = {}
         for k, item in enumerate(items):
             groups.setdefault((item.model, item.features), []).append(k)
@@ -345,10 +298,3 @@ class IndexerModel(Model):
         angle = self._starts[record] + start + rate * time * (1.0 + 0.5 * drift * (share - 1.0))
         middle = share + 0.5 * self.counts[jobs.window] / self._lengths_of[record]
         return angle, rate * (1.0 + drift * (middle - 0.5)), sample_rate
-
-    def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        """The sensor's reading (n, samples) of windows without hum, as filtered. Overwrites `acceleration`."""
-        y = self._filtered(sensor, acceleration)
-        if sensor.offset == 0.0 and sensor.offset_drift == 0.0:
-            return y
-        return dataclasses.replace(sensor, hum_amplitude=0.0).with_background(y, self._time(window, y.shape[1]))

@@ -17,6 +17,7 @@ from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
+from indexer_records.measured import RATE_TOLERANCE
 
 START_PHASE = 0.97
 """Cam phase [turns] at which a window starts: in the dwell, near enough to the index that the state is still simple."""
@@ -124,6 +125,18 @@ def windows_of(experiments: Sequence[Experiment], reduction: float) -> Windows:
     )
 
 
+def check_alike(experiments: Sequence[Experiment], unit: str) -> None:
+    """Refuse records in another unit than the sensor's, or of several sampling rates."""
+    for experiment in experiments:
+        if experiment.signal.unit != unit:
+            remedy = "set Sensor.radius for an accelerometer in m/s^2, leave it out for rad/s^2"
+            raise refuse("IndexerModel", "experiments", f"in {unit}", experiment.signal.unit, remedy)
+    rates = sorted(experiment.signal.sample_rate for experiment in experiments)
+    if rates[-1] - rates[0] > RATE_TOLERANCE * rates[0]:
+        got = f"{rates[0]:g} to {rates[-1]:g} Hz"
+        raise refuse("IndexerModel", "experiments", "of one sampling rate", got, "resample them to the lowest")
+
+
 def check_rest(machine: Machine) -> None:
     """Refuse a cam that still moves the table where the windows begin."""
     pieces = machine.motion_law.pieces(machine.stations, machine.motion_share)
@@ -151,3 +164,17 @@ def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:
             if (end - first) * step >= _KEPT * 2.0 * math.pi:
                 rows.append((record, first, end - first, number))
     return Windows(*np.array(rows, dtype=np.int64).reshape(-1, 4).T)
+
+
+def successive(windows: Windows, stations: int, count: int) -> Windows:
+    """About so many windows: successive cam turns of each record, each record going on at the station where the one
+    before ends."""
+    records = np.unique(windows.record)
+    share, chosen, station = max(1, count // len(records)), [], 0
+    for record in records:
+        mine = np.flatnonzero(windows.record == record)
+        latest = max(0, len(mine) - share)
+        begin = next((k for k in range(latest + 1) if windows.turn[mine[k]] % stations == station), 0)
+        chosen += mine[begin : begin + share].tolist()
+        station = (int(windows.turn[chosen[-1]]) + 1) % stations
+    return Windows(*(column[chosen] for column in (windows.record, windows.first, windows.count, windows.turn)))

@@ -16,7 +16,8 @@ import numpy as np
 
 from discrepancy.indexer.windows import white_noise
 from discrepancy.model import Model
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.subjects.base import View
 
 _RANK = 1e-9

@@ -19,7 +19,7 @@ from discrepancy.locate.result import Cell, Map, Spot, Where
 from discrepancy.locate.sentences import STATION, sentences
 from discrepancy.locate.statistics import Levels, Prominence
 from discrepancy.model import Model
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, View
 
 ALARMS = 0.05

@@ -172,6 +172,11 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
         ) from None
     match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
+    turned = matched(-signal.values, signal.sample_rate, machine.reduction * speed, nominal)
+    if match.likeness < _LIKENESS <= turned.likeness:
+        signal = dataclasses.replace(signal, values=-signal.values)
+        record, match = dataclasses.replace(record, signal=signal), turned
+        notes.append(f"{record.name}: the table turns the other way, or the sensor reads it so; its sign is put right")
     if slower is not None and match.likeness < _LIKENESS:
         raise slower
     _check_likeness(record, match, sensor)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 
-from discrepancy.chain import Outcome, written
+from discrepancy.chain import Outcome
 from discrepancy.report.content import content
 from discrepancy.report.words import headline, to_do
 
@@ -26,9 +26,9 @@ def report_files(outcome: Outcome) -> dict[str, str]:
     from discrepancy.report.page import page
 
     whole = content(outcome)
-    place, remarks = written(outcome.answer)
-    machine = dict(outcome.subject.files(outcome.answer.model, place))
-    comments = "".join(f"# {remark}\n" for remark in remarks)
+    written = outcome.answer.written
+    machine = dict(outcome.subject.files(outcome.answer.model, written.place))
+    comments = "".join(f"# {remark}\n" for remark in written.remarks)
     return {
         "report.json": json.dumps(whole, indent=1, ensure_ascii=False) + "\n",
         "report.html": page(outcome, whole),

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from datagen.versions import versions_of
-from discrepancy.chain import Outcome, written
+from discrepancy.chain import Outcome
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimate, FoundEffect
 from discrepancy.explain import Finding
@@ -43,8 +43,8 @@ def content(outcome: Outcome) -> dict[str, Any]:
             "parameters": [_estimate(e, subject, e.name) for e in answer.calibration.estimates],
             "bounds_hit": list(answer.calibration.bounds_hit),
             "undetermined": list(answer.calibration.undetermined),
-            "held_back": answer.held_back,
-            "remarks": list(written(answer)[1]),
+            "held_back": answer.written.held_back,
+            "remarks": list(answer.written.remarks),
         },
         "question": None if outcome.question is None else outcome.question.about,
         "next": [dataclasses.asdict(one) for one in outcome.next],
@@ -83,7 +83,7 @@ def _finding(finding: Finding, subject: Subject) -> dict[str, Any]:
         "probability": finding.probability,
         "closes": finding.closes,
         "why": finding.why,
-        "rivals": [{"name": name, "behind": behind} for name, behind in finding.rivals],
+        "rivals": [dataclasses.asdict(rival) for rival in finding.rivals],
     }
 
 

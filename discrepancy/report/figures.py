@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from discrepancy.chain import Outcome
 from discrepancy.locate import Map, Spot, Where
 from discrepancy.model import Model
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 MEASURED, BEFORE, AFTER = "0.2", "#D55E00", "#0072B2"
@@ -95,7 +96,7 @@ def _records(outcome: Outcome) -> Figure:
 
 def residual_of(model: Model, place: Point) -> np.ndarray:
     """Residuals (w, n) at a place."""
-    return Problem(model, place.hypothesis).residuals(place.z[None], place.states[None])[0]
+    return Problem(model, place.hypothesis).left(place)
 
 
 def missing_torque(outcome: Outcome) -> Figure | None:

@@ -19,7 +19,7 @@ class Row:
     ----------
     name : str
     probability : float or None
-        That this is missing; None where the row shares one with others.
+        That this is missing; the rows' add up to 1. None where nothing was found.
     behind : float or None
         By how much its set scores worse than the best one, in units of twice a log-likelihood.
     why : str
@@ -66,11 +66,10 @@ def _of(answer: Explanation, finding: Finding) -> Ranking:
     k = names.index(finding.effects[0].name)
     members = {effect.name for effect in finding.effects[1:]} if finding.grade == FAMILY else set()
     rows = [Row(finding.name, finding.probability, 0.0, finding.why)]
-    others = [(name, behind) for name, behind in finding.rivals if name not in members]
-    rows += [Row(name, None, behind, "fitted in its place") for name, behind in others]
-    rows.append(Row("no effect in its place", None, answer.selection.gap(answer.selection.without[k]), "left out"))
-    of_others = max(finding.closes - finding.probability, 0.0)
-    rows.append(Row("one of the rows above but the first", of_others, None, ""))
-    unknown = max(1.0 - max(finding.closes, finding.probability), 0.0)
-    rows.append(Row(NONE_OF_THESE, unknown, None, "what is missing is not in the library"))
+    others = [rival for rival in finding.rivals if rival.name not in members]
+    rows += [Row(rival.name, rival.probability, rival.behind, "fitted in its place") for rival in others]
+    nothing = max(finding.closes - sum(row.probability or 0.0 for row in rows), 0.0)
+    gap = answer.selection.gap(answer.selection.without[k])
+    rows.append(Row("no effect in its place", nothing, gap, "left out"))
+    rows.append(Row(NONE_OF_THESE, 1.0 - finding.closes, None, "what is missing is not in the library"))
     return Ranking(tuple(name for name in names if name != names[k]), tuple(rows))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discrepancy.model import Model
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.table import Form
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from discrepancy.indexer import Experiment, IndexerModel
+from discrepancy.indexer.reading import Reading
 from discrepancy.subjects.base import Measurement
 from indexer_env.effects.measures import measures
 from indexer_env.errors import SimulationError
@@ -33,16 +34,21 @@ _RAISED = 100.0
 """Noise of imagined records over the real one: `IndexerModel` bounds residuals, which here are whole records."""
 
 
+class ShaftReading(Reading):
+    """A torque meter reads the torque as it is."""
+
+    def difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        return acceleration - self.measured[window]
+
+    def whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        return acceleration
+
+
 class ShaftTorqueModel(IndexerModel):
     """The same machine, its sensor a torque meter on the cam shaft: it reads M1 [N m]."""
 
     channel = layout.TORQUE_1
-
-    def _difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        return acceleration - self._measured[window]
-
-    def _whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
-        return acceleration
+    sensed = ShaftReading
 
 
 def imagined(model: IndexerModel) -> tuple[Measurement, ...]:

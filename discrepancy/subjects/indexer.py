@@ -11,7 +11,7 @@ import numpy as np
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined

@@ -113,7 +113,7 @@ class MeshStiffness(MachineEffect):
         "relative amplitude", "-", null=0.0, low=0.0, high=0.9, sought=Sought("-", (0.05, 0.15, 0.4), 0.05, 0.0, 0.9)
     )
     order: float = parameter(
-        "order (teeth in mesh per motor turn)", "1/motor turn", default=2.0, low=0.0, low_open=True
+        "order (teeth in mesh per motor turn)", "1/motor turn", default=2.0, low=0.0, low_open=True, sought=Sought("-")
     )
     phase: float = parameter("phase at γ = 0", "rad", default=0.0, sought=Sought("-", PHASES, 0.5))
 

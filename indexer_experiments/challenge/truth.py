@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
@@ -79,11 +78,11 @@ def resumed(
 
 
 def seen(machine: Machine, point: OperatingPoint, motion: np.ndarray, sample_rate: float) -> OperatingPoint:
-    """The operating point as a once-per-turn pulse shows it over a run's record."""
+    """The operating point as a once-per-turn pulse shows it over a run's record. The table's turn before the record
+    counts: the motor need not make whole turns in it, and the phases of its orders are told by its whole angle."""
     motor = motion[7]
     mean = float(motor[-1] - motor[0]) * sample_rate / (len(motor) - 1)
-    turn = 2.0 * math.pi * machine.stations
-    return dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]) - turn)
+    return dataclasses.replace(point, motor_speed=mean, start_angle=machine.reduction * float(motor[0]))
 
 
 def _solved(

@@ -84,3 +84,15 @@ def test_what_the_records_cannot_tell_is_named() -> None:
 def test_a_bound_that_was_hit_is_told() -> None:
     told = fitted(Line(-3.0, np.random.default_rng(8))).calibration(2)
     assert told.bounds_hit == ("b",)
+
+
+@pytest.mark.parametrize("low", [-0.5, -9.0])
+def test_a_bound_is_no_knowledge(low: float) -> None:
+    """Only a + b is determined: a is as uncertain where b is at its bound as where it is not, by what is known of b."""
+    model = Line(0.0, np.random.default_rng(8))
+    model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 0.1, low=low * 0.1, known=True))
+    model.x = 20.0 * model.x
+    model.y = model.y - 0.3 * model.x
+    a, b = fitted(model).estimates
+    assert (b.value == pytest.approx(-0.05)) == (low == -0.5)
+    assert (a.high - a.low) / (2.0 * t.ppf(0.975, 3)) == pytest.approx(0.1 / 2.0**0.5, rel=0.1)

@@ -31,7 +31,7 @@ def test_what_is_hidden_is_established_with_its_size(hidden: dict) -> None:
         assert size.low < hidden[finding.name] < size.high
         assert finding.probability > 0.9 and finding.closes > 0.9
     assert answer.remains.level < 1.1 and answer.closed_share > 0.95
-    assert answer.after < answer.before and answer.held_back == ""
+    assert answer.after < answer.before and answer.written.held_back == ""
 
 
 def test_nothing_missing_is_said() -> None:
@@ -87,3 +87,16 @@ def test_verdicts_are_all_seen() -> None:
 def test_a_search_that_runs_out_of_time_answers_and_says_so() -> None:
     answer = explained({"tone": 10.0}, seconds=1e-9)
     assert not answer.selection.complete and answer.verdict in VERDICTS
+
+
+@pytest.mark.parametrize(("tolerance", "verdict"), [(None, "only a remainder"), (0.2, "nothing missing")])
+def test_what_is_within_the_tolerance_is_not_missing(tolerance: float | None, verdict: str) -> None:
+    """A remainder of 1 beside a known tone of 10: a tenth of the signal in rms."""
+    models = [Chord({"rest": 1.0}, seed) for seed in (5, 6)]
+    for model in models:
+        model.y += 10.0 * model.shapes["tone"]
+        plain = model.residuals
+        model.residuals = lambda h, jobs, m=model, r=plain: r(h, jobs) + 10.0 * m.shapes["tone"][jobs.window]
+        model.readings = lambda h, jobs, m=model: 10.0 * m.shapes["tone"][jobs.window]
+    answer = explain(*models, Criteria(tolerance=tolerance))
+    assert answer.verdict == verdict

@@ -5,7 +5,7 @@ import pytest
 
 from discrepancy.gap import gap_of
 from discrepancy.model import NONE
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import View
 
 
@@ -23,7 +23,7 @@ def place(squares: np.ndarray) -> Point:
 
 def test_shares_are_those_of_the_definition() -> None:
     """Levels of 5 before and 1.4 after at a noise of 5 % of the record: 25 % and 7 %; (25 - 1.96)/(25 - 1) closed."""
-    found = gap_of(place(np.full(8, 2500.0)), place(np.full(8, 196.0)), view(8, 100), np.random.default_rng(0))
+    found = gap_of(place(np.full(8, 2500.0)), place(np.full(8, 196.0)), view(8, 100), 1.0, np.random.default_rng(0))
     assert found.noise_floor.value == pytest.approx(0.05)
     assert found.before.value == pytest.approx(0.25)
     assert found.after.value == pytest.approx(0.07)
@@ -33,7 +33,7 @@ def test_shares_are_those_of_the_definition() -> None:
 
 
 def test_without_a_gap_no_share_is_closed() -> None:
-    found = gap_of(place(np.full(8, 104.0)), place(np.full(8, 101.0)), view(8, 100), np.random.default_rng(0))
+    found = gap_of(place(np.full(8, 104.0)), place(np.full(8, 101.0)), view(8, 100), 1.0, np.random.default_rng(0))
     assert found.closed_share is None
 
 
@@ -42,6 +42,6 @@ def test_intervals_cover_the_truth() -> None:
     rng, inside = np.random.default_rng(3), 0
     for _ in range(60):
         squares = 1000.0 * rng.gamma(3.0, 1.0, 20) / 3.0 * 4.0
-        found = gap_of(place(squares), place(np.full(20, 1000.0)), view(20, 1000), rng).before
+        found = gap_of(place(squares), place(np.full(20, 1000.0)), view(20, 1000), 1.0, rng).before
         inside += found.low <= 0.1 <= found.high
     assert 50 <= inside <= 60

@@ -12,9 +12,10 @@ from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import changed
 from discrepancy.model import Hypothesis
 from discrepancy.next_measurement import Question, Separation, separations
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.records.experiments import Experiments
-from discrepancy.search import Fitted
+from discrepancy.selection import Fitted
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env import Machine, Sensor, load_machine, make_effect
@@ -30,7 +31,7 @@ def fitted(model: IndexerModel, hypothesis: Hypothesis, start: tuple[float, ...]
 
 
 def separated(subject, *places: Point) -> tuple[Separation, ...]:
-    question = Question("which one it is", tuple(Fitted(place, True, 0.0) for place in places))
+    question = Question("which one it is", tuple(Fitted(place, True, 0.0, 1.0) for place in places))
     answer = SimpleNamespace(selection=SimpleNamespace(dispersion=1.0))
     return separations(subject, answer, question)  # type: ignore[arg-type]
 

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from discrepancy import Criteria, explain
+from discrepancy.estimates import estimates_of
+from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.parameters import changed, read, torque_power
-from discrepancy.model import Jobs
+from discrepancy.model import NONE, Jobs
+from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Signal, make_effect
 from indexer_env.machine import Machine
 
@@ -90,3 +93,14 @@ def test_a_signal_of_any_size_is_no_other_machine(records) -> None:
     assert first.noise_level == pytest.approx(0.015 * first.signal.values.std(), rel=0.2)
     small = dataclasses.replace(first, signal=Signal(first.signal.values * 1e-3, 1000.0, unit="rad/s^2"))
     assert small.noise_level == pytest.approx(1e-3 * first.noise_level)
+
+
+def test_records_tell_nothing_of_the_common_scale(records) -> None:
+    """The information along it is below a hundredth of the priors' there; one-sided differences of 1e-3 make it 0.3."""
+    model, _, truth = records(41)
+    problem = Problem(model, NONE)
+    z = np.array([0.0 if p.of_record else p.coordinate(read(truth, p.name)) for p in model.parameters])
+    place = fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=6).place
+    moved = [torque_power(p.unit) or p.name.endswith(".load") for p in model.parameters]
+    scale = np.array([1.0 / p.scale if own else 0.0 for p, own in zip(model.parameters, moved, strict=True)])
+    assert scale @ estimates_of(model, place).information @ scale < 0.01 * scale @ (problem.precision * scale)

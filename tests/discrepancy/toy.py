@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
-from discrepancy.problem import Point
+from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, Torque, View, binned
 
 WINDOWS, SAMPLES = 8, 100

@@ -41,11 +41,9 @@ def solved_by_explain(
         return Solved(CaseAnswer("turned away", str(error)))
     subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
     answer = explain(subject.model, subject.held_out, criteria)
-    model, place = subject.model, answer.accepted.place
-    where = locate(model, place, subject.view(model), np.random.default_rng(0))
+    model, place = subject.model, answer.written.place
+    where = locate(model, answer.accepted.place, subject.view(model), np.random.default_rng(0))
     machine, sensor = model.machine_at(place.hypothesis, place.z)
-    if answer.held_back:
-        machine, sensor = nominal, Sensor()
     return Solved(_neutral(answer, where), machine, sensor)
 
 

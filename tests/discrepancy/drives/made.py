@@ -11,7 +11,8 @@ from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.model import Hypothesis, together
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.subjects.base import Subject
 
 FILE = """

@@ -16,7 +16,8 @@ from discrepancy.locate.sentences import _of_lines
 from discrepancy.locate.statistics import Prominence
 from discrepancy.locate.where import ALARMS, Law, Where, locate, located
 from discrepancy.model import NONE
-from discrepancy.problem import Point, Problem
+from discrepancy.place import Point
+from discrepancy.problem import Problem
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, View
 from discrepancy.subjects.indexer import IndexerSubject

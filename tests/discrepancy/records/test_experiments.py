@@ -207,3 +207,11 @@ def test_a_part_with_too_few_cam_turns_is_refused(record, nominal, values) -> No
     assert "The records held out must hold 4 whole cam turns or more in all" in said and "got 3 in run.csv" in said
     said = refusal([record(), record(values[:1350]), record(held_out=True)], nominal)
     assert "run.csv must hold a whole cam turn, from dwell to dwell, in the part fitted" in said
+
+
+def test_the_direction_in_which_the_table_turns_need_not_be_known(record, nominal, values) -> None:
+    found, stated = (experiments([record(y)], nominal, Sensor()) for y in (-values, values))
+    assert (found.fitted[0].signal.values == stated.fitted[0].signal.values).all()
+    assert found.fitted[0].operating_point == stated.fitted[0].operating_point
+    assert any("turns the other way" in note for note in found.notes)
+    assert not any("turns the other way" in note for note in stated.notes)

@@ -76,11 +76,16 @@ def test_a_drifting_speed_keeps_its_mean_and_reaches_its_ends() -> None:
 
 
 def test_operating_point_is_told_as_a_pulse_shows_it() -> None:
-    """A slipping motor turns slower than it is told to, and starts its second turn late."""
-    machine = load_machine("reference").with_effects(make_effect("drive.slip", compliance=2.0))
-    _, seen = true_motion(machine, POINT, 2000, 1000.0)
-    assert 0.9 * POINT.motor_speed < seen.motor_speed < 0.9999 * POINT.motor_speed
-    assert seen.start_angle < POINT.start_angle
+    """A slipping motor turns slower than it is told to, and starts its second turn late; its angle there is its own,
+    also where it makes no whole turns in one of the table's."""
+    reference = dataclasses.replace(load_machine("reference"), reduction_ratio=25.3)
+    machine = reference.with_effects(make_effect("drive.slip", compliance=2.0))
+    _, told = true_motion(machine, POINT, 2000, 1000.0)
+    second = POINT.start_angle + 2.0 * np.pi * machine.stations
+    assert 0.9 * POINT.motor_speed < told.motor_speed < 0.9999 * POINT.motor_speed
+    assert second - 1.0 < told.start_angle < second
+    motion = run(machine, POINT, 200, 1000.0)
+    assert told.start_angle / machine.reduction == pytest.approx(motion[7, 0])
     _, same = true_motion(load_machine("reference"), POINT, 200, 1000.0)
     assert same.motor_speed == pytest.approx(POINT.motor_speed, rel=1e-9)
 

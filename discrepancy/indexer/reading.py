@@ -1,0 +1,76 @@
+"""What a sensor makes of windows' true accelerations, and how far that is from what was measured."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.indexer.nuisance import without_nuisance
+from indexer_env.sensors import Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """The windows of records as a sensor saw them.
+
+    Attributes
+    ----------
+    measured : ndarray (w, samples)
+        [unit of the sensor]; 0 beyond a window's end.
+    counts, first : ndarray (w,) of int
+        Samples of each window, and its first one in its record.
+    begun : ndarray (w,)
+        Time of that record's first sample since the sensor's record began [s].
+    sample_rate : float
+        [Hz]
+    """
+
+    measured: np.ndarray
+    counts: np.ndarray
+    first: np.ndarray
+    begun: np.ndarray
+    sample_rate: float
+
+    def difference(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """Readings of true accelerations (n, samples) less those that were measured, what is unknown of single windows
+        taken out; may overwrite `acceleration`."""
+        difference = self._read(sensor, acceleration, window)
+        difference -= self.measured[window]
+        filters, hum = sensor.sections(self.sample_rate), sensor.hum_amplitude
+        if filters or hum != 0.0:
+            counts = self.counts[window]
+            for count in np.unique(counts).tolist():
+                mine, cycles = counts == count, sensor.hum_hz / self.sample_rate
+                difference[mine, :count] = without_nuisance(
+                    difference[mine, :count], filters, hum, cycles, sensor.hum_third
+                )
+        return difference
+
+    def _filtered(self, sensor: Sensor, acceleration: np.ndarray) -> np.ndarray:
+        """What leaves the sensor's filters (n, samples), at rest before. Overwrites `acceleration`."""
+        import scipy.signal
+
+        y = acceleration
+        y *= sensor.scale
+        for sections in sensor.sections(self.sample_rate):
+            y = np.asarray(scipy.signal.sosfilt(sections, y))
+        return y
+
+    def whole(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """Readings of true accelerations (n, samples), hum with its stated phase; may overwrite `acceleration`."""
+        y = self._filtered(sensor, acceleration)
+        return sensor.with_background(y, self._time(window, y.shape[1]))
+
+    def _time(self, window: np.ndarray, samples: int) -> np.ndarray:
+        """Time (n, samples) of windows' samples since their sensor's record began [s]."""
+        time = (self.first[window][:, None] + np.arange(samples)) / self.sample_rate
+        return time + self.begun[window][:, None]
+
+    def _read(self, sensor: Sensor, acceleration: np.ndarray, window: np.ndarray) -> np.ndarray:
+        """The sensor's reading (n, samples) of windows without hum, as filtered. Overwrites `acceleration`."""
+        y = self._filtered(sensor, acceleration)
+        if sensor.offset == 0.0 and sensor.offset_drift == 0.0:
+            return y
+        return dataclasses.replace(sensor, hum_amplitude=0.0).with_background(y, self._time(window, y.shape[1]))

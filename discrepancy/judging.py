@@ -1,0 +1,203 @@
+"""What records held out say of each effect of a set: evidence, grade by grade, and the machine that is written.
+
+An effect that does not hold is left out, the least one first, and the others are judged anew without it: beside one
+that takes a part of what they explain they would seem to close little.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.criteria import Criteria
+from discrepancy.estimates import Estimate, FoundEffect, estimates_of
+from discrepancy.fit import fit
+from discrepancy.grades import GRADES, NAMED, Evidence, graded
+from discrepancy.held_out import held_places
+from discrepancy.model import NONE, Model
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from discrepancy.search import Search
+from discrepancy.selection import Fitted, Selection
+
+_QUARTILE = 0.25
+"""Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
+
+_LEAST_PAIRS = 4
+"""Pairs of windows that see the same below which nothing is said of what repeats: neighbours would take for noise what
+differs from station to station."""
+
+_STEPS = 12
+"""Steps of the fit after parameters at a bound went back to nominal."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One effect of the set that was selected.
+
+    Attributes
+    ----------
+    k : int
+        Its place in the set.
+    found : FoundEffect
+    evidence : Evidence
+    grade, why : str
+    """
+
+    k: int
+    found: FoundEffect
+    evidence: Evidence
+    grade: str
+    why: str
+
+
+class Judge:
+    """The records held out, and what sets of effects leave of them.
+
+    Parameters
+    ----------
+    search : Search
+    selection : Selection
+    held_out : Model
+    criteria : Criteria
+    """
+
+    def __init__(self, search: Search, selection: Selection, held_out: Model, criteria: Criteria) -> None:
+        self.search, self.selection, self.held_out, self.criteria = search, selection, held_out, criteria
+        self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
+        self.held: dict[str, Point] = {}
+        self._hold([self.base, self.best, *selection.without])
+        self.floor = max(
+            held_out.tolerated,
+            unrepeated([(search.whole, self.best.place), (held_out, self.held[self.best.name])]),
+        )
+
+    def judged(self) -> tuple[list[Judged], Fitted]:
+        """All effects of the set with their grades, and the set of those that are named, fitted to all windows."""
+        found: dict[int, Judged] = {}
+        inside, whole = self.selection.best, self.best
+        kept = list(range(len(inside.effects)))
+        while kept:
+            rows = self._judged_beside(inside, whole, kept)
+            found |= {row.k: row for row in rows}
+            failed = [row for row in rows if row.grade not in NAMED]
+            if not failed:
+                break
+            least = min(failed, key=lambda row: (-GRADES.index(row.grade), row.evidence.closes))
+            inside = self.search.without(inside, kept.index(least.k))
+            kept.remove(least.k)
+            whole = self.search.on_all(inside)
+            self._hold([whole, *(self.search.without(inside, i) for i in range(len(kept)))])
+        return [found[k] for k in sorted(found)], whole
+
+    def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
+        """The effects of a set that was fitted to the part searched and to all windows."""
+        numbers, rows = estimates_of(self.search.whole, whole.place), []
+        for i, (k, effect) in enumerate(zip(kept, inside.effects, strict=True)):
+            found = numbers.effect(effect.name, tuple(effect.fixed.items()))
+            evidence = self._evidence(k, found, self.held[whole.name], self.held[self.search.without(inside, i).name])
+            rows.append(Judged(k, found, evidence, *graded(evidence, self.criteria)))
+        return rows
+
+    def _hold(self, sets: Iterable[Fitted]) -> None:
+        """Physics of sets on the records held out, each trying the start states that others found there."""
+        new = {one.name: one.place for one in sets if one.name not in self.held}
+        places = held_places(list(new.values()), self.held_out, list(self.held.values()))
+        self.held |= dict(zip(new, places, strict=True))
+
+    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point) -> Evidence:
+        left, open_ = _excess(place, other, self.held_out, self.floor)
+        better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
+        return Evidence(
+            name=found.name,
+            closes=closed(open_, left),
+            remains=math.sqrt(1.0 + left / self.floor),
+            better=min(float(better[groups == g].mean()) for g in np.unique(groups)),
+            size=_words(size),
+            zero=size.low <= size.nominal <= size.high,
+            bound=found.bound,
+            alike=tuple(
+                self.selection.other(one, k)
+                for one in self.selection.instead[k]
+                if self.selection.gap(one) < self.criteria.margin
+            ),
+        )  # fmt: skip
+
+
+def closed(before: float, after: float) -> float:
+    """Share that is closed of a mean square above what does not repeat; 0 where nothing is."""
+    return max(0.0, 1.0 - max(after, 0.0) / before) if before > 0.0 else 0.0
+
+
+def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
+    """Mean square, at least 1, of what differs between windows that see the same, in units of the noise's: half the
+    lower quartile of the differences' mean squares; 1 where there are too few such windows."""
+    found: list[float] = []
+    for model, place in places:
+        residual = Problem(model, place.hypothesis).left(place)
+        for a, b in model.repeats():
+            n = int(min(model.counts[a], model.counts[b]))
+            found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
+    return max(1.0, float(np.quantile(found, _QUARTILE))) if len(found) >= _LEAST_PAIRS else 1.0
+
+
+def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
+    """Mean squares above the floor that two places leave, without the window that the first one leaves worst: a start
+    state that was missed spoils one window."""
+    level = place.squares / model.counts
+    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_PAIRS else np.full(len(level), True)
+    samples = float(model.counts[kept].sum())
+    left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
+    return max(left, 0.0), max(open_, 0.0)
+
+
+def _words(e: Estimate) -> str:
+    unit = "" if e.unit == "-" else f" {e.unit}"
+    return f"{e.name} {e.value:.3g}{unit}, {e.low:.3g} to {e.high:.3g}"
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """The machine that is left behind.
+
+    Attributes
+    ----------
+    place : Point
+        On the records fitted.
+    held_back : str
+        Why it is the nominal machine and not the calibrated one; "" where it is not.
+    remarks : tuple of str
+        What must be said of it.
+    """
+
+    place: Point
+    held_back: str
+    remarks: tuple[str, ...]
+
+
+def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model) -> Written:
+    """What is accepted, with parameters at a bound at nominal and the others fitted again; the nominal machine where
+    that one predicts a record held out better."""
+    place, remarks = accepted, ()
+    if bounds_hit:
+        hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
+        problem = Problem(model, accepted.hypothesis, held=hit)
+        z = accepted.z.copy()
+        z[hit] = 0.0
+        place = fit(problem, problem.searched(problem.point(z, accepted.states)), steps=_STEPS).place
+        remarks = tuple(
+            f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
+            for name in bounds_hit
+        )
+    problem = Problem(model, NONE)
+    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, accepted.states))
+    with_it, without = held_places([place, nominal], held_out)
+    for g in np.unique(held_out.groups):
+        mine = held_out.groups == g
+        if with_it.squares[mine].sum() > without.squares[mine].sum():
+            why = f"it predicts record {int(g) + 1} of those held out worse than the nominal machine does"
+            return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
+    return Written(place, "", remarks)

@@ -1,0 +1,52 @@
+"""A place in the parameter space of a model and a hypothesis, and how well it explains the records."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.model import Hypothesis, Model
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A place in the parameter space and how well it explains the records.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    z : ndarray (g,)
+        Scaled global parameters: the model's, then the hypothesis's.
+    states : ndarray (w, l)
+        Scaled start states.
+    squares : ndarray (w,)
+        Sum of squared normalised residuals of each window.
+    cost : float
+        F.
+    """
+
+    hypothesis: Hypothesis
+    z: np.ndarray
+    states: np.ndarray
+    squares: np.ndarray
+    cost: float
+
+    @property
+    def own(self) -> np.ndarray:
+        """The hypothesis's own parameters (k,), scaled."""
+        return self.z[len(self.z) - len(self.hypothesis.parameters) :]
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The hypothesis's own parameters [units]."""
+        return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, self.own, strict=True))
+
+    def level(self, model: Model) -> float:
+        """rms of the normalised residuals; 1 is the noise."""
+        return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
+
+    def dispersion(self, model: Model) -> float:
+        """φ: the median of the windows' mean squares, at least what is tolerated."""
+        return max(model.tolerated, float(np.median(self.squares / model.counts)))

@@ -1,0 +1,67 @@
+"""The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
+
+import numpy as np
+import pytest
+
+from discrepancy.explain import explain
+from discrepancy.fit import fit
+from discrepancy.judging import closed, written
+from discrepancy.model import NONE
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from tests.discrepancy.toy import WINDOWS, Chord, effect
+
+
+def fitted(model: Chord) -> Point:
+    problem = Problem(model, NONE)
+    return fit(problem, problem.point(np.zeros(1), np.zeros((WINDOWS, 0))), steps=10).place
+
+
+def shifted(offset: float, seed: int) -> Chord:
+    model = Chord({}, seed)
+    model.y = model.y + offset
+    return model
+
+
+def test_the_calibrated_machine_is_written_where_it_predicts_better() -> None:
+    made = written(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(0.2, 6))
+    assert made.held_back == "" and made.remarks == () and made.place.z[0] > 1.0
+
+
+def test_the_nominal_machine_is_written_where_it_predicts_better() -> None:
+    made = written(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(-0.2, 6))
+    assert made.place.z.tolist() == [0.0] and made.place.hypothesis is NONE
+    assert "predicts record 1 of those held out worse" in made.remarks[0]
+
+
+def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_again() -> None:
+    """The offset holds 0.3 of a level of 0.9; without it the level is 0.9."""
+    model, held_out = shifted(0.9, 5), shifted(0.9, 6)
+    for one in (model, held_out):
+        one.shapes["level"] = np.ones_like(one.x)
+    problem = Problem(model, effect("level"))
+    place = problem.point(np.array([3.0, 0.6]), np.zeros((WINDOWS, 0)))
+    made = written(model, place, ("offset",), held_out)
+    assert made.place.z[0] == 0.0 and made.place.values[0] == pytest.approx(0.9, abs=0.1)
+    assert made.remarks[0].startswith("offset is nominal: the fit holds it at the bound")
+
+
+@pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])
+def test_the_share_that_is_closed(before: float, after: float, share: float) -> None:
+    assert closed(before, after) == share
+
+
+def test_an_effect_is_judged_without_those_that_do_not_hold() -> None:
+    """One beside another of nearly the same shape, which is at its bound: it seems to close little of what is left."""
+    models = []
+    for seed in (5, 6):
+        model = Chord({"a": 20.0, "b": 5.0}, seed, ("a", "beside"))
+        a, b = model.shapes["a"], model.shapes["b"]
+        model.shapes["beside"] = a + 0.4 * b
+        model.library["beside"] = (effect("beside", largest=12.0),)
+        model.y = model.y + 12.0 * (model.shapes["a and b"] - a - b)
+        models.append(model)
+    answer = explain(models[0], models[1])
+    grades = {finding.name: finding.grade for finding in answer.findings}
+    assert set(answer.best.place.hypothesis.names) == {"a", "beside"} and grades["beside"] == "stands in"
+    assert answer.names == ("a",) and answer.findings[0].closes == pytest.approx(0.87, abs=0.03)

@@ -1,0 +1,24 @@
+"""The effect library as hypotheses of one machine and its records."""
+
+from discrepancy.indexer.library import Seen, library
+from indexer_env import load_machine
+from indexer_env.effects.measures import measures
+
+
+def choices(effect: str, **seen: tuple[float, ...]) -> list[dict[str, float]]:
+    machine = load_machine("reference")
+    found = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0, **seen))
+    return [dict(hypothesis.fixed) for hypothesis in found[effect]]
+
+
+def test_a_mesh_is_looked_for_at_every_order() -> None:
+    assert choices("drive.mesh_stiffness", orders=(4.5,)) == [{"order": order} for order in (1.0, 2.0, 3.0, 4.5)]
+
+
+def test_what_shakes_the_machine_at_another_frequency_is_no_hum() -> None:
+    found = choices("sensor.mains_hum", hums=(17.2, 41.0, 50.2, 55.0, 60.1))
+    assert [choice["frequency"] for choice in found] == [50.0, 50.2, 60.0, 60.1]
+
+
+def test_a_station_is_one_of_the_machine() -> None:
+    assert [choice["station"] for choice in choices("cam.station_spacing")] == list(range(8))
