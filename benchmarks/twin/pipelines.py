@@ -52,8 +52,8 @@ class _Fixed(Maker):
         }
         pq.write_table(pa.table(columns), path)
         (self.out / "machine.yaml").write_text(machine_yaml(drawing), encoding="utf-8")
-        about = self._read("calibration")
-        self._write("calibration", {**about, "load_factor": 1.0})
+        about = self.work.read("calibration")
+        self.work.write("calibration", {**about, "load_factor": 1.0})
 
 
 def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int) -> Twin:
@@ -74,9 +74,9 @@ def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int
     maker.make()
     twin = Twin.load(work / "twin")
     if method == "paper":
-        from twin.folder import networks_of
+        from twin.folder import PAPER, networks_of
 
-        networks = networks_of(work / "twin", ["paper_0"], len(FAULTS), twin.healthy.cells.count)
+        networks = networks_of(work / "twin", [PAPER], len(FAULTS), twin.healthy.cells)
         judge = Judge.restore(twin.about["paper_judge"])
-        twin = dataclasses.replace(twin, networks=networks, judge=judge)
+        twin = dataclasses.replace(twin, networks=networks, judge=judge, synthesis=None, weights=None)
     return twin
