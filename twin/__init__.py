@@ -11,6 +11,7 @@ In reading order:
     learn        how they are taught
     synthesis    what a turn with faults of some sizes would look like, beside a measured one
     refine       the sizes that fit a turn, from what the networks estimate
+    growth       how wide such a fit may miss
     weigh        what such a fit is worth: names, intervals, novelty
     judge        thresholds of the networks alone: alarm, intervals of sizes
     teach        the stage in which all this is learned
@@ -38,7 +39,7 @@ cell.
 
     from twin.twin import Twin
     twin = Twin.load("twin")
-    twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # networks and synthesis, tenths of a second
+    twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # tenths of a second
     twin.explain([(signal, conditions)])                                          # physics, seconds
 
 Nothing is imported here: ``import twin`` loads no tensor library.

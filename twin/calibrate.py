@@ -96,10 +96,12 @@ class Calibrated:
     notes: tuple[str, ...]
 
 
-def calibrated(subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int) -> Calibrated:
+def calibrated(
+    subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int, *, extend: bool = True
+) -> Calibrated:
     """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
     answer = explain(subject.model, subject.held_out)
-    base, model = accepted(answer), subject.model
+    base, model = accepted(answer) if extend else answer.base, subject.model
     joint = joint_of(model, base.place, uncertain)
     rng = np.random.default_rng(seed)
     z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")

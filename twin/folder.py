@@ -77,4 +77,4 @@ def view_of(about: Mapping[str, Any], remains: Remains) -> View:
 def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: View) -> Synthesis:
     """The simulator as it is fitted to turns."""
     held = load_file(folder / "synthesis.safetensors")
-    return Synthesis(healthy, faults, view.remains.noise, held["axes"], held["covariance"], view.shapes)
+    return Synthesis(healthy, faults, view.remains.noise, held["axes"], held["covariance"], held["growth"], view.shapes)

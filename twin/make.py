@@ -89,6 +89,9 @@ class Bench:
 class Maker:
     """Makes a twin in a folder."""
 
+    extend = True
+    """Whether what the drawing lacks is added; a benchmark leaves it out to tell what it is worth."""
+
     def __init__(
         self, bench: Bench, settings: Settings, out: Path, *, overwrite: bool = False, before: Path | None = None
     ) -> None:
@@ -157,7 +160,7 @@ class Maker:
         before = None if self.before is None else about_of(self.before)
         scale = 0.0 if before is None else before["calibration"]["scale_spread"]
         uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty, scale)
-        found = calibrated(self.bench.subject, uncertain, s.draws, s.seed)
+        found = calibrated(self.bench.subject, uncertain, s.draws, s.seed, extend=self.extend)
         if before is not None:
             found = as_before(found, before["calibration"])
         columns = {path: found.draws[:, k] for k, path in enumerate(found.paths)}

@@ -26,7 +26,7 @@ POSSIBLE = -4.0
 _MOST = 4
 """Faults of a turn that are thought possible at once; 16 subsets."""
 
-_ROUNDS = ((4, 3), (2, 5))
+_ROUNDS = ((3, 3), (1, 5))
 """Starts that go on, and for how many steps."""
 
 _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
@@ -35,7 +35,7 @@ _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
 _STEP = 0.01
 """Step of a size by which its derivative is taken; the motion is not smooth in play, so not smaller."""
 
-_LEAST, _MOST_SIZE = 2e-3, 0.99
+_LEAST, LARGEST = 2e-3, 0.99
 """Sizes between which faults are simulated; a base less loose than the first is too stiff for the step in time."""
 
 _STRIDE = 0.3
@@ -47,10 +47,10 @@ _TURN_STEP = 0.05
 _PHASES = 8
 """Phases from which a fault that has one starts."""
 
-_TOGETHER = 64
+TOGETHER = 64
 """Turns fitted at once, which bounds the memory."""
 
-_BAD = 1e12
+BAD = 1e12
 """q of what cannot be simulated."""
 
 
@@ -77,8 +77,8 @@ def fitted(
 ) -> Fits:  # fmt: skip
     """Turns x (n, stations, cells) fitted from what networks say of them."""
     parts = []
-    for first in range(0, len(x), _TOGETHER):
-        part = slice(first, first + _TOGETHER)
+    for first in range(0, len(x), TOGETHER):
+        part = slice(first, first + TOGETHER)
         parts.append(_fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()}))
         advance(len(x[part]))
     return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("size", "error", "left")))
@@ -92,9 +92,9 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
     for row, order in zip(possible, ranked, strict=True):
         row[order[_MOST:]] = False
     sign = np.where([fault.signed for fault in of.faults], np.sign(told["size"]), 1.0)
-    size = sign * np.clip(sign * told["size"], _STEP, _MOST_SIZE)
+    size = sign * np.clip(sign * told["size"], _STEP, LARGEST)
     station = np.argmax(told["station"], axis=1) if "station" in told else np.zeros(n, dtype=int)
-    work = _Work(of, of.seen(x), points, possible, station)
+    work = Work(of, of.seen(x), points, possible, station)
     phases = work.phases(np.where(possible, size, 0.0))
     rows, starts = [], []
     for k in range(n):
@@ -141,19 +141,20 @@ class _At:
     q: np.ndarray
 
 
-class _Work:
+class Work:
     """Turns that are fitted together. Unknown are the sizes, then the phases of the faults that have one."""
 
     def __init__(
         self, of: Synthesis, m: np.ndarray, points: Sequence[OperatingPoint], possible: np.ndarray, station: np.ndarray
     ) -> None:
         self.of, self.m, self.points, self.station = of, m, points, station
+        self.open = of.open_at(m)
         self.phased = [place for place, fault in enumerate(of.faults) if "phase" in fault.others]
         self.free = np.concatenate([possible, possible[:, self.phased]], axis=1)
         f, p = possible.shape[1], len(self.phased)
         signed = np.array([fault.signed for fault in of.faults])
-        self.low = np.concatenate([np.where(signed, -_MOST_SIZE, 0.0), np.full(p, -math.inf)])
-        self.high = np.concatenate([np.full(f, _MOST_SIZE), np.full(p, math.inf)])
+        self.low = np.concatenate([np.where(signed, -LARGEST, 0.0), np.full(p, -math.inf)])
+        self.high = np.concatenate([np.full(f, LARGEST), np.full(p, math.inf)])
         self.step = np.array([_STEP] * f + [_TURN_STEP] * p)
         self.reference = of.healthy.turns(points)
         self.shapes = np.array([of.shapes(r) for r in self.reference])
@@ -180,10 +181,10 @@ class _Work:
         chance = np.einsum("nsi,nsj->nij", own, own) / (x.shape[1] - 1)
         bad = ~np.isfinite(m).all(axis=1)
         chance[bad], m[bad] = 0.0, 0.0
-        weight = np.linalg.inv(self.of.covariance + chance) / m.shape[1]
+        weight = np.linalg.inv(self.open[at] + chance) / m.shape[1]
         off = self.m[at] - m
         q = np.einsum("ni,nij,nj->n", off, weight, off)
-        q[bad] = _BAD
+        q[bad] = BAD
         return _At(m, weight, off, q)
 
     def scanned(self, t: np.ndarray, at: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -239,7 +240,7 @@ class _Work:
         moved[np.arange(len(row)), place] += step
         beside = self.at(moved, at[row])
         slopes = np.zeros((n, now.m.shape[1], u))
-        fine = beside.q < _BAD
+        fine = beside.q < BAD
         slopes[row, :, place] = np.where(fine[:, None], (beside.m - now.m[row]) / step[:, None], 0.0)
         return slopes
 

@@ -1,10 +1,13 @@
 """Analysis by synthesis: what a turn with faults of some sizes would look like, beside a measured one.
 
-Of a turn, m is its mean cam turn in the principal axes of simulated turns; at sizes t the simulator gives m(t). With C
-the covariance of healthy turns (noise, shift, what the posterior leaves open) and of chance among the cam turns of the
-simulated turn itself, which rattles where there is play, the remainder is
+Of a turn, m is its mean cam turn in the principal axes of simulated turns; at sizes t the simulator gives m(t). The
+remainder is
 
-    q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k
+    q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k,   C = C_healthy + |m|²/k C_faulty + C_chance
+
+C_healthy is the covariance of healthy turns (noise, shift, what the posterior leaves open), C_faulty what the posterior
+leaves open besides in turns with faults, which grows with them, C_chance that among the cam turns of the simulated turn
+itself, which rattles where there is play.
 
 At the sizes that fit best it tells a turn that no fault of the table makes from one that some fault does.
 """
@@ -36,8 +39,8 @@ class Synthesis:
         σ of a cell [unit of the sensor].
     axes : ndarray (cells, k)
         Of the mean cam turn.
-    covariance : ndarray (k, k)
-        Of healthy turns along them, in units of the noise.
+    covariance, growth : ndarray (k, k)
+        Of healthy turns along them in units of the noise, and what is added for turns of strength 1.
     shapes : callable
         A turn of reference -> what shifts add to it, in units of the noise.
     """
@@ -47,11 +50,16 @@ class Synthesis:
     noise: float
     axes: np.ndarray
     covariance: np.ndarray
+    growth: np.ndarray
     shapes: Any
 
     def seen(self, x: np.ndarray) -> np.ndarray:
         """m (n, k) of turns x (n, stations, cells)."""
         return math.sqrt(x.shape[1]) * x.mean(axis=1) @ self.axes
+
+    def open_at(self, m: np.ndarray) -> np.ndarray:
+        """C_healthy + |m|²/k C_faulty (n, k, k) of turns m (n, k)."""
+        return self.covariance + (m**2).mean(axis=1)[:, None, None] * self.growth
 
     def unexplained(self, x: np.ndarray) -> np.ndarray:
         """q (n,) of turns with no fault."""

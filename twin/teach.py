@@ -19,6 +19,7 @@ from twin.card import scores
 from twin.data import Turns
 from twin.faults import Fault
 from twin.folder import NETWORKS, PAPER, networks_of, synthesis_of
+from twin.growth import growth_of
 from twin.judge import Judge, ensemble, judge_of, looked_at
 from twin.learn import Feed, View, trained
 from twin.refine import fitted
@@ -26,6 +27,9 @@ from twin.settings import Settings
 from twin.synthesis import Synthesis
 from twin.turns import Healthy
 from twin.weigh import Weights, weights_of
+
+GROWN = 600
+"""Control turns that tell what the posterior leaves open beside faults."""
 
 FITTED = 400
 """Control turns that are fitted by simulation, for names, intervals and novelty; 0.1 to 0.3 s of a core each."""
@@ -59,7 +63,9 @@ def learned(
     judge = judge_of(networks, faulty, sound, view, **told)
     control = np.flatnonzero(faulty.subset == 1)
     half = len(sound.x) // 2
-    synthesis = _synthesis(out, networks, sound.part(np.arange(half)), faults, healthy, view, s.seed)
+    synthesis = _synthesis(
+        out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
+    )
     weights = weights_by_control(
         networks, judge, synthesis, faulty.part(control[:FITTED]), sound.part(np.arange(half, len(sound.x))), view,
         s.coverage, s.seed,
@@ -84,14 +90,18 @@ def noisy(
 
 
 def _synthesis(
-    out: Path, networks: Sequence[nn.Module], sound: Turns, faults: Sequence[Fault], healthy: Healthy, view: View,
-    seed: int,
+    out: Path, networks: Sequence[nn.Module], sound: Turns, faulty: Turns, faults: Sequence[Fault], healthy: Healthy,
+    view: View, seed: int,
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
     axes = networks[0].mean_axes.double().numpy()  # type: ignore[operator, union-attr]
     x, _, _ = noisy(networks, sound, view, seed + 3)
     m = np.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
-    held = {"axes": np.ascontiguousarray(axes), "covariance": np.ascontiguousarray(m.T @ m / len(m))}
+    covariance = np.ascontiguousarray(m.T @ m / len(m))
+    plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, np.zeros_like(covariance), view.shapes)
+    clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
+    growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
+    held = {"axes": np.ascontiguousarray(axes), "covariance": covariance, "growth": np.ascontiguousarray(growth)}
     save_file(held, out / "synthesis.safetensors")
     return synthesis_of(out, faults, healthy, view)
 

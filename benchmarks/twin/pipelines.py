@@ -20,9 +20,10 @@ from twin.make import Bench, Maker
 from twin.settings import Settings
 from twin.twin import Twin
 
-METHODS = ("twin", "oracle", "nominal", "point", "paper")
+METHODS = ("twin", "oracle", "nominal", "point", "unextended", "paper")
 """twin: as a user makes it; oracle: the true machine as drawing, known to 0.2 %; nominal: the drawing ±10 % without a
-fit; point: no posterior, one machine; paper: the paper's network on the twin's data."""
+fit; point: no posterior, one machine; unextended: nothing is added that the drawing lacks; paper: the paper's network
+on the twin's data."""
 
 FAULTS = ("crack", "loose_base", "reducer_play")
 _KNOWN = 2e-3
@@ -70,7 +71,7 @@ def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int
     bench = Bench(indexer_subject({**keys, "machine": drawing, "measured": str(work / "bench")}))
     settings = Settings(faults=FAULTS, simulated=simulated, epochs=epochs)
     maker = _Fixed(bench, settings, work / "twin")
-    maker.method = method
+    maker.method, maker.extend = method, method != "unextended"
     maker.make()
     twin = Twin.load(work / "twin")
     if method == "paper":

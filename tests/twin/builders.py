@@ -13,14 +13,11 @@ from indexer_env import Machine, OperatingPoint, Sensor, Signal, load_machine, s
 from indexer_env.run import Run
 from indexer_env.units import RPM
 from twin.faults import chosen
-from twin.faults import chosen
 from twin.judge import Judge
 from twin.learn import View
 from twin.network import Told
 from twin.synthesis import Synthesis
-from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
-from twin.weigh import Weights
 from twin.weigh import Weights
 
 RATE = 500.0
@@ -84,4 +81,4 @@ def synthesis(names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), 
     cell = (np.arange(CELLS.count) + 0.5) / CELLS.count
     axes = np.cos(np.pi * np.arange(modes) * cell[:, None])
     axes /= np.sqrt((axes**2).sum(axis=0))
-    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), view().shapes)
+    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), np.zeros((modes, modes)), view().shapes)

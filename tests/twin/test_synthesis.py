@@ -14,6 +14,7 @@ from tests.twin.builders import CELLS, MACHINE, NOISE, WEIGHTS, healthy, record,
 from twin import refine as module
 from twin.diagnosis import FAULTY, HEALTHY, UNKNOWN
 from twin.faults import FAULTS
+from twin.growth import growth_of
 from twin.refine import Fits, fitted
 from twin.synthesis import effect_of
 from twin.weigh import Weights, reaches, spread, weights_of
@@ -144,9 +145,9 @@ def test_weights_are_stored_and_come_back():
 def test_what_cannot_be_simulated_is_never_the_best():
     given = synthesis()
     object.__setattr__(given, "healthy", dataclasses.replace(healthy()))
-    work = module._Work(given, given.seen(turn({"crack": 0.4})), [POINT], np.ones((1, 3), bool), np.zeros(1, int))
+    work = module.Work(given, given.seen(turn({"crack": 0.4})), [POINT], np.ones((1, 3), bool), np.zeros(1, int))
     q = work.at(np.array([[0.4, 0.0, 0.0], [0.4, 1e-9, 0.0]]), np.array([0, 0])).q
-    assert q[0] < 3.0 and q[1] == module._BAD
+    assert q[0] < 3.0 and q[1] == module.BAD
 
 
 def test_the_shift_of_a_simulated_turn_is_taken_out_as_that_of_a_measured_one():
@@ -159,3 +160,19 @@ def test_the_shift_of_a_simulated_turn_is_taken_out_as_that_of_a_measured_one():
     x = view().measured(found - reference, reference, POINT)[None]
     fits = fitted(synthesis(), x, [POINT], told([3.0, -9.0, -9.0], [0.25, 0.2, 0.2]))
     assert fits.size[0, 0] == pytest.approx(0.3, abs=0.02) and math.isfinite(NOISE)
+
+
+def test_what_the_posterior_leaves_open_grows_with_the_faults():
+    soft = dataclasses.replace(MACHINE, output_joint=dataclasses.replace(MACHINE.output_joint, stiffness=43000.0))
+    sizes, turns = [0.2, 0.5, 0.8] * 2, []
+    for size in sizes:
+        given = soft.with_effects(effect_of(FAULTS["crack"], size, soft, 0.0, 0))
+        signal, stated = record(given)
+        (found,) = CELLS.turns(signal.values, MACHINE.reduction * stated.motor_speed, 3.0)
+        turns.append(view().measured(found - healthy().turn(POINT), healthy().turn(POINT), POINT))
+    size = np.array([[s, 0.0, 0.0] for s in sizes])
+    of = synthesis()
+    growth = growth_of(of, np.array(turns), [POINT] * 6, size, np.zeros(6, int))
+    wide = dataclasses.replace(of, growth=growth)
+    narrow, wider = (fitted(o, turns[2][None], [POINT], told([3.0, -9.0, -9.0], [0.8, 0.1, 0.1])) for o in (of, wide))
+    assert wider.left[0] < 0.3 * narrow.left[0] and wider.error[0, 0] > narrow.error[0, 0]
