@@ -4,16 +4,23 @@ In reading order:
     settings     what a twin is made with
     faults       the fault table: which effect each fault is, its sizes, the shop's units
     posterior    the joint law of machine, effects, loads and gain at a fitted place
-    physics      all that is taken from an explanation: the calibrated machine, faults as hypotheses
+    calibrate    drawing and healthy records -> machine, extended, and draws of what is open
     turns        a turn as the networks see it: what it differs by from the healthy machine, by cam angle
     data         simulated turns with faults: the campaign `own` of `datagen`
-    network      the convolution along each cam turn, and the paper's network
+    network      layers on the modes of a turn, and the paper's network
     learn        how they are taught
-    judge        thresholds: alarm, names, intervals of sizes, novelty
+    synthesis    what a turn with faults of some sizes would look like, beside a measured one
+    refine       the sizes that fit a turn, from what the networks estimate
+    growth       how wide such a fit may miss
+    weigh        what such a fit is worth: names, intervals, novelty
+    judge        thresholds of the networks alone: alarm, intervals of sizes
+    teach        the stage in which all this is learned
     detection    the smallest size of each fault that will be seen
     diagnosis    what the networks say of a turn, as objects
     gate         what a record must be to be compared with a twin
+    physics      faults as hypotheses of `discrepancy`, from the twin's machine
     folder       the files of a twin
+    workplace    the folder in which a twin is being made
     check        the check on healthy turns held out
     moved        has the machine moved since its last healthy records?
     advice       what to record next, and why
@@ -32,7 +39,7 @@ cell.
 
     from twin.twin import Twin
     twin = Twin.load("twin")
-    twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # networks, milliseconds
+    twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # tenths of a second
     twin.explain([(signal, conditions)])                                          # physics, seconds
 
 Nothing is imported here: ``import twin`` loads no tensor library.

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from discrepancy.indexer import Experiment
+from twin.calibrate import Calibrated
 from twin.data import Turns
 from twin.judge import sigmoid
-from twin.physics import Calibrated
 from twin.turns import Healthy
 
 

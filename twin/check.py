@@ -12,9 +12,11 @@ import torch
 from torch import nn
 
 from indexer_env import OperatingPoint
-from twin.judge import ACCEPTED, Judge, ensemble
+from twin.judge import Judge, ensemble
 from twin.learn import View
+from twin.synthesis import Synthesis
 from twin.turns import Healthy
+from twin.weigh import ACCEPTED, Weights
 
 _CHANCE = 0.05
 """Probability below which so many alarms are no chance."""
@@ -46,7 +48,7 @@ class Check:
 
 def checked(
     turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], files: Sequence[str], healthy: Healthy, view: View,
-    networks: Sequence[nn.Module], judge: Judge, false_alarms: float, own: bool,
+    networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, weights: Weights, false_alarms: float, own: bool,
 ) -> Check:  # fmt: skip
     """The check on turns (k, stations, cells) of each record; `own`: they are those that were fitted."""
     from scipy.stats import binom
@@ -59,7 +61,7 @@ def checked(
         x = np.array([view.measured(turn - reference, reference, point) for turn in mine])
         conditions = torch.from_numpy(view.conditions([point] * len(x)))
         told = ensemble(networks, torch.from_numpy(x.astype(np.float32)), conditions)
-        strange = judge.strangeness(told)
+        strange = weights.strangeness(told["strength"], synthesis.unexplained(x))
         for k in range(len(x)):
             level = float(np.sqrt((x[k] ** 2).mean()))
             alarm = float(told["any"][k] - judge.alarm)

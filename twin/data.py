@@ -6,6 +6,7 @@ networks see. Shard by shard, so that a run that was stopped goes on where it wa
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -70,6 +71,11 @@ class Turns:
     subset: np.ndarray
     points: Sequence[OperatingPoint]
     reference: np.ndarray
+
+    def part(self, rows: np.ndarray) -> Turns:
+        """Some of the turns."""
+        each = ("x", "point", "size", "there", "station", "subset")
+        return dataclasses.replace(self, **{name: getattr(self, name)[rows] for name in each})
 
 
 def points_of(speeds: Sequence[float], loads: Sequence[float], seed: int) -> list[OperatingPoint]:

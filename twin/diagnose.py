@@ -20,9 +20,10 @@ from indexer_records.conditions import Pulse
 from twin.answer import Answer, answer_of
 from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis
 from twin.physics import Physics
+from twin.report.answer import answer_page
 from twin.twin import Twin
 
-FILES = ("answer.json",)
+FILES = ("answer.json", "answer.html")
 
 
 def diagnosed(
@@ -68,6 +69,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
         with output_folder(out, FILES, config["overwrite"]) as folder:
             text = json.dumps(_finite(content), indent=1, ensure_ascii=False, default=float)
             (folder / FILES[0]).write_text(text, encoding="utf-8")
+            (folder / FILES[1]).write_text(answer_page(answer, each, twin), encoding="utf-8")
         console.print(f"written {out}")
     return {"verdict": answer.verdict}
 

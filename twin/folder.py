@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from safetensors.numpy import load_file
 from safetensors.torch import load_file as load_weights
 from torch import nn
 
@@ -16,12 +17,20 @@ from indexer_env.machine import Machine
 from indexer_env.presets import load_machine
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
+from twin.faults import Fault
 from twin.learn import View
-from twin.network import NETWORKS
-from twin.turns import Remains
+from twin.network import NETWORKS as KINDS
+from twin.synthesis import Synthesis
+from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
-VERSION = 1
+VERSION = 2
+
+NETWORKS = ("modes_0", "modes_1")
+"""Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
+
+PAPER = "paper_0"
+"""The paper's network, taught beside them and shown beside them, which takes no part in a diagnosis."""
 
 
 def about_of(folder: Path) -> dict[str, Any]:
@@ -45,11 +54,11 @@ def machine_and_sensor(folder: Path) -> tuple[Machine, Sensor]:
     return machine, from_mapping(Sensor, sensor, "sensor")
 
 
-def networks_of(folder: Path, names: Sequence[str], faults: int, cells: int) -> tuple[nn.Module, ...]:
-    """The networks of these names, "cnn_0" for the first of kind cnn."""
+def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -> tuple[nn.Module, ...]:
+    """The networks of these names, "modes_0" for the first of kind modes."""
     found = []
     for name in names:
-        network = NETWORKS[name.partition("_")[0]](faults, cells)
+        network = KINDS[name.partition("_")[0]](faults, cells.count, cells.stations)
         network.load_state_dict(load_weights(folder / f"{name}.safetensors"))
         found.append(network.eval())
     return tuple(found)
@@ -63,3 +72,9 @@ def view_of(about: Mapping[str, Any], remains: Remains) -> View:
         return 0.5 * (low + high), 0.5 * (high - low) or 1.0
 
     return View(remains, float(about["shift"]), middle("motor_speed_rpm", RPM), middle("load_torque", 1.0))
+
+
+def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: View) -> Synthesis:
+    """The simulator as it is fitted to turns."""
+    held = load_file(folder / "synthesis.safetensors")
+    return Synthesis(healthy, faults, view.remains.noise, held["axes"], held["covariance"], held["growth"], view.shapes)

@@ -12,12 +12,15 @@ from torch import Tensor, nn
 
 from indexer_env import OperatingPoint
 from twin.data import Turns
-from twin.network import NETWORKS, Told, mean_turn, squeezed
+from twin.network import NETWORKS, Told, mean_turn
 from twin.turns import Remains, shift_shapes
 
-_BATCH = 128
-_RATE = 3e-3
+_BATCH = 256
+_RATE = 2e-3
 """Greatest learning rate of Adam; it rises for a tenth of the steps and then falls along a cosine."""
+
+_DECAY = 1e-2
+"""Decay of the weights (AdamW's default)."""
 
 _RESIDUAL = 0.5
 """How much of what healthy records left comes and goes from turn to turn, as share of itself."""
@@ -25,8 +28,14 @@ _RESIDUAL = 0.5
 _NOTHING = 1e-6
 """Stands for 0 where a logarithm is taken; in units of the noise."""
 
-_WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3, "seen": 0.2}
+_WEIGHTS = {"any": 1.0, "size": 1.0, "station": 0.3}
 """Weights of the losses beside the faults' own."""
+
+_AXES = 4000
+"""Turns that the axes are taken from."""
+
+_NOISES, _LOOKS = 2048, 4
+"""Draws of the noise that are mixed by pairs, where what is seen is linear; looks at each turn where it is not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +95,49 @@ class Feed:
         self.size = torch.from_numpy(turns.size)
         self.station = torch.from_numpy(turns.station)
 
-    def noisy(self, rows: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """x of these rows with noise, conditions, and the mean turn without noise as it is to be seen."""
-        x, shapes = self.x[rows], self.shapes[self.point[rows]]
-        n = len(rows)
+    def clean(self, rows: Tensor) -> Tensor:
+        """x of these rows without noise."""
+        return still(self.x[rows], self.shapes[self.point[rows]])
+
+    def noise(self, point: Tensor, generator: torch.Generator) -> Tensor:
+        """What is measured of nothing at these points: noise, what comes and goes of the residual, shift."""
+        shapes, n = self.shapes[point], len(point)
         share = _RESIDUAL * torch.randn((n, len(self.fixed)), generator=generator)
-        x = x + torch.einsum("nr,rsc->nsc", share, self.fixed)
+        x = torch.einsum("nr,rsc->nsc", share, self.fixed)
         x = x + torch.einsum("nk,nksc->nsc", torch.randn((n, 2), generator=generator), shapes)
         white = torch.randn(x.shape, generator=generator)
-        noise = torch.fft.irfft(torch.fft.rfft(white) * self.colour, n=x.shape[2])
-        clean = still(x, shapes)
-        return clean + still(noise, shapes), self.conditions[self.point[rows]], squeezed(mean_turn(clean))
+        return still(x + torch.fft.irfft(torch.fft.rfft(white) * self.colour, n=x.shape[2]), shapes)
+
+    def noisy(self, rows: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
+        """x of these rows with noise, and conditions."""
+        return self.clean(rows) + self.noise(self.point[rows], generator), self.conditions[self.point[rows]]
+
+
+class Sight:
+    """What a network sees of turns, made once: without noise, to which noise is added anew each time where that is
+    exact, else several noisy looks."""
+
+    def __init__(self, network: nn.Module, feed: Feed, rows: Tensor, generator: torch.Generator) -> None:
+        self.rows, self.generator = rows, generator
+        if network.exact:
+            self.seen = torch.cat([network.sees(feed.clean(part)) for part in rows.split(512)])  # type: ignore[operator]
+            points = feed.point[rows[torch.randint(0, len(rows), (_NOISES,), generator=generator)]]
+            parts = [network.sees(feed.noise(part, generator)) for part in points.split(512)]  # type: ignore[operator]
+            self.noise = torch.cat(parts)
+        else:
+            looks = rows.repeat(_LOOKS).split(512)
+            self.seen = torch.cat([network.sees(feed.noisy(part, generator)[0]) for part in looks])  # type: ignore[operator]
+            self.noise = None
+
+    def at(self, places: Tensor) -> Tensor:
+        """What is seen (n, z) of the turns at these places of the rows."""
+        n = len(places)
+        if self.noise is None:
+            return self.seen[places + len(self.rows) * torch.randint(0, _LOOKS, (n,), generator=self.generator)]
+        # two draws of a normal law, turned by an angle, are a new draw of it
+        angle = 2.0 * math.pi * torch.rand((n, 1), generator=self.generator)
+        first, second = torch.randint(0, _NOISES, (2, n), generator=self.generator)
+        return self.seen[places] + torch.cos(angle) * self.noise[first] + torch.sin(angle) * self.noise[second]
 
 
 def trained(
@@ -107,16 +148,21 @@ def trained(
     rows = torch.from_numpy(np.flatnonzero(turns.subset == 0))
     with torch.random.fork_rng():
         torch.manual_seed(seed)
-        network = NETWORKS[kind](turns.there.shape[1], turns.x.shape[2])
-        optimiser = torch.optim.Adam(network.parameters(), lr=_RATE)
+        network = NETWORKS[kind](turns.there.shape[1], turns.x.shape[2], turns.x.shape[1])
+        with torch.no_grad():
+            network.fit(feed.clean(rows[:_AXES]))
+            sight = Sight(network, feed, rows, generator)
+        optimiser = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
         steps = epochs * math.ceil(len(rows) / _BATCH)
         schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=0.1)
         network.train()
         for epoch in range(epochs):
-            for part in rows[torch.randperm(len(rows), generator=generator)].split(_BATCH):
-                x, conditions, seen = feed.noisy(part, generator)
+            for places in torch.randperm(len(rows), generator=generator).split(_BATCH):
+                if len(places) == 1:
+                    continue  # has no variance to normalise a batch by
+                part = rows[places]
                 optimiser.zero_grad()
-                _loss(network(x, conditions), feed, part, seen).backward()
+                _loss(network.says(sight.at(places), feed.conditions[feed.point[part]]), feed, part).backward()
                 nn.utils.clip_grad_norm_(network.parameters(), 5.0)
                 optimiser.step()
                 schedule.step()
@@ -124,7 +170,7 @@ def trained(
     return network.eval()
 
 
-def _loss(told: Told, feed: Feed, rows: Tensor, seen: Tensor) -> Tensor:
+def _loss(told: Told, feed: Feed, rows: Tensor) -> Tensor:
     there, size = feed.there[rows], feed.size[rows]
     bce = nn.functional.binary_cross_entropy_with_logits
     total = bce(told.faults, there)
@@ -138,25 +184,19 @@ def _loss(told: Told, feed: Feed, rows: Tensor, seen: Tensor) -> Tensor:
         if mine.any():
             loss = nn.functional.cross_entropy(told.station[mine], feed.station[rows][mine])
             total = total + _WEIGHTS["station"] * loss
-    if told.seen is not None:
-        total = total + _WEIGHTS["seen"] * nn.functional.smooth_l1_loss(told.seen, seen)
     return total
 
 
 def said(network: nn.Module, x: Tensor, conditions: Tensor) -> dict[str, np.ndarray]:
-    """What a network says of many turns, as arrays by name; `novelty` is the rms between the mean turn and what the
-    network takes it to be, next to nothing of a network that cannot tell."""
+    """What a network says of many turns, as arrays by name; `strength` is the rms of the mean turn."""
     parts: dict[str, list[np.ndarray]] = {}
     with torch.no_grad():
         for some, those in zip(x.split(256), conditions.split(256), strict=True):
             told = network(some, those)
             found = {"faults": told.faults, "any": told.any, "size": told.size, "spread": told.spread.clamp(-6.0, 1.0)}
-            mean = squeezed(mean_turn(some))
-            found["strength"] = mean.pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
+            found["strength"] = mean_turn(some).pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
             if told.station is not None:
                 found["station"] = told.station
-            missed = torch.zeros_like(mean) if told.seen is None else mean - told.seen
-            found["novelty"] = missed.pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
             for name, value in found.items():
                 parts.setdefault(name, []).append(value.double().numpy())
     return {name: np.concatenate(values) for name, values in parts.items()}

@@ -2,7 +2,7 @@
 
 calibrate   machine.yaml, sensor.yaml, calibration.yaml, posterior.parquet, remains.safetensors
 data        data/*.safetensors; removed once everything is learned
-learn       cnn_0, cnn_1, paper (.safetensors), learned.yaml
+learn       modes_0, modes_1, paper_0, synthesis (.safetensors), learned.yaml
 detect      detection.yaml
 check       check.yaml
 report      report.html, and twin.yaml last: the folder is a twin from then on
@@ -16,7 +16,6 @@ import json
 import logging
 import shutil
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,47 +23,45 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-import torch
-import yaml
 from safetensors.numpy import load_file, save_file
-from safetensors.torch import save_file as save_weights
 
 from datagen.progress import progress
 from discrepancy.indexer import Experiment, machine_yaml
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_cli.command import check_flag
-from indexer_env.errors import ParameterError, SignalError
+from indexer_env.errors import SignalError
 from indexer_env.units import RPM
 from twin import data, detection
-from twin.card import calibration_card, scores, span, turns_of
+from twin.calibrate import Calibrated, calibrated
+from twin.card import calibration_card, span, turns_of
 from twin.check import Check, checked
 from twin.faults import chosen
-from twin.folder import FORMAT, VERSION, about_of, machine_and_sensor, networks_of, view_of
-from twin.judge import Judge, judge_of, looked_at
-from twin.learn import trained
+from twin.folder import (
+    FORMAT,
+    NETWORKS,
+    PAPER,
+    VERSION,
+    about_of,
+    machine_and_sensor,
+    networks_of,
+    synthesis_of,
+    view_of,
+)  # fmt: skip
+from twin.judge import Judge
 from twin.moved import as_before, moved_since
-from twin.physics import Calibrated, Uncertain, calibrated
+from twin.posterior import Uncertain
 from twin.settings import Settings
+from twin.teach import learned
 from twin.turns import Cells, Healthy, Remains, remains_of
+from twin.weigh import Weights
+from twin.workplace import Workplace
 
 _log = logging.getLogger(__name__)
 
 STAGES = ("calibrate", "data", "learn", "detect", "check", "report")
 
-NETWORKS = ("cnn_0", "cnn_1")
-"""Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
-
-PAPER = "paper_0"
-"""The paper's network, taught beside them and shown beside them, which takes no part in a diagnosis."""
-
 _HEALTHY_SHARE = 1.0 / 8.0
 """Healthy turns for the thresholds, as share of the records that the networks learn from."""
-
-_OWN_FILES = (
-    "stage.yaml", "machine.yaml", "sensor.yaml", "calibration.yaml", "posterior.parquet", "remains.safetensors",
-    "learned.yaml", "detection.yaml", "check.yaml", "twin.yaml", "report.html", "data",
-    *(f"{name}.safetensors" for name in (*NETWORKS, PAPER)),
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +89,9 @@ class Bench:
 class Maker:
     """Makes a twin in a folder."""
 
+    extend = True
+    """Whether what the drawing lacks is added; a benchmark leaves it out to tell what it is worth."""
+
     def __init__(
         self, bench: Bench, settings: Settings, out: Path, *, overwrite: bool = False, before: Path | None = None
     ) -> None:
@@ -99,29 +99,7 @@ class Maker:
         check_flag("twin", "overwrite", overwrite)
         self.bench, self.settings, self.out, self.before = bench, settings, out, before
         self.faults = chosen(list(settings.faults))
-        self._open(overwrite)
-
-    def _open(self, overwrite: bool) -> None:
-        """Take the folder, or go on with what it holds of the same twin."""
-        mark = {"format": FORMAT, "version": VERSION, "made_of": self._fingerprint()}
-        if self.out.exists():
-            held = sorted(path.name for path in self.out.iterdir())
-            foreign = [name for name in held if name not in _OWN_FILES]
-            if foreign or (held and "stage.yaml" not in held):
-                raise ParameterError(
-                    f"twin.out must be a new folder, an empty one or that of a twin, got {self.out}, which holds "
-                    f"{(foreign or held)[0]}; name another."
-                )
-            if held and self._read("stage") != mark:
-                if not overwrite:
-                    raise ParameterError(
-                        "twin.out must be a new folder, or that of a twin of the same records and settings, got "
-                        f"{self.out}, which is of others; set overwrite=true to make it anew, or name another."
-                    )
-                for path in self.out.iterdir():
-                    shutil.rmtree(path) if path.is_dir() else path.unlink()
-        self.out.mkdir(parents=True, exist_ok=True)
-        self._write("stage", mark)
+        self.work = Workplace(out, self._fingerprint(), overwrite)
 
     def _fingerprint(self) -> str:
         told = hashlib.sha256(json.dumps(self.settings.plain(), sort_keys=True).encode())
@@ -132,43 +110,33 @@ class Maker:
             told.update(repr((experiment.operating_point, experiment.noise, experiment.start_uncertainty)).encode())
         return told.hexdigest()
 
-    def _read(self, name: str) -> Any:
-        return yaml.safe_load((self.out / f"{name}.yaml").read_text(encoding="utf-8"))
-
-    def _write(self, name: str, content: Any) -> None:
-        fresh = self.out / f".{name}.part"
-        fresh.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
-        fresh.rename(self.out / f"{name}.yaml")
-
-    def _has(self, *names: str) -> bool:
-        return all((self.out / name).exists() for name in names)
-
     def make(self, begin: Callable[[str], None] = lambda stage: None) -> Check:
         """All stages that are left; `begin` is told each as it begins."""
         begin("calibrate")
         self._calibrate()
         machine, sensor = machine_and_sensor(self.out)
-        about = self._read("calibration")
+        about = self.work.read("calibration")
         self.healthy = Healthy(machine, sensor, Cells(**about["cells"]), about["load_factor"])
         self.remains = Remains.restore(load_file(self.out / "remains.safetensors"))
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
         begin("data")
-        learned = self._has("learned.yaml")
+        learned = self.work.has(["learned.yaml"])
         turns = None if learned else self._data()
         begin("learn")
         if turns is not None:
             self._learn(turns)
-        cells = self.healthy.cells.count
-        self.networks = networks_of(self.out, NETWORKS, len(self.faults), cells)
-        self.judge = Judge.restore(self._read("learned")["judge"])
+        found = self.work.read("learned")
+        self.networks = networks_of(self.out, NETWORKS, len(self.faults), self.healthy.cells)
+        self.judge, self.weights = Judge.restore(found["judge"]), Weights.restore(found["weights"])
+        self.synthesis = synthesis_of(self.out, self.faults, self.healthy, self.view)
         begin("detect")
-        if not self._has("detection.yaml"):
+        if not self.work.has(["detection.yaml"]):
             self._detect()
         begin("check")
-        if not self._has("check.yaml"):
-            self._write("check", self._check().plain())
-        check = Check(**self._read("check"))
+        if not self.work.has(["check.yaml"]):
+            self.work.write("check", self._check().plain())
+        check = Check(**self.work.read("check"))
         begin("report")
         self._report(about)
         shutil.rmtree(self.out / "data", ignore_errors=True)
@@ -176,7 +144,7 @@ class Maker:
 
     def sentences(self) -> list[str]:
         """What was found, for the command line."""
-        about = self._read("twin")
+        about = self.work.read("twin")
         moved = about["calibration"].get("moved")
         first = [] if moved is None else [moved["sentence"]]
         return [*first, about["calibration"]["headline"], *about["calibration"]["notes"]]
@@ -184,20 +152,22 @@ class Maker:
     # ------------------------------------------------------------------------------------------ stages
 
     def _calibrate(self) -> None:
-        if self._has("calibration.yaml", "posterior.parquet", "remains.safetensors", "machine.yaml", "sensor.yaml"):
+        if self.work.has(
+            ["calibration.yaml", "posterior.parquet", "remains.safetensors", "machine.yaml", "sensor.yaml"]
+        ):
             return
         s = self.settings
         before = None if self.before is None else about_of(self.before)
         scale = 0.0 if before is None else before["calibration"]["scale_spread"]
         uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty, scale)
-        found = calibrated(self.bench.subject, uncertain, s.draws, s.seed)
+        found = calibrated(self.bench.subject, uncertain, s.draws, s.seed, extend=self.extend)
         if before is not None:
             found = as_before(found, before["calibration"])
         columns = {path: found.draws[:, k] for k, path in enumerate(found.paths)}
         pq.write_table(pa.table(columns), self.out / "posterior.parquet")
         (self.out / "machine.yaml").write_text(machine_yaml(found.machine), encoding="utf-8")
         values = {n: float(v) if isinstance(v, float) else v for n, v in dataclasses.asdict(found.sensor).items()}
-        self._write("sensor", values)
+        self.work.write("sensor", values)
         points = [e.operating_point for e in self.bench.experiments]
         fastest = max(p.motor_speed for p in points)
         cells = Cells.of(found.machine, self.bench.rate, fastest)
@@ -213,7 +183,7 @@ class Maker:
         save_file({k: np.ascontiguousarray(v) for k, v in remains.arrays().items()}, self.out / "remains.safetensors")
         speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
         loads = list(s.load_torque or span([p.load_torque for p in points]))
-        self._write("calibration", {
+        self.work.write("calibration", {
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
@@ -227,15 +197,17 @@ class Maker:
         """Compare with the twin before, and take its networks over where the machine has not moved."""
         assert self.before is not None
         moved = moved_since(before["calibration"], self.bench.subject.machine, found)
-        about = self._read("calibration")
-        self._write("calibration", {**about, "moved": moved})
+        about = self.work.read("calibration")
+        self.work.write("calibration", {**about, "moved": moved})
         same = before["range"] == about["range"] and before["cells"] == about["cells"]
         if moved["since"] or not same:
             return
         for name in (*NETWORKS, PAPER):
             shutil.copy(self.before / f"{name}.safetensors", self.out)
-        self._write("learned", {key: before[key] for key in ("judge", "paper_judge", "records", "scores")})
-        self._write("detection", before["detection"])
+        shutil.copy(self.before / "synthesis.safetensors", self.out)
+        kept = ("judge", "paper_judge", "weights", "records", "scores")
+        self.work.write("learned", {key: before[key] for key in kept})
+        self.work.write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:
         points = more.pop("points")
@@ -258,39 +230,7 @@ class Maker:
         return turns, healthy
 
     def _learn(self, turns: tuple[data.Turns, data.Turns]) -> None:
-        faulty, healthy = turns
-        s = self.settings
-        # Each network is taught by one thread: several threads on one batch wait for each other more than they work.
-        threads = torch.get_num_threads()
-        torch.set_num_threads(1)
-        try:
-            with progress("learning", len(NETWORKS) * s.epochs, "epochs") as advance:
-
-                def teach(name: str) -> None:
-                    kind, _, number = name.partition("_")
-                    tell = (lambda epoch: advance(1)) if kind == "cnn" else (lambda epoch: None)
-                    network = trained(kind, faulty, self.view, epochs=s.epochs, seed=s.seed + int(number), advance=tell)
-                    save_weights(network.state_dict(), self.out / f"{name}.safetensors")
-
-                with ThreadPoolExecutor(len(NETWORKS)) as pool:
-                    missing = [n for n in (*NETWORKS, PAPER) if not self._has(f"{n}.safetensors")]
-                    list(pool.map(teach, missing))
-        finally:
-            torch.set_num_threads(threads)
-        cells = self.healthy.cells.count
-        networks = networks_of(self.out, NETWORKS, len(self.faults), cells)
-        told = {"false_alarms": s.false_alarms, "coverage": s.coverage, "seed": s.seed}
-        judge = judge_of(networks, faulty, healthy, self.view, **told)
-        paper = networks_of(self.out, [PAPER], len(self.faults), cells)
-        control = np.flatnonzero(faulty.subset == 1)
-        self._write("learned", {
-            "judge": judge.plain(),
-                "paper_judge": judge_of(paper, faulty, healthy, self.view, **told).plain(), "records": len(faulty.x),
-            "scores": {
-                "cnn": scores(*looked_at(networks, faulty, self.view, control, s.seed + 2, 1), faulty),
-                "paper": scores(*looked_at(paper, faulty, self.view, control, s.seed + 2, 1), faulty),
-            },
-        })  # fmt: skip
+        self.work.write("learned", learned(self.out, *turns, self.faults, self.healthy, self.view, self.settings))
 
     def _detect(self) -> None:
         s, points = self.settings, detection.points_of(self.speeds, self.loads)
@@ -308,7 +248,7 @@ class Maker:
                     )
                 ]
                 advance(1)
-        self._write("detection", found)
+        self.work.write("detection", found)
 
     def _check(self) -> Check:
         held = self.bench.subject.held_out.experiments
@@ -320,7 +260,17 @@ class Maker:
         points = [e.operating_point for e in held]
         files = [e.signal.source for e in held]
         return checked(
-            turns, points, files, self.healthy, self.view, self.networks, self.judge, self.settings.false_alarms, own
+            turns,
+            points,
+            files,
+            self.healthy,
+            self.view,
+            self.networks,
+            self.judge,
+            self.synthesis,
+            self.weights,
+            self.settings.false_alarms,
+            own,
         )
 
     def _report(self, calibration: dict[str, Any]) -> None:
@@ -330,8 +280,8 @@ class Maker:
             "format": FORMAT, "version": VERSION, "settings": self.settings.plain(), "networks": list(NETWORKS),
             **{key: calibration.pop(key) for key in ("cells", "shift", "range", "load_factor")},
             **{key: calibration.pop(key) for key in ("noise", "sample_noise", "unit", "recorded")},
-            "calibration": calibration, **self._read("learned"), "detection": self._read("detection"),
-            "check": self._read("check"),
+            "calibration": calibration, **self.work.read("learned"), "detection": self.work.read("detection"),
+            "check": self.work.read("check"),
         }  # fmt: skip
         (self.out / "report.html").write_text(page(about, self.healthy.machine, self.remains), encoding="utf-8")
-        self._write("twin", about)
+        self.work.write("twin", about)

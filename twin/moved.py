@@ -9,7 +9,7 @@ from typing import Any
 
 from discrepancy.indexer.parameters import read
 from indexer_env.machine import Machine
-from twin.physics import Calibrated, Finding
+from twin.calibrate import Calibrated, Finding
 
 _CHANCE = 0.01
 """Probability of so large a change, were it chance, below which the machine has moved."""

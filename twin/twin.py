@@ -25,11 +25,26 @@ from twin import physics
 from twin.detection import Seen, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
 from twin.faults import Fault, chosen, share_of
-from twin.folder import about_of, machine_and_sensor, networks_of, view_of
+from twin.folder import about_of, machine_and_sensor, networks_of, synthesis_of, view_of
 from twin.gate import BY_COMPARISON, Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
+from twin.refine import fitted
+from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
+from twin.weigh import Weights, spread
+
+
+@dataclass(frozen=True, eq=False)
+class _Estimate:
+    """Of one turn: logit, size and its standard deviation of each fault, what to multiply that by (faults, 2), and how
+    strange the turn is."""
+
+    logits: np.ndarray
+    size: np.ndarray
+    spread: np.ndarray
+    reach: np.ndarray
+    strange: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +62,10 @@ class Twin:
     networks : tuple of Module
     judge : Judge
     healthy : Healthy
+    synthesis : Synthesis or None
+        By which what the networks estimate is simulated and refined; None: the networks alone.
+    weights : Weights or None
+        What that is worth.
     """
 
     folder: Path
@@ -57,6 +76,8 @@ class Twin:
     networks: tuple[nn.Module, ...]
     judge: Judge
     healthy: Healthy
+    synthesis: Synthesis | None = None
+    weights: Weights | None = None
 
     @classmethod
     def load(cls, folder: str | Path) -> Twin:
@@ -72,11 +93,14 @@ class Twin:
         machine, sensor = machine_and_sensor(folder)
         cells = Cells(**about["cells"])
         remains = Remains.restore(load_file(folder / "remains.safetensors"))
-        names = [fault for fault in about["settings"]["faults"]]
-        networks = networks_of(folder, about["networks"], len(names), cells.count)
+        faults = chosen(list(about["settings"]["faults"]))
+        networks = networks_of(folder, about["networks"], len(faults), cells)
         view = view_of(about, remains)
-        return cls(folder, about, machine, sensor, view, networks, Judge.restore(about["judge"]),
-                   Healthy(machine, sensor, cells, about["load_factor"]))  # fmt: skip
+        healthy = Healthy(machine, sensor, cells, about["load_factor"])
+        return cls(
+            folder, about, machine, sensor, view, networks, Judge.restore(about["judge"]), healthy,
+            synthesis_of(folder, faults, healthy, view), Weights.restore(about["weights"]),
+        )  # fmt: skip
 
     @functools.cached_property
     def gate(self) -> Gate:
@@ -106,7 +130,8 @@ class Twin:
         return sizes
 
     def diagnose_turn(self, signal: Signal, conditions: Conditions) -> TurnDiagnosis:
-        """What the networks say of a record of one turn of the table or more; milliseconds, no physics.
+        """What the networks say of a record of one turn of the table or more, refined by simulation where they raise an
+        alarm; milliseconds, with an alarm some tenths of a second.
 
         Parameters
         ----------
@@ -123,26 +148,29 @@ class Twin:
 
     def judged(self, x: np.ndarray, point: OperatingPoint, stations_known: bool) -> TurnDiagnosis:
         """The verdict on turns x (k, stations, cells) of one operating point, together."""
-        seen = torch.from_numpy(x.astype(np.float32))
         conditions = torch.from_numpy(self.view.conditions([point] * len(x)))
-        told = {name: value.mean(axis=0) for name, value in ensemble(self.networks, seen, conditions).items()}
-        strange = float(self.judge.strangeness({n: told[n][None] for n in ("strength", "novelty")})[0])
-        alarm = float(told["any"]) - self.judge.alarm
-        chance = sigmoid(told["faults"])
+        told = ensemble(self.networks, torch.from_numpy(x.astype(np.float32)), conditions)
+        told = {name: value.mean(axis=0)[None] for name, value in told.items()}
+        alarm = float(told["any"][0]) - self.judge.alarm
+        estimate = self._estimate(x.mean(axis=0)[None], point, told, alarm > 0.0)
+        strange, chance = estimate.strange, sigmoid(estimate.logits)
+        named = chance >= NAMED
+        if not named.any():
+            named[np.argmax(chance)] = True
+        reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
         sizes, probabilities = {}, {}
         seen_faults = []
         for k, fault in enumerate(self.faults):
             probabilities[fault.name] = float(chance[k])
-            share = float(told["size"][k])
-            reach = float(self.judge.reach[k] * np.exp(told["spread"][k]))
-            ends = [share, share - reach, share + reach]
+            share = float(estimate.size[k])
+            ends = [share, share - float(reach[k]), share + float(reach[k])]
             if not fault.signed:
                 ends = [max(0.0, value) for value in ends]
             shop = [fault.told(value, self.machine) for value in ends]
             sizes[fault.name] = (shop[0], min(shop[1:]), max(shop[1:]))
-            if chance[k] >= NAMED or (chance[k] == chance.max() and not (chance >= NAMED).any()):
+            if named[k]:
                 single = fault.name == "crack_single" and "station" in told and stations_known
-                station = int(np.argmax(told["station"])) if single else None
+                station = int(np.argmax(told["station"][0])) if single else None
                 seen_faults.append(FaultSeen(
                     fault.name, float(chance[k]), shop[0], min(shop[1:]), max(shop[1:]), fault.unit, ends[0],
                     abs(ends[0]) >= self.matters[fault.name], station,
@@ -161,6 +189,19 @@ class Twin:
         words = {fault.name: fault.words for fault in self.faults}
         reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
         return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)
+
+    def _estimate(self, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray], alarm: bool) -> _Estimate:
+        """Of one turn x (1, stations, cells): by simulation where there is an alarm to look into, else by networks."""
+        networks = _Estimate(told["faults"][0], told["size"][0], np.exp(told["spread"][0]), self.judge.reach, 0.0)
+        if self.synthesis is None or self.weights is None:
+            return networks
+        if not alarm:
+            strange = self.weights.strangeness(told["strength"], self.synthesis.unexplained(x))
+            return dataclasses.replace(networks, strange=float(strange[0]))
+        fits = fitted(self.synthesis, x, [point], told)
+        strange = float(self.weights.strangeness(told["strength"], fits.left)[0])
+        logits = self.weights.logits(told["faults"], fits)[0]
+        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 
     def explain(self, turns: Sequence[tuple[Signal, Conditions]]) -> physics.Physics:
         """What physics says of records together: faults as hypotheses from the twin's machine; seconds.

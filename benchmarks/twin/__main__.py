@@ -20,23 +20,30 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.twin.pipelines import METHODS, make_twin
+from benchmarks.twin.pipelines import make_twin
 from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.truth import Truth, fault, machine_of, taken, write_bench
 from discrepancy.records.conditions import Conditions
 from indexer_env import Signal
 from indexer_env.effects import Effect
+from indexer_env.motion_law.choose import motion_law
 from twin.answer import answer_of
 from twin.diagnosis import NOT_COMPARABLE, UNKNOWN
 from twin.faults import FAULTS
 from twin.twin import Twin
 
 DEFAULTS = {
-    "machines": 20, "records": 160, "physics": 8, "seed": 5, "noise": 0.015, "spread": 0.1, "simulated": 10000,
-    "epochs": 24, "out": "benchmarks/twin/out", "methods": "twin",
+    "machines": 20, "records": 160, "physics": 8, "at_size": 40, "seed": 5, "noise": 0.015, "spread": 0.1,
+    "simulated": 12000, "epochs": 25, "out": "benchmarks/twin/out", "methods": "twin",
 }  # fmt: skip
-"""Machines, records of each, those that physics judges too, seed, noise over signal, spread of the drawing, the twin's
-sizes, folder, methods joined by commas."""
+"""Machines, records of each, those that physics judges too, those with a fault of the stated smallest size, seed,
+noise over signal, spread of the drawing, the twin's sizes, folder, methods joined by commas."""
+
+NETWORKS, REFINED, PHYSICS = "networks", "networks and synthesis", "networks, synthesis and physics"
+"""Ways to judge a record."""
+
+OTHER_LAWS = ("modified_trapezoid", "cycloidal", "polynomial_345")
+"""Of tables of another make."""
 
 NAMES = ("crack", "loose_base", "reducer_play")
 SPEEDS, LOADS = (1200.0, 1500.0), (2.0, 20.0)
@@ -44,47 +51,77 @@ _STRANGERS = 0.1
 """Share of the records that have a fault of no table."""
 
 
-def drawn(truth: Truth, rng: np.random.Generator) -> tuple[dict[str, float], tuple[Effect, ...], bool]:
-    """Sizes of faults, their effects, and whether it is a fault of no table."""
+def drawn(truth: Truth, rng: np.random.Generator) -> tuple[Truth, dict[str, float], tuple[Effect, ...], bool]:
+    """The machine, sizes of its faults, their effects, and whether it is a stranger: a fault of no table, or a table of
+    another make."""
     if rng.random() < _STRANGERS:
+        if rng.random() < 0.5:
+            law = motion_law(OTHER_LAWS[int(rng.integers(len(OTHER_LAWS)))])
+            return dataclasses.replace(truth, machine=dataclasses.replace(truth.machine, motion_law=law)), {}, (), True
         height, centre = rng.uniform(4e-4, 1.2e-3), rng.uniform(0.1, 0.4)
-        return {}, (fault("cam.profile_error", height=height, centre=centre, half_width=0.06),), True
+        return truth, {}, (fault("cam.profile_error", height=height, centre=centre, half_width=0.06),), True
     there = [name for name in NAMES if rng.random() < 0.5]
     sizes = {name: float(rng.uniform(0.0, 1.0)) for name in there}
-    effects = tuple(
+    return truth, sizes, effects_of(truth, sizes), False
+
+
+def effects_of(truth: Truth, sizes: dict[str, float]) -> tuple[Effect, ...]:
+    """Faults of these sizes."""
+    return tuple(
         fault(FAULTS[name].effect, **{FAULTS[name].parameter: FAULTS[name].value(size, truth.machine)})
         for name, size in sizes.items()
     )
-    return sizes, effects, False
 
 
-def judged(twin: Twin, truth: Truth, seed: int, records: int, by_physics: int) -> dict[str, list[Judged]]:
-    """Records of a machine, judged by the networks, some of them with physics."""
+def judged(twin: Twin, truth: Truth, seed: int, records: int, by_physics: int, at_size: int) -> dict[str, list[Judged]]:
+    """Records of a machine, judged by the networks alone, by networks and synthesis, and some with physics; further
+    ones with a fault of the stated smallest size."""
     rng = np.random.default_rng(seed)
-    rows: dict[str, list[Judged]] = {"networks": [], "networks and physics": []}
+    ways = {NETWORKS: dataclasses.replace(twin, synthesis=None), REFINED: twin}
+    ways = ways if twin.synthesis is not None else {NETWORKS: twin}
+    rows: dict[str, list[Judged]] = {name: [] for name in (*ways, PHYSICS)}
     for number in range(records):
-        sizes, effects, stranger = drawn(truth, rng)
-        rpm, load = rng.uniform(*SPEEDS), rng.uniform(*LOADS)
-        values, point = taken(truth, rpm, load, 1.1, rng, effects)
-        signal = Signal(values, 1000.0, unit="rad/s^2", source=f"record {number}")
-        stated = Conditions(point.motor_speed, load, point.start_angle, noise=truth.noise)
-        seen = twin.diagnose_turn(signal, stated)
+        real, sizes, effects, stranger = drawn(truth, rng)
+        signal, stated = measured(real, rng.uniform(*SPEEDS), rng.uniform(*LOADS), effects, number, rng)
         above = all(size >= twin.matters.get(name, 1.0) for name, size in sizes.items())
-        held = tuple(
-            one.low <= FAULTS[one.name].told(sizes[one.name], truth.machine) <= one.high
-            for one in seen.faults
-            if one.name in sizes
-        )
-        named = frozenset(one.name for one in seen.faults)
-        refused = seen.verdict in (UNKNOWN, NOT_COMPARABLE)
-        rows["networks"].append(Judged(frozenset(sizes), named, refused, above, held, stranger))
-        if number < by_physics and seen.verdict != NOT_COMPARABLE:
-            answer = answer_of(seen, twin.explain([(signal, stated)]), twin.machine, twin.matters)
-            named = frozenset(one.name for one in answer.faults)
+        told = {name: FAULTS[name].told(size, truth.machine) for name, size in sizes.items()}
+        seen = {name: way.diagnose_turn(signal, stated) for name, way in ways.items()}
+        for name, one in seen.items():
+            refused = one.verdict in (UNKNOWN, NOT_COMPARABLE)
+            rows[name].append(row_of(sizes, told, one.faults, refused, above, stranger))
+        last = list(seen.values())[-1]
+        if number < by_physics and last.verdict != NOT_COMPARABLE:
+            answer = answer_of(last, twin.explain([(signal, stated)]), twin.machine, twin.matters)
             refused = answer.verdict in (UNKNOWN, NOT_COMPARABLE)
-            row = Judged(frozenset(sizes), named, refused, above, (), stranger)
-            rows["networks and physics"].append(row)
+            rows[PHYSICS].append(row_of(sizes, told, answer.faults, refused, above, stranger))
+    stated_sizes = [one for one in twin.seen if one.size is not None]
+    for number in range(at_size if stated_sizes else 0):
+        one = stated_sizes[int(rng.integers(len(stated_sizes)))]
+        sizes = {one.fault: float(one.size or 0.0)}
+        signal, stated = measured(truth, one.motor_speed_rpm, one.load_torque, effects_of(truth, sizes), number, rng)
+        alarm = ways[NETWORKS].diagnose_turn(signal, stated).alarm > 0.0
+        none = frozenset()
+        rows[NETWORKS].append(Judged(frozenset(sizes), none, none, False, True, at_size=alarm))
     return rows
+
+
+def measured(
+    truth: Truth, rpm: float, load: float, effects: tuple[Effect, ...], number: int, rng: np.random.Generator
+) -> tuple[Signal, Conditions]:
+    """A record and what is stated of it."""
+    values, point = taken(truth, rpm, load, 1.1, rng, effects)
+    signal = Signal(values, 1000.0, unit="rad/s^2", source=f"record {number}")
+    return signal, Conditions(point.motor_speed, load, point.start_angle, noise=truth.noise)
+
+
+def row_of(
+    sizes: dict[str, float], told: dict[str, float], faults: Sequence[Any], refused: bool, above: bool, stranger: bool
+) -> Judged:
+    """What is counted of a record."""
+    held = tuple(one.low <= told[one.name] <= one.high for one in faults if one.name in told)
+    named = frozenset(one.name for one in faults)
+    large = frozenset(one.name for one in faults if one.matters)
+    return Judged(frozenset(sizes), named, large, refused, above, held, stranger)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -111,7 +148,9 @@ def main(arguments: Sequence[str]) -> None:
             write_bench(truth, work / "bench", settings["seed"] + number)
             twin = make_twin(method, truth, work, settings["simulated"], settings["epochs"])
             made = time.process_time() - begun
-            found = judged(twin, truth, settings["seed"] + number, settings["records"], settings["physics"])
+            found = judged(
+                twin, truth, settings["seed"] + number, settings["records"], settings["physics"], settings["at_size"]
+            )
             done[key] = {
                 "kind": truth.kind, "made_cpu_s": made, "headline": twin.about["calibration"]["headline"],
                 "trusted": twin.about["check"]["trusted"],
@@ -136,7 +175,7 @@ def table_of(done: dict[str, Any]) -> dict[tuple[str, str], list[dict[str, Any]]
             if rows:
                 given = [
                     Judged(
-                        **{**r, "true": frozenset(r["true"]), "named": frozenset(r["named"]), "held": tuple(r["held"])}
+                        **{**r, **{k: frozenset(r[k]) for k in ("true", "named", "large")}, "held": tuple(r["held"])}
                     )
                     for r in rows
                 ]
@@ -145,5 +184,4 @@ def table_of(done: dict[str, Any]) -> dict[tuple[str, str], list[dict[str, Any]]
 
 
 if __name__ == "__main__":
-    assert METHODS
     main(sys.argv[1:])

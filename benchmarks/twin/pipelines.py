@@ -20,9 +20,10 @@ from twin.make import Bench, Maker
 from twin.settings import Settings
 from twin.twin import Twin
 
-METHODS = ("twin", "oracle", "nominal", "point", "paper")
+METHODS = ("twin", "oracle", "nominal", "point", "unextended", "paper")
 """twin: as a user makes it; oracle: the true machine as drawing, known to 0.2 %; nominal: the drawing ±10 % without a
-fit; point: no posterior, one machine; paper: the paper's network on the twin's data."""
+fit; point: no posterior, one machine; unextended: nothing is added that the drawing lacks; paper: the paper's network
+on the twin's data."""
 
 FAULTS = ("crack", "loose_base", "reducer_play")
 _KNOWN = 2e-3
@@ -52,8 +53,8 @@ class _Fixed(Maker):
         }
         pq.write_table(pa.table(columns), path)
         (self.out / "machine.yaml").write_text(machine_yaml(drawing), encoding="utf-8")
-        about = self._read("calibration")
-        self._write("calibration", {**about, "load_factor": 1.0})
+        about = self.work.read("calibration")
+        self.work.write("calibration", {**about, "load_factor": 1.0})
 
 
 def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int) -> Twin:
@@ -70,13 +71,13 @@ def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int
     bench = Bench(indexer_subject({**keys, "machine": drawing, "measured": str(work / "bench")}))
     settings = Settings(faults=FAULTS, simulated=simulated, epochs=epochs)
     maker = _Fixed(bench, settings, work / "twin")
-    maker.method = method
+    maker.method, maker.extend = method, method != "unextended"
     maker.make()
     twin = Twin.load(work / "twin")
     if method == "paper":
-        from twin.folder import networks_of
+        from twin.folder import PAPER, networks_of
 
-        networks = networks_of(work / "twin", ["paper_0"], len(FAULTS), twin.healthy.cells.count)
+        networks = networks_of(work / "twin", [PAPER], len(FAULTS), twin.healthy.cells)
         judge = Judge.restore(twin.about["paper_judge"])
-        twin = dataclasses.replace(twin, networks=networks, judge=judge)
+        twin = dataclasses.replace(twin, networks=networks, judge=judge, synthesis=None, weights=None)
     return twin

@@ -12,10 +12,13 @@ from discrepancy.records.conditions import Conditions
 from indexer_env import Machine, OperatingPoint, Sensor, Signal, load_machine, simulate
 from indexer_env.run import Run
 from indexer_env.units import RPM
+from twin.faults import chosen
 from twin.judge import Judge
 from twin.learn import View
 from twin.network import Told
+from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
+from twin.weigh import Weights
 
 RATE = 500.0
 NOISE = 0.1
@@ -55,17 +58,27 @@ def record(
 class Fixed(nn.Module):
     """A network that always says the same."""
 
-    def __init__(self, any_fault: float, faults: list[float], novelty: float = 1.0) -> None:
+    def __init__(self, any_fault: float, faults: list[float]) -> None:
         super().__init__()
-        self.any_fault, self.logits, self.strange = any_fault, faults, novelty
+        self.any_fault, self.logits = any_fault, faults
 
     def forward(self, x: torch.Tensor, conditions: torch.Tensor) -> Told:
         n, f = len(x), len(self.logits)
         logits = torch.tensor(self.logits).expand(n, f)
-        seen = torch.asinh(x.mean(dim=1) * x.shape[1] ** 0.5) + self.strange
         return Told(logits, torch.full((n,), self.any_fault), torch.full((n, f), 0.5), torch.full((n, f), -3.0),
-                    torch.zeros((n, x.shape[1])), seen)  # fmt: skip
+                    torch.zeros((n, x.shape[1])))  # fmt: skip
 
 
-JUDGE = Judge(alarm=0.0, reach=np.full(10, 2.0), novelty=np.array([0.0, 0.0, 0.0]), strange=1.0)
-"""Alarm above 0, a novelty is usual at 1 and strange above e."""
+JUDGE = Judge(alarm=0.0, reach=np.full((10, 2), 2.0))
+"""Alarm above 0."""
+
+WEIGHTS = Weights(np.array([-1.0, 0.0, 1.0, 0.0]), np.full((10, 2), 2.0), np.zeros(3), float(np.log(4.0)))
+"""Named where a size is above 1.2 standard deviations; strange where four times the noise's power is left."""
+
+
+def synthesis(names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), modes: int = 32) -> Synthesis:
+    """Cosines as axes, white noise as covariance."""
+    cell = (np.arange(CELLS.count) + 0.5) / CELLS.count
+    axes = np.cos(np.pi * np.arange(modes) * cell[:, None])
+    axes /= np.sqrt((axes**2).sum(axis=0))
+    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), np.zeros((modes, modes)), view().shapes)

@@ -10,8 +10,8 @@ import pytest
 from datagen.campaigns.own import LOAD_FACTOR
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
 from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
+from twin.calibrate import Calibrated, Finding
 from twin.moved import moved_since
-from twin.physics import Calibrated, Finding
 from twin.posterior import _covariance, rescaled
 
 SMOOTH = load_machine("smooth")

@@ -1,0 +1,178 @@
+"""Analysis by synthesis: sizes found again, what no fault makes is left, and what a fit is worth."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from indexer_env import OperatingPoint, Run, make_effect, simulate
+from indexer_env.units import RPM
+from tests.twin.builders import CELLS, MACHINE, NOISE, WEIGHTS, healthy, record, synthesis, view
+from twin import refine as module
+from twin.diagnosis import FAULTY, HEALTHY, UNKNOWN
+from twin.faults import FAULTS
+from twin.growth import growth_of
+from twin.refine import Fits, fitted
+from twin.synthesis import effect_of
+from twin.weigh import Weights, reaches, spread, weights_of
+
+POINT = OperatingPoint(1400.0 * RPM, 5.0)
+NAMES = ("crack", "loose_base", "reducer_play")
+
+
+def turn(sizes: dict[str, float], seed: int = 0, *more) -> np.ndarray:
+    """x (1, stations, cells) of a machine with these faults, and noise."""
+    machine = MACHINE.with_effects(
+        *(effect_of(FAULTS[name], size, MACHINE, 0.0, 0) for name, size in sizes.items()), *more
+    )
+    signal, told = record(machine)
+    (found,) = CELLS.turns(signal.values, MACHINE.reduction * told.motor_speed, 3.0)
+    reference = healthy().turn(POINT)
+    x = view().measured(found - reference, reference, POINT)
+    return (x + np.random.default_rng(seed).standard_normal(x.shape))[None]
+
+
+def told(logits: list[float], size: list[float]) -> dict[str, np.ndarray]:
+    return {"faults": np.array([logits]), "size": np.array([size])}
+
+
+def test_sizes_are_found_from_an_estimate_that_is_off_and_a_fault_that_is_not_there_comes_to_nothing():
+    fits = fitted(synthesis(), turn({"crack": 0.4, "loose_base": 0.3}), [POINT], told([3.0, 2.0, 1.0], [0.5, 0.2, 0.2]))
+    assert fits.size[0] == pytest.approx([0.4, 0.3, 0.0], abs=0.01)
+    assert fits.left[0] < 3.0 and (fits.error[0] < 0.05).all()
+
+
+def test_only_what_the_networks_think_possible_is_tried():
+    fits = fitted(synthesis(), turn({"crack": 0.4}), [POINT], told([3.0, -9.0, -9.0], [0.5, 0.2, 0.2]))
+    assert np.isfinite(fits.error[0]).tolist() == [True, False, False] and fits.size[0, 1] == 0.0
+
+
+def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
+    x = turn({"reducer_play": 0.5})
+    wrong = told([3.0, 2.0, 1.0], [0.9, 0.9, 0.4])
+    whole = fitted(synthesis(), x, [POINT], wrong)
+    assert whole.size[0] == pytest.approx([0.0, 0.0, 0.5], abs=0.02)
+    monkeypatch.setattr(module, "_subsets", lambda count: [(1.0,) * count])
+    assert fitted(synthesis(), x, [POINT], wrong).left[0] > 2.0 * whole.left[0]
+
+
+def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):
+    x = turn({"reducer_play": 0.5})
+    low = told([-9.0, -9.0, 3.0], [0.1, 0.1, 0.4])
+    assert fitted(synthesis(), x, [POINT], low).size[0, 2] == pytest.approx(0.5, abs=0.02)
+    monkeypatch.setattr(module, "_FACTORS", (1.0,))
+    assert fitted(synthesis(), x, [POINT], low).size[0, 2] < 0.45
+
+
+def test_a_fault_with_a_phase_is_found_with_it():
+    names = ("friction", "imbalance")
+    machine = MACHINE.with_effects(effect_of(FAULTS["imbalance"], 0.4, MACHINE, 2.0, 0))
+    signal, stated = record(machine)
+    (found,) = CELLS.turns(signal.values, MACHINE.reduction * stated.motor_speed, 3.0)
+    reference = healthy().turn(POINT)
+    x = view().measured(found - reference, reference, POINT)[None]
+    fits = fitted(synthesis(names), x, [POINT], told([-9.0, 3.0], [0.1, 0.3]))
+    assert fits.size[0, 1] == pytest.approx(0.4, abs=0.06)
+
+
+def test_what_no_fault_of_the_table_makes_is_left():
+    bump = make_effect("cam.profile_error", height=8e-4, centre=0.25, half_width=0.06)
+    strange = fitted(synthesis(), turn({}, 0, bump), [POINT], told([3.0, 3.0, 3.0], [0.2, 0.2, 0.2]))
+    assert strange.left[0] > 20.0
+    assert WEIGHTS.strangeness(np.array([10.0]), strange.left)[0] > 1.0
+
+
+def test_a_fault_comes_on_top_of_what_the_machine_has():
+    rubbing = MACHINE.with_effects(make_effect("friction.coulomb", torque=5.0))
+    fault = FAULTS["friction"]
+    assert effect_of(fault, 0.1, rubbing, 0.0, 0).torque == pytest.approx(5.0 + fault.value(0.1, rubbing))
+
+
+def test_the_twin_names_by_synthesis_and_refuses_what_it_cannot_make():
+    from tests.twin.builders import Fixed
+    from tests.twin.test_judge import twin
+
+    loud = [2.0 if name == "crack" else -9.0 for name in FAULTS]
+    given = twin(Fixed(1.0, loud), alone=False)
+    known = given.judged(turn({"crack": 0.3}), POINT, True)
+    assert known.verdict == FAULTY and known.faults[0].size == pytest.approx(18.0, abs=0.5)
+    bump = make_effect("cam.profile_error", height=8e-4, centre=0.25, half_width=0.06)
+    assert given.judged(turn({}, 0, bump), POINT, True).verdict == UNKNOWN
+    quiet = twin(Fixed(-1.0, loud), alone=False)
+    assert quiet.judged(turn({}), POINT, True).verdict == HEALTHY
+    assert quiet.judged(turn({}, 0, bump), POINT, True).verdict == UNKNOWN
+
+
+def drawn(rng: np.random.Generator, count: int) -> tuple[Fits, np.ndarray, np.ndarray, np.ndarray]:
+    """Fits whose errors beside another fault are three times as large as they say."""
+    there = rng.random((count, 2)) < 0.5
+    size = np.where(there, rng.uniform(0.1, 1.0, (count, 2)), 0.0)
+    error = np.full((count, 2), 0.01)
+    off = 0.01 * rng.standard_normal((count, 2)) * np.where(there.all(axis=1), 3.0, 1.0)[:, None]
+    fits = Fits(np.where(there, size + off, 0.0), error, np.ones(count))
+    return fits, there, size, np.where(there, 4.0, -4.0)
+
+
+def test_intervals_hold_in_every_group():
+    rng = np.random.default_rng(0)
+    fits, there, size, logits = drawn(rng, 3000)
+    strength = {"faults": logits, "strength": np.full(3000, 5.0)}
+    sound = {"strength": np.exp(rng.uniform(0.0, 1.0, 200))}
+    weights = weights_of(strength, fits, there, size, sound, np.ones(200), 0.9)
+    fits, there, size, logits = drawn(rng, 3000)
+    named = weights.logits(logits, fits) > 0.0
+    assert (named == there).mean() > 0.99
+    held = np.abs(fits.size - size) <= spread(fits) * weights.reach[:, (named.sum(axis=1) > 1).astype(int)].T
+    for group in (True, False):
+        mine = named & there & ((named.sum(axis=1) > 1) == group)[:, None]
+        assert 0.86 < held[mine].mean() < 0.94
+
+
+def test_a_small_group_takes_the_reach_of_its_fault():
+    error = np.array([[1.0], [2.0]] * 30)
+    named = np.ones((60, 1), dtype=bool)
+    found = reaches(error, named, named, 0.9)
+    assert found[0, 0] == found[0, 1] == 2.0
+
+
+def test_weights_are_stored_and_come_back():
+    assert Weights.restore(WEIGHTS.plain()).plain() == WEIGHTS.plain()
+
+
+def test_what_cannot_be_simulated_is_never_the_best():
+    given = synthesis()
+    object.__setattr__(given, "healthy", dataclasses.replace(healthy()))
+    work = module.Work(given, given.seen(turn({"crack": 0.4})), [POINT], np.ones((1, 3), bool), np.zeros(1, int))
+    q = work.at(np.array([[0.4, 0.0, 0.0], [0.4, 1e-9, 0.0]]), np.array([0, 0])).q
+    assert q[0] < 3.0 and q[1] == module.BAD
+
+
+def test_the_shift_of_a_simulated_turn_is_taken_out_as_that_of_a_measured_one():
+    machine = MACHINE.with_effects(effect_of(FAULTS["crack"], 0.3, MACHINE, 0.0, 0))
+    samples = int(1.1 * machine.turn_duration(POINT) * 500.0)
+    start = OperatingPoint(POINT.motor_speed, POINT.load_torque, 3.0)
+    values = simulate(machine, start, Run(500.0, samples, warmup_turns=1)).table_acceleration
+    (found,) = CELLS.turns(values, MACHINE.reduction * POINT.motor_speed, 3.0 + 0.004)
+    reference = healthy().turn(POINT)
+    x = view().measured(found - reference, reference, POINT)[None]
+    fits = fitted(synthesis(), x, [POINT], told([3.0, -9.0, -9.0], [0.25, 0.2, 0.2]))
+    assert fits.size[0, 0] == pytest.approx(0.3, abs=0.02) and math.isfinite(NOISE)
+
+
+def test_what_the_posterior_leaves_open_grows_with_the_faults():
+    soft = dataclasses.replace(MACHINE, output_joint=dataclasses.replace(MACHINE.output_joint, stiffness=43000.0))
+    sizes, turns = [0.2, 0.5, 0.8] * 2, []
+    for size in sizes:
+        given = soft.with_effects(effect_of(FAULTS["crack"], size, soft, 0.0, 0))
+        signal, stated = record(given)
+        (found,) = CELLS.turns(signal.values, MACHINE.reduction * stated.motor_speed, 3.0)
+        turns.append(view().measured(found - healthy().turn(POINT), healthy().turn(POINT), POINT))
+    size = np.array([[s, 0.0, 0.0] for s in sizes])
+    of = synthesis()
+    growth = growth_of(of, np.array(turns), [POINT] * 6, size, np.zeros(6, int))
+    wide = dataclasses.replace(of, growth=growth)
+    narrow, wider = (fitted(o, turns[2][None], [POINT], told([3.0, -9.0, -9.0], [0.8, 0.1, 0.1])) for o in (of, wide))
+    assert wider.left[0] < 0.3 * narrow.left[0] and wider.error[0, 0] > narrow.error[0, 0]

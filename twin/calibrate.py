@@ -1,0 +1,184 @@
+"""Drawing and healthy records -> the calibrated and extended machine, by `discrepancy`, and draws of what is open."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy import Explanation, explain
+from discrepancy import Finding as Found
+from discrepancy.indexer.parameters import UNCERTAINTY
+from discrepancy.selection import Fitted
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env.effects import EFFECTS
+from indexer_env.machine import Machine
+from indexer_env.sensors import Sensor
+from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, whole
+
+_CLOSES = 0.5
+"""Share of the gap on held-out records that an effect without a name must close to stand in."""
+
+_LEAST_SPREAD = 2e-3
+"""Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect that was found.
+
+    Attributes
+    ----------
+    effect : str
+    grade : str
+        Of `discrepancy.grades`; what stands in is added as well, as a twin must predict, but is not told as a name.
+    values : mapping
+        Value of each of its parameters [SI], the discrete ones too.
+    interval : (float, float)
+        95 % interval of its size parameter [SI].
+    size : str
+        Name of the size parameter.
+    rivals : tuple of str
+        The other members of its family.
+    """
+
+    effect: str
+    grade: str
+    values: Mapping[str, float]
+    interval: tuple[float, float]
+    size: str
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """The machine as its healthy records tell it.
+
+    Attributes
+    ----------
+    machine, sensor : Machine, Sensor
+        At the mean of the posterior, with what was found.
+    load_factor : float
+        Loads over loads as they are stated [-], at that mean.
+    paths : tuple of str
+        Quantities of the joint draws, by path as `datagen.quantities` has them.
+    units : tuple of str
+    draws : ndarray (n, k)
+        Joint draws [SI].
+    findings : tuple of Finding
+    verdict, headline : str
+        Of the search for what the drawing lacks.
+    level : float
+        rms of the residual of held-out records over the noise.
+    scale_spread : float
+        Relative standard deviation of the common scale [-].
+    spread : mapping
+        Relative standard deviation of each of the machine's parameters beside the common scale [-].
+    notes : tuple of str
+        What was put right or assumed of the records.
+    """
+
+    machine: Machine
+    sensor: Sensor
+    load_factor: float
+    paths: tuple[str, ...]
+    units: tuple[str, ...]
+    draws: np.ndarray
+    findings: tuple[Finding, ...]
+    verdict: str
+    headline: str
+    level: float
+    scale_spread: float
+    spread: Mapping[str, float]
+    notes: tuple[str, ...]
+
+
+def calibrated(
+    subject: IndexerSubject, uncertain: Uncertain, count: int, seed: int, *, extend: bool = True
+) -> Calibrated:
+    """Calibrate and extend the machine of a subject, and draw `count` machines from what its records leave open."""
+    answer = explain(subject.model, subject.held_out)
+    base, model = accepted(answer) if extend else answer.base, subject.model
+    joint = joint_of(model, base.place, uncertain)
+    rng = np.random.default_rng(seed)
+    z = rng.multivariate_normal(joint.mean, joint.covariance, size=count, method="eigh")
+    columns = columns_of(model, base.place.hypothesis, joint, z, uncertain, subject.machine, rng)
+    place = dataclasses.replace(base.place, z=whole(base.place.z, joint))
+    machine, sensor = model.machine_at(place.hypothesis, place.z)
+    sensor = dataclasses.replace(sensor, gain=sensor.gain * joint.gain)
+    paths, units, values = zip(*columns, strict=True)
+    if uncertain.scale > 0.0:
+        values = rescaled(paths, units, values, np.exp(uncertain.scale * rng.standard_normal(count)))
+    drawn = dict(zip(paths, values, strict=True))
+    findings = tuple(_in_draws(finding_of(found), drawn) for found in told(answer, base))
+    logs = logs_of(model, z)
+    scale = np.mean([own for name, own in logs.items()], axis=0)
+    spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
+    for path, column in zip(paths, values, strict=True):
+        name = path.removeprefix("machine.")
+        if name in UNCERTAINTY and name not in spread:
+            spread[name] = max(float(np.std(column) / np.mean(column)), _LEAST_SPREAD)
+    headline = _headline(answer, findings)
+    return Calibrated(
+        machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
+        answer.held[base.name].level(subject.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
+        tuple(subject.notes),
+    )  # fmt: skip
+
+
+def accepted(answer: Explanation) -> Fitted:
+    """The set of effects that a twin is extended by: what has a name, else what closes most of the gap without one."""
+    if answer.names:
+        return answer.accepted
+    closes = max((found.closes for found in answer.findings), default=0.0)
+    return answer.best if closes > _CLOSES else answer.base
+
+
+def told(answer: Explanation, fitted: Fitted) -> tuple[Found, ...]:
+    """The findings about the effects of a set."""
+    return tuple(found for found in answer.findings if found.effects[0].name in fitted.place.hypothesis.names)
+
+
+def finding_of(found: Found) -> Finding:
+    effect, *others = found.effects
+    values = {e.name: e.value for e in effect.parameters} | {k: float(v) for k, v in effect.choices}
+    size = effect.parameters[0]
+    rivals = tuple(other.name for other in others)
+    return Finding(effect.name, found.grade, values, (size.low, size.high), size.name, rivals)
+
+
+def left(answer: Explanation) -> str:
+    """Why nothing more is said, in words."""
+    why = " ".join(found.why for found in answer.findings)
+    return why or f"{answer.remains.times_noise:.1f} times the noise is left, and no effect of the library lessens it."
+
+
+def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
+    """The finding with values and interval of the joint draws, in which the common scale and the loads take part."""
+    paths = {name: f"effects.{finding.effect}.{name}" for name in finding.values}
+    values = {name: float(np.mean(drawn[path])) for name, path in paths.items() if path in drawn}
+    low, high = np.quantile(drawn[paths[finding.size]], (0.025, 0.975))
+    return dataclasses.replace(finding, values={**finding.values, **values}, interval=(float(low), float(high)))
+
+
+def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:
+    if not findings:
+        if answer.verdict == "nothing missing":
+            return "The drawing, calibrated, explains the healthy records down to the noise."
+        return f"Something remains that no effect of the library explains: {left(answer)}"
+    told = []
+    for finding in findings:
+        unit = _unit(finding)
+        low, high = finding.interval
+        name = " or ".join((finding.effect, *finding.rivals))
+        told.append(f"{name} ({finding.values[finding.size]:.3g}{unit}, {low:.3g} to {high:.3g}; {finding.grade})")
+    return f"The drawing lacks {' and '.join(told)}."
+
+
+def _unit(finding: Finding) -> str:
+    fields = {field.name: field.metadata for field in dataclasses.fields(EFFECTS[finding.effect])}
+    unit = fields[finding.size]["unit"]
+    return "" if unit == "-" else f" {unit}"

@@ -1,0 +1,120 @@
+"""The stage in which networks learn, and thresholds are taken from turns that none was taught on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors.numpy import save_file
+from safetensors.torch import save_file as save_weights
+from torch import nn
+
+from datagen.progress import progress
+from indexer_env import OperatingPoint
+from twin.card import scores
+from twin.data import Turns
+from twin.faults import Fault
+from twin.folder import NETWORKS, PAPER, networks_of, synthesis_of
+from twin.growth import growth_of
+from twin.judge import Judge, ensemble, judge_of, looked_at
+from twin.learn import Feed, View, trained
+from twin.refine import fitted
+from twin.settings import Settings
+from twin.synthesis import Synthesis
+from twin.turns import Healthy
+from twin.weigh import Weights, weights_of
+
+GROWN = 600
+"""Control turns that tell what the posterior leaves open beside faults."""
+
+FITTED = 400
+"""Control turns that are fitted by simulation, for names, intervals and novelty; 0.1 to 0.3 s of a core each."""
+
+
+def learned(
+    out: Path, faulty: Turns, sound: Turns, faults: Sequence[Fault], healthy: Healthy, view: View, settings: Settings
+) -> dict[str, Any]:
+    """Networks and synthesis as files of `out`, and what learned.yaml says of them."""
+    s = settings
+    # Each network is taught by one thread: several threads on one batch wait for each other more than they work.
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with progress("learning", len(NETWORKS) * s.epochs, "epochs") as advance:
+
+            def teach(name: str) -> None:
+                kind, _, number = name.partition("_")
+                tell = (lambda epoch: None) if name == PAPER else (lambda epoch: advance(1))
+                network = trained(kind, faulty, view, epochs=s.epochs, seed=s.seed + int(number), advance=tell)
+                save_weights(network.state_dict(), out / f"{name}.safetensors")
+
+            with ThreadPoolExecutor(len(NETWORKS)) as pool:
+                missing = [name for name in (*NETWORKS, PAPER) if not (out / f"{name}.safetensors").exists()]
+                list(pool.map(teach, missing))
+    finally:
+        torch.set_num_threads(threads)
+    networks = networks_of(out, NETWORKS, len(faults), healthy.cells)
+    paper = networks_of(out, [PAPER], len(faults), healthy.cells)
+    told = {"false_alarms": s.false_alarms, "coverage": s.coverage, "seed": s.seed}
+    judge = judge_of(networks, faulty, sound, view, **told)
+    control = np.flatnonzero(faulty.subset == 1)
+    half = len(sound.x) // 2
+    synthesis = _synthesis(
+        out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
+    )
+    weights = weights_by_control(
+        networks, judge, synthesis, faulty.part(control[:FITTED]), sound.part(np.arange(half, len(sound.x))), view,
+        s.coverage, s.seed,
+    )  # fmt: skip
+    return {
+        "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
+        "weights": weights.plain(), "records": len(faulty.x),
+        "scores": {
+            "networks": scores(*looked_at(networks, faulty, view, control, s.seed + 2, 1), faulty),
+            "paper": scores(*looked_at(paper, faulty, view, control, s.seed + 2, 1), faulty),
+        },
+    }  # fmt: skip
+
+
+def noisy(
+    networks: Sequence[nn.Module], turns: Turns, view: View, seed: int
+) -> tuple[np.ndarray, dict[str, np.ndarray], list[OperatingPoint]]:
+    """Turns x (n, stations, cells) with noise, what networks say of them, and their operating points."""
+    feed, generator = Feed(turns, view), torch.Generator().manual_seed(seed)
+    x, conditions = feed.noisy(torch.arange(len(turns.x)), generator)
+    return x.double().numpy(), ensemble(networks, x, conditions), [turns.points[k] for k in turns.point]
+
+
+def _synthesis(
+    out: Path, networks: Sequence[nn.Module], sound: Turns, faulty: Turns, faults: Sequence[Fault], healthy: Healthy,
+    view: View, seed: int,
+) -> Synthesis:  # fmt: skip
+    """Along the axes of the first network; healthy turns say how wide it may miss."""
+    axes = networks[0].mean_axes.double().numpy()  # type: ignore[operator, union-attr]
+    x, _, _ = noisy(networks, sound, view, seed + 3)
+    m = np.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
+    covariance = np.ascontiguousarray(m.T @ m / len(m))
+    plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, np.zeros_like(covariance), view.shapes)
+    clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
+    growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
+    held = {"axes": np.ascontiguousarray(axes), "covariance": covariance, "growth": np.ascontiguousarray(growth)}
+    save_file(held, out / "synthesis.safetensors")
+    return synthesis_of(out, faults, healthy, view)
+
+
+def weights_by_control(
+    networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, control: Turns, sound: Turns, view: View,
+    coverage: float, seed: int,
+) -> Weights:  # fmt: skip
+    """What fits are worth, from control turns that raise an alarm and from healthy ones."""
+    x, told, points = noisy(networks, control, view, seed + 4)
+    seen = np.flatnonzero(told["any"] > judge.alarm)
+    told = {name: value[seen] for name, value in told.items()}
+    with progress("weighing", len(seen), "turns") as advance:
+        fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance)
+    quiet, said, _ = noisy(networks, sound, view, seed + 5)
+    return weights_of(told, fits, control.there[seen], control.size[seen], said, synthesis.unexplained(quiet), coverage)

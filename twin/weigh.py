@@ -1,0 +1,130 @@
+"""What the fit of a turn by simulation is worth: names, intervals of sizes, and what no fault of the table makes.
+
+Everything is taken from simulated turns that no network was taught on, with noise, fitted as a measured one is. A fault
+is named where the logistic law of four numbers says so: what the networks say, its size over its standard deviation,
+and ln of its size. Intervals are conformal in groups: each fault alone and beside others (Mondrian).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from classifier.tasks.conformal import conformal_quantile
+from twin.refine import POSSIBLE, Fits
+
+ACCEPTED = 0.99
+"""Share of turns like the simulated ones that do not count as novel."""
+
+LEAST = 30
+"""Fewest turns of a group for an interval of its own."""
+
+_FLOOR = 2e-3
+"""Least standard deviation of a size: the base, and play, are stiff to step in below it."""
+
+_LOGIT = 10.0
+"""Logits of networks beyond which they say no more."""
+
+_RIDGE = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Attributes
+    ----------
+    name : ndarray (4,)
+        Of the logistic law.
+    reach : ndarray (faults, 2)
+        Half width of a size's interval over its standard deviation: named alone, and beside others.
+    usual : ndarray (3,)
+        ln of the usual remainder as a quadratic in ln of the turn's strength.
+    strange : float
+        ln by which a remainder must exceed the usual one.
+    """
+
+    name: np.ndarray
+    reach: np.ndarray
+    usual: np.ndarray
+    strange: float
+
+    def plain(self) -> dict[str, Any]:
+        """As YAML knows it."""
+        return {key: np.asarray(value).tolist() for key, value in vars(self).items()}
+
+    @classmethod
+    def restore(cls, given: Mapping[str, Any]) -> Weights:
+        """What gave these values."""
+        return cls(np.array(given["name"]), np.array(given["reach"]), np.array(given["usual"]), given["strange"])
+
+    def logits(self, logits: np.ndarray, fits: Fits) -> np.ndarray:
+        """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
+        there = np.isfinite(fits.error)
+        return np.where(there, evidence(logits, fits) @ self.name, 2.0 * POSSIBLE)
+
+    def strangeness(self, strength: np.ndarray, left: np.ndarray) -> np.ndarray:
+        """rms of the remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
+        return np.sqrt(left / np.exp(np.polyval(self.usual, _log(strength)) + self.strange))
+
+
+def _log(strength: np.ndarray) -> np.ndarray:
+    """ln of a turn's strength; all turns weaker than the noise are alike."""
+    return np.log(np.maximum(strength, 1.0))
+
+
+def spread(fits: Fits) -> np.ndarray:
+    """Standard deviation (n, faults) of sizes, as wide as what is left of the turn says."""
+    error = np.where(np.isfinite(fits.error), fits.error, 0.0)
+    return np.sqrt(error**2 * np.maximum(1.0, fits.left)[:, None] + _FLOOR**2)
+
+
+def evidence(logits: np.ndarray, fits: Fits) -> np.ndarray:
+    """The four numbers (n, faults, 4)."""
+    size = np.abs(fits.size)
+    columns = (np.ones_like(size), np.clip(logits, -_LOGIT, _LOGIT), np.arcsinh(size / spread(fits)),
+               np.log(np.maximum(size, _FLOOR)))  # fmt: skip
+    return np.stack(columns, axis=2)
+
+
+def weights_of(
+    told: Mapping[str, np.ndarray], fits: Fits, there: np.ndarray, size: np.ndarray,
+    sound: Mapping[str, np.ndarray], sound_left: np.ndarray, coverage: float,
+) -> Weights:  # fmt: skip
+    """From faulty turns (what networks say, fits, truth) and healthy ones (what networks say, remainder)."""
+    possible = np.isfinite(fits.error)
+    x, y = evidence(told["faults"], fits)[possible], there[possible]
+    scale = np.maximum(x.std(axis=0), 1.0)
+
+    def loss(w: np.ndarray) -> float:
+        z = x @ (w / scale)
+        return float((np.logaddexp(0.0, z) - y * z).mean() + _RIDGE * (w[1:] ** 2).sum() / len(y))
+
+    name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
+    strength = _log(np.concatenate([told["strength"], sound["strength"]]))
+    left = np.log(np.concatenate([fits.left, sound_left]))
+    usual = np.polyfit(strength, left, 2)
+    strange = conformal_quantile(left - np.polyval(usual, strength), ACCEPTED)
+    found = Weights(name, np.zeros(0), usual, float(strange))
+    named = found.logits(told["faults"], fits) > 0.0
+    error = np.abs(fits.size - size) / spread(fits)
+    return Weights(name, reaches(error, named & there, named, coverage), usual, float(strange))
+
+
+def reaches(error: np.ndarray, right: np.ndarray, named: np.ndarray, coverage: float) -> np.ndarray:
+    """Conformal quantiles (faults, 2) of errors in units of their spread, where a fault is rightly named: alone, and
+    beside others. A group too small takes its fault's, and that of a fault too small everybody's."""
+    beside = named.sum(axis=1) > 1
+    whole = conformal_quantile(error[right], coverage) if right.any() else np.inf
+    found = np.full((error.shape[1], 2), whole)
+    for fault in range(error.shape[1]):
+        mine = right[:, fault]
+        if mine.sum() >= LEAST:
+            found[fault] = conformal_quantile(error[mine, fault], coverage)
+        for group in (0, 1):
+            those = mine & (beside == bool(group))
+            if those.sum() >= LEAST:
+                found[fault, group] = conformal_quantile(error[those, fault], coverage)
+    return found

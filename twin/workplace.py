@@ -1,0 +1,66 @@
+"""The folder in which a twin is being made: what it holds, and whose it is."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from indexer_env.errors import ParameterError
+from twin.folder import FORMAT, NETWORKS, PAPER, VERSION
+
+_OWN_FILES = (
+    "stage.yaml", "machine.yaml", "sensor.yaml", "calibration.yaml", "posterior.parquet", "remains.safetensors",
+    "synthesis.safetensors", "learned.yaml", "detection.yaml", "check.yaml", "twin.yaml", "report.html", "data",
+    *(f"{name}.safetensors" for name in (*NETWORKS, PAPER)),
+)  # fmt: skip
+
+
+class Workplace:
+    """A folder, taken for a twin of these records and settings, or gone on with."""
+
+    def __init__(self, out: Path, made_of: str, overwrite: bool) -> None:
+        """`made_of` is the fingerprint of records and settings.
+
+        Raises
+        ------
+        ParameterError
+            A folder that holds something else.
+        """
+        self.out = out
+        mark = {"format": FORMAT, "version": VERSION, "made_of": made_of}
+        if out.exists():
+            held = sorted(path.name for path in out.iterdir())
+            foreign = [name for name in held if name not in _OWN_FILES]
+            if foreign or (held and "stage.yaml" not in held):
+                raise ParameterError(
+                    f"twin.out must be a new folder, an empty one or that of a twin, got {out}, which holds "
+                    f"{(foreign or held)[0]}; name another."
+                )
+            if held and self.read("stage") != mark:
+                if not overwrite:
+                    raise ParameterError(
+                        "twin.out must be a new folder, or that of a twin of the same records and settings, got "
+                        f"{out}, which is of others; set overwrite=true to make it anew, or name another."
+                    )
+                for path in out.iterdir():
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
+        out.mkdir(parents=True, exist_ok=True)
+        self.write("stage", mark)
+
+    def read(self, name: str) -> Any:
+        """What NAME.yaml holds."""
+        return yaml.safe_load((self.out / f"{name}.yaml").read_text(encoding="utf-8"))
+
+    def write(self, name: str, content: Any) -> None:
+        """Write NAME.yaml, whole or not at all."""
+        fresh = self.out / f".{name}.part"
+        fresh.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
+        fresh.rename(self.out / f"{name}.yaml")
+
+    def has(self, names: Sequence[str]) -> bool:
+        """Whether it holds all of these files."""
+        return all((self.out / name).exists() for name in names)
