@@ -10,19 +10,22 @@ from pathlib import Path
 
 from benchmarks import report, session
 
+SECTIONS = tuple(name for name in report.SECTIONS if name != "kernel")
+"""What needs no other checkout (benchmarks/kernel.py)."""
+
 POINTS = Path(__file__).parent / "work_precision.json"
 
 
 def main() -> None:
     """Run the sections asked for; a quick run prints only, since its numbers are not those of the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("section", nargs="?", default="all", choices=("all", *report.SECTIONS))
+    parser.add_argument("section", nargs="?", default="all", choices=("all", *SECTIONS))
     parser.add_argument("--quick", action="store_true", help="small sizes, a look whether all runs; nothing is written")
     arguments = parser.parse_args()
     session.keep_to_cores()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     logging.getLogger("jax").setLevel(logging.WARNING)
-    sections = report.SECTIONS if arguments.section == "all" else (arguments.section,)
+    sections = SECTIONS if arguments.section == "all" else (arguments.section,)
     for name in sections:
         about = session.description()
         rows = _measure(name, quick=arguments.quick)
