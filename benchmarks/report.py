@@ -17,6 +17,7 @@ SECTIONS = (
     "accuracy",
     "speed",
     "kernel",
+    "growth",
     "environment",
     "datagen",
     "parquet",
