@@ -47,7 +47,7 @@ class Point:
 def measure(*, quick: bool, only: Sequence[str] = (), stored: Sequence[Point] = ()) -> tuple[list[Row], list[Point]]:
     """All points, and the rows that compare the solvers at equal accuracy; `quick` takes one setting of each. Of
     solvers that are not among `only` (all, where that is empty) the stored points are taken."""
-    judged, batch = (2, 32) if quick else (JUDGED, 512)
+    judged, batch = (2, 32) if quick else (JUDGED, 256)
     truth = reference_records(cases.draws(judged), cases.OPERATING_POINT, samples=cases.HALF_SECOND)
     points = []
     rows = []
