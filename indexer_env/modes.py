@@ -29,9 +29,9 @@ MOTION_STEPS = 400
 HARMONIC_PHASE = 0.4
 """Most that the phase of a drive's harmonic goes on in an automatic step [rad]."""
 
-HARMONIC_ERROR = 0.05
+HARMONIC_ERROR = 0.09
 """The same times d^(1/4), where the harmonic changes the cam's speed by the share d: its error goes with d times the
-fourth power of that phase, and at 0.05 is some 5e-7 of the motion."""
+fourth power of that phase, and at 0.09 is some 5e-6 of the motion."""
 
 FINEST_STEP = 0.25e-3
 """s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it

@@ -65,7 +65,7 @@ def with_friction(machine: Machine, rng: np.random.Generator) -> Machine:
 KINDS = {
     "smooth": ((), 1500, 1e-6),
     "play": ((with_play,), 500, 1e-5),
-    "effect": ((with_effect,), 500, 1e-6),
+    "effect": ((with_effect,), 500, 1e-5),
     "play and effect": ((with_play, with_effect), 500, 1e-5),
     "friction": ((with_friction,), 500, 1e-4),  # a table that changes its direction within a step
 }

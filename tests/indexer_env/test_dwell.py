@@ -142,7 +142,7 @@ def test_what_asks_for_a_finer_automatic_step(smooth, visible):
     assert step(smooth) == pytest.approx(0.8 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
     assert step(smooth, 300.0) < step(smooth)
     assert step(smooth.with_effects(visible("output.cubic_stiffness"))) == pytest.approx(0.5 * step(smooth))
-    for depth, phase in ((0.05, 0.05 / 0.05**0.25), (0.5, 0.05 / 0.5**0.25)):
+    for depth, phase in ((0.3, 0.09 / 0.3**0.25), (0.5, 0.09 / 0.5**0.25)):
         ripple = make_effect("drive.speed_ripple", depth=depth)
         assert step(smooth.with_effects(ripple)) == pytest.approx(phase / 157.0, rel=1e-12)
     slight = make_effect("drive.speed_ripple", depth=0.005)
