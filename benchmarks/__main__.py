@@ -6,9 +6,13 @@ import argparse
 import dataclasses
 import json
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import report, session
+
+SECTIONS = tuple(name for name in report.SECTIONS if name != "kernel")
+"""What needs no other checkout (benchmarks/kernel.py)."""
 
 POINTS = Path(__file__).parent / "work_precision.json"
 
@@ -16,22 +20,23 @@ POINTS = Path(__file__).parent / "work_precision.json"
 def main() -> None:
     """Run the sections asked for; a quick run prints only, since its numbers are not those of the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("section", nargs="?", default="all", choices=("all", *report.SECTIONS))
+    parser.add_argument("section", nargs="?", default="all", choices=("all", *SECTIONS))
     parser.add_argument("--quick", action="store_true", help="small sizes, a look whether all runs; nothing is written")
+    parser.add_argument("--only", nargs="+", default=(), metavar="SOLVER", help="solvers of `peers` to measure anew")
     arguments = parser.parse_args()
     session.keep_to_cores()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     logging.getLogger("jax").setLevel(logging.WARNING)
-    sections = report.SECTIONS if arguments.section == "all" else (arguments.section,)
+    sections = SECTIONS if arguments.section == "all" else (arguments.section,)
     for name in sections:
         about = session.description()
-        rows = _measure(name, quick=arguments.quick)
+        rows = _measure(name, quick=arguments.quick, only=arguments.only)
         _print(name, rows)
         if not arguments.quick:
             report.store(name, rows, about)
 
 
-def _measure(name: str, *, quick: bool) -> list[report.Row]:
+def _measure(name: str, *, quick: bool, only: Sequence[str]) -> list[report.Row]:
     print(f"measuring {name} …", flush=True)
     if name == "accuracy":
         from benchmarks import accuracy
@@ -57,6 +62,10 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         from benchmarks import diagnosing
 
         return diagnosing.measure(quick=quick)
+    if name == "growth":
+        from benchmarks import growth
+
+        return growth.measure(quick=quick)
     if name == "parquet":
         from benchmarks import parquet
 
@@ -67,7 +76,8 @@ def _measure(name: str, *, quick: bool) -> list[report.Row]:
         return reading.measure(quick=quick)
     from benchmarks import picture, work_precision
 
-    rows, points = work_precision.measure(quick=quick)
+    stored = [work_precision.Point(**point) for point in json.loads(POINTS.read_text(encoding="utf-8"))] if only else []
+    rows, points = work_precision.measure(quick=quick, only=only, stored=stored)
     if not quick:
         listed = [dataclasses.asdict(point) for point in points]
         POINTS.write_text(json.dumps(listed, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

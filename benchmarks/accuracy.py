@@ -142,9 +142,9 @@ def spectra(count: int, samples: int) -> list[Row]:
         Row(
             f"mean difference of the 1-Hz PSD, 0–100 Hz, {samples / 1000:g} s, {count} draws (±10 % on k and r, "
             f"seeds ({cases.DRAW_SEED}, 0 … {count - 1}))",
-            "≤ 0.1 dB",
+            "≤ 0.05 dB",
             f"{mean:+.3f} ± {standard_error:.3f} dB (mean magnitude bin by bin {spread:.3f} dB)",
-            abs(mean) <= 0.1,
+            abs(mean) <= 0.05,
             {
                 "mean_db": mean, "standard_error_db": standard_error, "mean_magnitude_db": spread,
                 "relative_rms_median": float(np.median(errors)), "relative_rms_largest": float(errors.max()),

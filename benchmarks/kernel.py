@@ -1,7 +1,8 @@
 """The simulator beside an older copy of itself: `python -m benchmarks.kernel OTHER_CHECKOUT`.
 
 Every case runs in fresh processes of both checkouts, turn and turn about, each with its own compiled code; processor
-time of one thread counts, the best of the rounds, since others may be at work on the machine. Prints a table.
+time of one thread counts, the best of the rounds, since others may be at work on the machine. Beside them what a start
+costs, and the discrepancy workflow on the records of examples/hidden_effect.py. Writes the section `kernel`.
 """
 
 from __future__ import annotations
@@ -10,11 +11,16 @@ import argparse
 import dataclasses
 import json
 import os
+import resource
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+
+from benchmarks.report import Row, number, store
+from benchmarks.session import description
 
 ROUNDS, REPEATS = 3, 3
 """Processes of a case, and batches in each."""
@@ -29,6 +35,13 @@ EFFECTS = {
 """One of each kind, of a size that shows."""
 
 CASES = ("smooth", "play", "reference", *EFFECTS, "five effects", "random")
+
+
+LEAST = {"smooth": (4.0, 6500.0), "play": (2.5, 0.0), "random": (3.5, 130.0)}
+"""Least ratio to commit f72bab9, and least turns (of `random` records) per second of a core."""
+
+HIDDEN_EFFECT = 13.0
+"""s of processor time; half of what commit f72bab9 took."""
 
 
 def rate(case: str) -> float:
@@ -82,30 +95,92 @@ def measured(checkout: Path, case: str) -> float:
     return float(json.loads(done.stdout.splitlines()[-1]))
 
 
-def table(others: Path, cases: Sequence[str], rounds: int) -> None:
-    """Print, line by line, rates of both checkouts, their ratio, and the time of an effect over that of none."""
-    own = Path(__file__).resolve().parents[1]
-    print("| case | before | now | ratio | time over none: before | now |\n|---|---|---|---|---|---|", flush=True)
-    none: list[float] = []
+def speeds(other: Path, cases: Sequence[str], rounds: int) -> list[Row]:
+    """Rates of both checkouts and their ratio; of effects the time over that of the smooth machine without any."""
+    own, rows, none = Path(__file__).resolve().parents[1], [], None
     for case in cases:
-        found = [[measured(checkout, case) for checkout in (others, own)] for _ in range(rounds)]
-        best = [max(values) for values in zip(*found, strict=True)]
-        none = best if case == "smooth" else none
-        shares = ["", ""]
-        if none and (case in EFFECTS or case == "five effects"):
-            shares = [f"{at_none / value:.2f}" for at_none, value in zip(none, best, strict=True)]
-        rates = f"{best[0]:.0f} | {best[1]:.0f} | {best[1] / best[0]:.2f}"
-        print(f"| {case} | {rates} | {shares[0]} | {shares[1]} |", flush=True)
+        found = [[measured(checkout, case) for checkout in (other, own)] for _ in range(rounds)]
+        before, now = (max(values) for values in zip(*found, strict=True))
+        if case == "smooth":
+            none = before, now
+        rows.append(_row(case, before, now, none))
+        print(f"  {rows[-1].what}: {rows[-1].measured}", flush=True)
+    return rows
+
+
+def _row(case: str, before: float, now: float, none: tuple[float, float] | None) -> Row:
+    what = f"turns per second of a core, {case}: now, and over an older checkout"
+    ratio, text = now / before, f"{number(now)}, {now / before:.2f} × ({number(before)})"
+    numbers = {"before": before, "now": now, "ratio": ratio}
+    if case == "random":
+        what = "records per second of a core, 576 of campaign=random: now, and over an older checkout"
+    if case in LEAST:
+        least_ratio, least = LEAST[case]
+        required = f"≥ {least_ratio:g} ×" + (f", ≥ {least:g}" if least else "")
+        return Row(what, required, text, ratio >= least_ratio and now >= least, numbers)
+    if none is None or case == "reference":
+        return Row(what, "", text, None, numbers)
+    shares = none[0] / before, none[1] / now
+    most = 2.5 if case == "five effects" else 1.5
+    return Row(
+        f"{what}; time over that of none", f"≤ {most:g} × of none",
+        f"{text}; {shares[1]:.2f} × of none ({shares[0]:.2f} × before)",
+        shares[1] <= most, numbers | {"over_none": shares[1], "over_none_before": shares[0]},
+    )  # fmt: skip
+
+
+def processor_time(arguments: Sequence[str], **environment: str) -> float:
+    """Processor time [s] of Python with these arguments in the project's root, children included."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [sys.executable, *arguments], check=True, capture_output=True, env=os.environ | environment,
+        cwd=Path(__file__).resolve().parents[1],
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def starts() -> list[Row]:
+    """Processor time to the first record, with and without compilation."""
+    record = ["-c", "from indexer_env import load_machine, simulate; simulate(load_machine('reference'))"]
+    with tempfile.TemporaryDirectory() as cache:
+        first, later = (processor_time(record, NUMBA_CACHE_DIR=cache) for _ in range(2))
+    return [
+        Row(
+            "new process to the first record in a fresh installation, processor time",
+            "≤ 20 s", f"{first:.1f} s", first <= 20.0, {"processor_s": first},
+        ),
+        Row(
+            "new process to the first record, later starts, processor time",
+            "≤ 1 s", f"{later:.2f} s", later <= 1.0, {"processor_s": later},
+        ),
+    ]  # fmt: skip
+
+
+def hidden_effect() -> Row:
+    """`indexer explain` on the three records of examples/hidden_effect.py."""
+    with tempfile.TemporaryDirectory() as folder:
+        processor_time(["examples/hidden_effect.py", f"{folder}/bench"])
+        spent = processor_time(
+            ["-m", "indexer_cli", "explain", f"measured={folder}/bench", "machine=reference", f"out={folder}/report"]
+        )
+    return Row(
+        "examples/hidden_effect.py solved by indexer explain, processor time", f"≤ {HIDDEN_EFFECT:g} s",
+        f"{spent:.1f} s", spent <= HIDDEN_EFFECT, {"processor_s": spent},
+    )  # fmt: skip
 
 
 def main() -> None:
-    """Measure the cases asked for and print the table."""
+    """Measure what is asked for and write it into the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.kernel", description=__doc__)
     parser.add_argument("other", type=Path, help="another checkout of this repository, to be measured beside this one")
     parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES, metavar="CASE", help=", ".join(CASES))
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     arguments = parser.parse_args()
-    table(arguments.other.resolve(), arguments.cases, arguments.rounds)
+    session = description()
+    rows = speeds(arguments.other.resolve(), arguments.cases, arguments.rounds)
+    if tuple(arguments.cases) == CASES:
+        store("kernel", [*rows, *starts(), hidden_effect()], session)
 
 
 if __name__ == "__main__" and "--child" not in sys.argv:

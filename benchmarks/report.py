@@ -13,7 +13,19 @@ RESULTS = FOLDER / "results.json"
 README = FOLDER / "README.md"
 BEGIN, END = "<!-- table: written by python -m benchmarks -->", "<!-- end of table -->"
 
-SECTIONS = ("accuracy", "speed", "environment", "datagen", "parquet", "reading", "training", "diagnosing", "peers")
+SECTIONS = (
+    "accuracy",
+    "speed",
+    "kernel",
+    "growth",
+    "environment",
+    "datagen",
+    "parquet",
+    "reading",
+    "training",
+    "diagnosing",
+    "peers",
+)
 
 
 @dataclass(frozen=True)

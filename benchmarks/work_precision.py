@@ -1,15 +1,15 @@
 """Error against time for every solver on the machine with play: each over a range of steps or tolerances.
 
 The error is the median, over draws, of the relative rms error of φ̈ in the first 0.5 s against the reference solver;
-over longer records play parts all solvers. The time is that of one turn with both cores at work: batched solvers run a
-batch as they would for a data set; a serial solver's time for one cam turn (motion and dwell) is multiplied by the
-stations and divided by the cores.
+over longer records play parts all solvers. The time is that of one turn with both cores at work, from processor time
+divided by the cores: batched solvers run a batch as they would for a data set; a serial solver's time for one cam turn
+(motion and dwell) is multiplied by the stations.
 """
 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,13 +44,18 @@ class Point:
     seconds_per_turn: float
 
 
-def measure(*, quick: bool) -> tuple[list[Row], list[Point]]:
-    """All points, and the rows that compare the solvers at equal accuracy; `quick` takes one setting of each."""
-    judged, batch = (2, 32) if quick else (JUDGED, 512)
+def measure(*, quick: bool, only: Sequence[str] = (), stored: Sequence[Point] = ()) -> tuple[list[Row], list[Point]]:
+    """All points, and the rows that compare the solvers at equal accuracy; `quick` takes one setting of each. Of
+    solvers that are not among `only` (all, where that is empty) the stored points are taken."""
+    judged, batch = (2, 32) if quick else (JUDGED, 256)
     truth = reference_records(cases.draws(judged), cases.OPERATING_POINT, samples=cases.HALF_SECOND)
     points = []
     rows = []
     for solver, needs, sweep in SWEEPS:
+        if only and solver not in only:
+            points += [point for point in stored if point.solver == solver]
+            rows.append(_row(solver, [point for point in points if point.solver == solver]))
+            continue
         if needs is not None and version(peers.DISTRIBUTIONS[needs]) is None:
             rows.append(Row(f"work–precision: {solver}", "", f"{peers.DISTRIBUTIONS[needs]} is not installed"))
             continue
@@ -102,7 +107,7 @@ def _serial(record: Callable[[np.ndarray, int], np.ndarray], setting: str, judge
         return relative_rms(np.stack([record(row, cases.HALF_SECOND) for row in p]), truth)
 
     def seconds() -> float:
-        times = [median_time(lambda row=row: record(row, cam_turn), 1)[0] for row in p[:4]]
+        times = [median_time(lambda row=row: record(row, cam_turn), 1)[1] for row in p[:4]]
         return statistics.median(times) * stations / CORES
 
     return setting, errors, seconds
@@ -164,7 +169,7 @@ def _compiled(function: Callable, setting: str, judged: int, p: np.ndarray) -> S
 
 
 def _batched(action: Callable[[], object], batch: int, turns: float) -> float:
-    return median_time(action, 3)[0] / (batch * turns)
+    return median_time(action, 3)[1] / (CORES * batch * turns)
 
 
 def _parameters(count: int) -> np.ndarray:

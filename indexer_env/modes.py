@@ -29,13 +29,9 @@ MOTION_STEPS = 400
 HARMONIC_PHASE = 0.4
 """Most that the phase of a drive's harmonic goes on in an automatic step [rad]."""
 
-LARGE_RIPPLE = 0.01
-"""Relative amplitude of the motor's speed from which on half the step is needed, as it is with hardening contact: what
-the ripple shakes then outweighs the motion, by which the error is measured."""
-
-RATTLING = 200.0
-"""ω T of the fastest mode over a motion of the cam [rad] from which on half the step is needed with play: the record of
-so slow a motion is the rattling itself, whose error grows from contact to contact."""
+HARMONIC_ERROR = 0.09
+"""The same times d^(1/4), where the harmonic changes the cam's speed by the share d: its error goes with d times the
+fourth power of that phase, and at 0.09 is some 5e-6 of the motion."""
 
 FINEST_STEP = 0.25e-3
 """s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it
@@ -168,26 +164,28 @@ def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
     """The largest step (n,) [s] of each of n items of one model, as by `largest_steps`, and its automatic one (n,) [s]:
-    ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE to a step at the drive's
-    orders; half of it with hardening contact, a LARGE_RIPPLE or RATTLING; never finer than FINEST_STEP."""
+    ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE and HARMONIC_ERROR to a
+    step at the drive's orders; half of it with hardening contact; never finer than FINEST_STEP."""
     columns = _columns(items)
     largest = _resolving_steps(items, columns)
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
     motion = np.array([item.law.motion for item in items]) / (columns["reduction"] * speed)
-    orders = [np.where(columns[size] != 0.0, columns[f"{kind}_order"], _SLOW) for kind, size in _HARMONICS]
-    order = np.maximum.reduce(orders)
+    harmonic = [
+        np.where(size != 0.0, order * np.maximum(1.0 / HARMONIC_PHASE, share**0.25 / HARMONIC_ERROR), _SLOW)
+        for size, order, share in (_harmonic(columns, kind, name) for kind, name in _HARMONICS)
+    ]
     steps = np.minimum.reduce([
         *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
-        motion / MOTION_STEPS, HARMONIC_PHASE / (order * speed),
+        motion / MOTION_STEPS, 1.0 / (np.maximum.reduce(harmonic) * speed),
     ])  # fmt: skip
-    edges = np.array([bool(item.features & ~layout.USES_ANY_EFFECT) for item in items])
-    ripple = columns["ripple_amplitude"] * columns["ripple_order"] / columns["reduction"]
-    half = (
-        (columns["cubic_2"] != 0.0)
-        | (ripple > LARGE_RIPPLE)
-        | (edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0]))
-    )
+    half = columns["cubic_2"] != 0.0
     return np.minimum(*largest), np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
+
+
+def _harmonic(columns: dict[str, np.ndarray], kind: str, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Size of a harmonic, its order, and by what share it changes the cam's speed: nothing, if it is the mesh's."""
+    size, order = columns[name], columns[f"{kind}_order"]
+    return size, order, np.zeros(len(size)) if kind == "mesh" else np.abs(size) * order / columns["reduction"]
 
 
 _HARMONICS = (

@@ -2,7 +2,8 @@
 
 The angle is reduced to x = n π/2 + r, |r| <= π/4, with π/2 in three parts (Cody and Waite, Software Manual for the
 Elementary Functions, 1980); then sin r and cos r are their Taylor series. Below 1.6e6 rad, where n times the first two
-parts is exact, both are within 2e-16; beyond, the error grows as the angle's own rounding does.
+parts is exact, both are within 2e-16 and the sine alone within 3e-16; beyond, the error grows as the angle's own
+rounding does.
 """
 
 from __future__ import annotations

@@ -63,6 +63,16 @@ def test_an_effect_that_acts_in_the_dwell_takes_steps_in_it(smooth):
         assert 1e-8 < difference(smooth.with_effects(effect), (1e-3, 1e-3 / 64)) < 1e-2
 
 
+@pytest.mark.parametrize(
+    ("name", "size"), [("cam.profile_error", {"height": 1e-3}), ("load.process", {"torque": 50.0})]
+)
+def test_a_bump_leaves_the_dwell_exact_where_it_does_not_reach_into_it(smooth, name, size):
+    def found(centre: float) -> float:
+        return difference(smooth.with_effects(make_effect(name, size, centre=centre)), (1e-3, 1e-3 / 64))
+
+    assert found(0.3) < 1e-9 < 1e-8 < found(0.7)
+
+
 @pytest.mark.parametrize(("play_1", "play_2"), [(0.0, 1e-3), (0.0136, 1e-3)])
 def test_landing_on_the_play_in_the_dwell_is_of_high_order(smooth, play_1, play_2):
     found = difference(with_play(smooth, play_1, play_2), (1e-3, 1e-3 / 64))
@@ -131,14 +141,11 @@ def test_what_asks_for_a_finer_automatic_step(smooth, visible):
 
     assert step(smooth) == pytest.approx(0.8 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
     assert step(smooth, 300.0) < step(smooth)
-    for effect, share in (
-        (visible("output.cubic_stiffness"), 0.5),
-        (make_effect("drive.speed_ripple", depth=0.02), 0.5),
-        (make_effect("drive.speed_ripple", depth=0.005), 1.0),
-    ):
-        assert step(smooth.with_effects(effect)) == pytest.approx(share * step(smooth))
-    fine = smooth.with_effects(make_effect("drive.transmission_error", amplitude=1e-5, order=5.0))
+    assert step(smooth.with_effects(visible("output.cubic_stiffness"))) == pytest.approx(0.5 * step(smooth))
+    for depth, phase in ((0.3, 0.09 / 0.3**0.25), (0.5, 0.09 / 0.5**0.25)):
+        ripple = make_effect("drive.speed_ripple", depth=depth)
+        assert step(smooth.with_effects(ripple)) == pytest.approx(phase / 157.0, rel=1e-12)
+    slight = make_effect("drive.speed_ripple", depth=0.005)
+    assert step(smooth.with_effects(slight)) == pytest.approx(step(smooth))
+    fine = smooth.with_effects(make_effect("drive.transmission_error", amplitude=1e-7, order=5.0))
     assert step(fine) == pytest.approx(0.4 / (5.0 * 157.0), rel=1e-12)
-    rattling = with_play(smooth, 0.0136, 1e-3)
-    assert step(rattling) == pytest.approx(step(smooth)) and step(smooth, 20.0) == pytest.approx(step(smooth))
-    assert step(rattling, 20.0) == pytest.approx(0.5 * step(smooth))

@@ -1,0 +1,100 @@
+"""The automatic step on machines drawn at random, against DOP853 stopped at edges."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from indexer_env.effects import make_effect
+from indexer_env.machine import CONTACT_LAWS, Machine
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.reference import simulate_reference
+from indexer_env.simulate import Run, simulate_batch
+
+SEED, MACHINES = 171, 40
+
+EFFECTS = (
+    ("drive.speed_ripple", {"depth": (1e-3, 0.05)}),
+    ("drive.transmission_error", {"amplitude": (1e-5, 1e-3)}),
+    ("drive.mesh_stiffness", {"depth": (0.05, 0.3)}),
+    ("output.cubic_stiffness", {"stiffness": (1e7, 1e9)}),
+    ("load.imbalance", {"torque": (1.0, 50.0)}),
+    ("cam.profile_error", {"height": (1e-5, 1e-3)}),
+)
+"""Effects that have a say in the step or act at each of its stages, and the ranges their sizes are drawn from."""
+
+
+FRICTION = (("friction.coulomb", {"torque": (1.0, 20.0)}), ("friction.stribeck", {"torque": (1.0, 20.0)}))
+
+
+def varied(machine: Machine, rng: np.random.Generator) -> Machine:
+    """Inertias, stiffnesses and dampings times 1/2 … 2, one of the contact laws."""
+
+    def off(value: float) -> float:
+        return value * 2.0 ** float(rng.uniform(-1.0, 1.0))
+
+    joints = {
+        name: dataclasses.replace(joint, stiffness=off(joint.stiffness), damping=off(joint.damping))
+        for name, joint in (("input_joint", machine.input_joint), ("output_joint", machine.output_joint))
+    }
+    inertias = {name: off(getattr(machine, name)) for name in ("cam_inertia", "follower_inertia", "table_inertia")}
+    law = CONTACT_LAWS[int(rng.integers(len(CONTACT_LAWS)))]
+    return dataclasses.replace(machine, contact_law=law, **joints, **inertias)
+
+
+def with_play(machine: Machine, rng: np.random.Generator) -> Machine:
+    """Play of up to 13.6 mrad at the input joint and 1 mrad at the output joint."""
+    return dataclasses.replace(
+        machine,
+        input_joint=dataclasses.replace(machine.input_joint, backlash=float(rng.uniform(0.0, 0.0136))),
+        output_joint=dataclasses.replace(machine.output_joint, backlash=float(rng.uniform(0.0, 1e-3))),
+    )
+
+
+def with_effect(machine: Machine, rng: np.random.Generator, effects: tuple = EFFECTS) -> Machine:
+    """One effect, its size drawn evenly in its logarithm."""
+    name, sizes = effects[int(rng.integers(len(effects)))]
+    drawn = {key: float(np.exp(rng.uniform(*np.log(ends)))) for key, ends in sizes.items()}
+    return machine.with_effects(make_effect(name, drawn))
+
+
+def with_friction(machine: Machine, rng: np.random.Generator) -> Machine:
+    return with_effect(machine, rng, FRICTION)
+
+
+KINDS = {
+    "smooth": ((), 1500, 1e-6),
+    "play": ((with_play,), 500, 1e-5),
+    "effect": ((with_effect,), 500, 1e-5),
+    "play and effect": ((with_play, with_effect), 500, 1e-5),
+    "friction": ((with_friction,), 500, 1e-4),  # a table that changes its direction within a step
+}
+"""What is added to a machine, samples compared, relative rms error allowed."""
+
+
+def errors(smooth: Machine, kind: str, seed: int = SEED, count: int = MACHINES) -> tuple[np.ndarray, list[Machine]]:
+    """Relative rms error of φ̈ of each machine, at 0.3 to 1.5 times the reference speed, and the machines."""
+    added, samples, _ = KINDS[kind]
+    machines, points = [], []
+    for index in range(count):
+        rng = np.random.default_rng([seed, index])
+        machine = varied(smooth, rng)
+        for add in added:
+            machine = add(machine, rng)
+        machines.append(machine)
+        points.append(OperatingPoint(motor_speed=157.0 * float(rng.uniform(0.3, 1.5))))
+    batch = simulate_batch(machines, points, Run(samples=samples, warmup_turns=0))
+    assert not batch.rejected
+    truth = np.stack([
+        simulate_reference(machine, point, samples=samples).table_acceleration
+        for machine, point in zip(machines, points, strict=True)
+    ])  # fmt: skip
+    found = batch.table_acceleration
+    return np.sqrt(np.mean((found - truth) ** 2, axis=1) / np.mean(truth**2, axis=1)), machines
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_automatic_step_holds_on_machines_drawn_at_random(smooth, kind):
+    found, _ = errors(smooth, kind)
+    assert found.max() <= KINDS[kind][2]
