@@ -1,6 +1,7 @@
 """Any drive as a model: a Python function of one's own, records of it, and standard effects that may be missing.
 
 In reading order:
+    user_code    Python of the user's, and what it raises
     description  what a user's file says: `force` or `rates`, parameters, channels, effects
     channels     measured files -> channels of a record by their roles
     smoothing    differentiation, low-pass and noise: one choice for all channels
@@ -9,6 +10,7 @@ In reading order:
     library      effects as hypotheses, sized by the record itself
     windows      which samples are fitted, which are held out
     inverse      the model of `force(q, v, a, u, t, p)`
+    forward_library  the effects that it can have
     forward      the model of `rates(x, u, t, p)`
     forces       what the standard effects do at one of its joints
     advance      its integrator: Runge-Kutta, landing on events, with true sticking

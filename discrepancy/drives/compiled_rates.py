@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive, said_by_user
+from discrepancy.drives.description import Drive
+from discrepancy.drives.user_code import said_by_user
 from indexer_env.errors import ParameterError
 
 
@@ -110,7 +111,7 @@ def _check(drive: Drive, given: dict[str, Any], x: np.ndarray, u: np.ndarray, ro
         found = drive.function(arguments[0], arguments[1], 0.0, arguments[2])
         rates = [float(one) for one in found]
     except (Exception, SystemExit) as error:
-        raise said_by_user(drive, error) from None
+        raise said_by_user(drive.path, drive.function, error) from None
     name = f"{drive.path.name}: rates"
     if len(rates) != len(drive.states):
         raise ParameterError(f"{name} must give {len(drive.states)} rates, one a state, got {len(rates)}.")

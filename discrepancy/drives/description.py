@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from discrepancy.drives.effects import EFFECTS, DriveEffect
+from discrepancy.drives.user_code import executed
 from discrepancy.model import Parameter
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import ParameterError, refuse
@@ -121,7 +122,7 @@ def load_drive(path: Path) -> Drive:
     ParameterError
         There is no such file, it raises when it is read, or something in it breaks its rule.
     """
-    found = _executed(path)
+    found = executed(path)
     name = path.name
     forms = [form for form in ("force", "rates") if callable(found.get(form))]
     if len(forms) != 1:
@@ -145,38 +146,6 @@ def load_drive(path: Path) -> Drive:
         found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
         _flag(name, "sessions", found),
     )  # fmt: skip
-
-
-def _executed(path: Path) -> dict[str, Any]:
-    if not path.is_file():
-        raise refuse("discrepancy", "system", "'indexer' or a Python file that describes a drive", str(path))
-    module = ModuleType(path.stem)
-    module.__file__ = str(path)
-    try:
-        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
-    except ParameterError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise ParameterError(f"{path.name} must run as Python, got {_said(error, path)}.") from None
-    return module.__dict__
-
-
-def _said(error: BaseException, path: Path) -> str:
-    """Kind, line of the user's file and words of an exception."""
-    line = error.lineno if isinstance(error, SyntaxError) else None
-    walk = error.__traceback__
-    while walk is not None:
-        if walk.tb_frame.f_code.co_filename == str(path):
-            line = walk.tb_lineno
-        walk = walk.tb_next
-    where = "" if line is None else f" in line {line}"
-    return f"{type(error).__name__}{where} ({' '.join(str(error).split()) or 'no message'})"
-
-
-def said_by_user(drive: Drive, error: BaseException) -> ParameterError:
-    """The sentence for an exception that the user's function has raised."""
-    name = f"{drive.path.name}: {drive.function.__name__}"
-    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, drive.path)}.")
 
 
 def _check_arguments(name: str, form: str, function: Callable[..., Any]) -> None:

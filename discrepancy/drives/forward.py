@@ -9,7 +9,6 @@ that its local parameters are deviations from that in units of its own uncertain
 from __future__ import annotations
 
 import copy
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,7 +19,8 @@ from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
 from discrepancy.drives.forces import COLUMNS, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
-from discrepancy.drives.library import hypotheses_of, tabulated_row, values_of
+from discrepancy.drives.forward_library import LINE, library_of, lines_of
+from discrepancy.drives.library import tabulated_row, values_of
 from discrepancy.drives.readings import commanded
 from discrepancy.drives.track import Scales
 from discrepancy.drives.windows import Windows
@@ -82,7 +82,7 @@ class ForwardModel(Model):
         self._commands: dict[Any, np.ndarray] = {}
         self.readings_ = self._windowed([course.rows for course in self.courses])
         self.substeps = substeps or self._fine()
-        self._library = self._found() if library is None else library
+        self._library = library_of(self) if library is None else library
 
     def _windowed(self, rows: Sequence[np.ndarray]) -> np.ndarray:
         """Channels of every window, over their noise (w, channels, n)."""
@@ -191,15 +191,18 @@ class ForwardModel(Model):
                 self._commands.clear()
             course = self.courses[k]
             first = course.u[:, 0]
-            for name, value in done:
-                first = commanded(name, first, value, 1.0 / course.rate)
+            for name, *values in done:
+                first = commanded(name, first, values, 1.0 / course.rate)
             self._commands[k, done] = np.column_stack([first, course.u[:, 1:]])
         return self._commands[k, done]
 
     # ------------------------------------------------------------------ as a Model
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return self._library
+        """The library; what a fit has left, residuals (w, n), proposes the frequencies of lines."""
+        if residual is None or LINE not in self._library:
+            return self._library
+        return {**self._library, LINE: lines_of(self, residual)}
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -252,37 +255,7 @@ class ForwardModel(Model):
             before = after
         return self.substeps
 
-    def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
-        known = {one.name for one in self.known}
-        found: dict[str, tuple[Hypothesis, ...]] = {}
-        for effect in self.drive.effects:
-            if effect.name in known or not effect.forward:
-                continue
-            if effect.acts == "reading":
-                if self.courses[0].u.shape[1]:
-                    found[effect.name] = hypotheses_of(effect, _of_input(next(iter(self.scales)), self.courses))
-                continue
-            choices: list[Hypothesis] = []
-            for j, scales in enumerate(self.scales):
-                if effect.rotary and scales.position_unit != "rad":
-                    continue
-                wavelengths = [(0.1 * scales.F, k / scales.Q, 0.0) for k in (6.3, 12.6, 25.1)]
-                wavelengths = wavelengths if effect.name == "cogging" else []
-                mine = hypotheses_of(effect, scales, wavelengths)
-                if len(self.scales) > 1:
-                    mine = tuple(dataclasses.replace(h, fixed={**h.fixed, "joint": float(j)}, effects=()) for h in mine)
-                choices += mine
-            if choices:
-                found[effect.name] = tuple(choices)
-        return found
-
 
 def _columns(name: str) -> list[str]:
     """Columns of the integrator that belong to an effect: its own, then its shape's."""
     return [name, *(c for c in COLUMNS if c.startswith(f"{name}_"))]
-
-
-def _of_input(scales: Scales, courses: Sequence[Course]) -> Scales:
-    """Scales for what is done to the command: F is its rms."""
-    u = np.concatenate([course.u[:, 0] for course in courses])
-    return dataclasses.replace(scales, F=float(np.sqrt(np.mean(u**2))), force_unit="unit of the input")

@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive, said_by_user
+from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
-from discrepancy.drives.library import done_by_model, hypotheses_of, proposals, sensible, values_of
+from discrepancy.drives.library import done_by_model, hypotheses_of, proposals, sensible, sessions_of, values_of
 from discrepancy.drives.track import Scales, Track
+from discrepancy.drives.user_code import said_by_user
 from discrepancy.drives.windows import Windows
-from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.errors import ParameterError
 
 _NUDGE = 1e-4
@@ -58,7 +59,7 @@ class InverseModel(Model):
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
         self.effects = {effect.name: effect for effect in drive.effects} | TABLES
-        sessions = _sessions(len(windows.tracks), scales) if drive.sessions else ()
+        sessions = sessions_of(len(windows.tracks), scales) if drive.sessions else ()
         self.own = len(drive.parameters)
         self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
         self.counts, self.groups = windows.count, windows.groups
@@ -85,7 +86,7 @@ class InverseModel(Model):
             except ParameterError:
                 raise
             except (Exception, SystemExit) as error:
-                raise said_by_user(self.drive, error) from None
+                raise said_by_user(self.drive.path, self.drive.function, error) from None
             if row.shape not in ((), q.shape):
                 raise ParameterError(f"{name} must give one number a sample, {q.shape}, got an array of {row.shape}.")
             if not np.isfinite(row).all():
@@ -293,11 +294,3 @@ def _check_slopes(drive: Drive, slopes: np.ndarray) -> None:
                 f"{drive.path.name}: the parameter {parameter.name} must change the force on these records, but it "
                 "does nothing; leave it out or use it."
             )
-
-
-def _sessions(records: int, scales: Scales) -> tuple[Parameter, ...]:
-    """An offset of each record's force, as sensors are zeroed anew."""
-    unit = scales.unit("F")
-    return tuple(
-        Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)
-    )

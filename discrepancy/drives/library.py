@@ -107,3 +107,11 @@ def proposals(effect: DriveEffect, tracks: Sequence[Track], left: Sequence[np.nd
         return []
     longest = int(np.argmax([len(row) for row in left]))
     return effect.starts(tracks[longest], left[longest])
+
+
+def sessions_of(records: int, scales: Scales) -> tuple[Parameter, ...]:
+    """An offset of each record's force, as sensors are zeroed anew."""
+    unit = scales.unit("F")
+    return tuple(
+        Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)
+    )

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 
-def commanded(name: str, u: np.ndarray, value: float, step: float) -> np.ndarray:
+def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) -> np.ndarray:
     """A command (n,) as it acts.
 
     delay: u(t - d); lag: τ dF/dt = u - F; gain: u/(1 + e); saturation: within ±1/c; quantisation: in whole steps;
-    drift: u - r t.
+    drift: u - r t; hum: u - A sin(2π f t + φ).
     """
     import scipy.signal
 
     t = step * np.arange(len(u))
+    value = values[0]
+    if name == "hum":
+        return u - value * np.sin(2.0 * np.pi * values[1] * t + values[2])
     if name == "delay":
         return np.interp(t - value, t, u)
     if name == "lag":

@@ -25,7 +25,7 @@ _FINENESS = 4
 """Trial wavelengths per one that the record can resolve."""
 
 
-def _lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> list[tuple[float, float, float]]:
+def lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> list[tuple[float, float, float]]:
     """The strongest lines a sin(k x + φ) of a row over x, as (a, k, φ): peaks of its periodogram, at least two
     resolved widths apart, k between `lowest` and `highest`."""
     width = 2.0 * math.pi / float(np.ptp(x))
@@ -52,19 +52,19 @@ def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float
     fastest = math.pi / (np.abs(m.v).max() * m.step * m.every)
     # two waves over the stroke at least: fewer are a spring
     slowest = 4.0 * math.pi / float(np.ptp(q))
-    return _lines(q, left, slowest, min(fastest, 100.0 * slowest))
+    return lines(q, left, slowest, min(fastest, 100.0 * slowest))
 
 
 def ringing(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     """The strongest lines in time, (a, ω, φ), from three periods in the record up."""
     t = m.t[m.at]
-    return _lines(t, left, 6.0 * math.pi / float(np.ptp(t)), 2.0 * math.pi * m.cutoff)
+    return lines(t, left, 6.0 * math.pi / float(np.ptp(t)), 2.0 * math.pi * m.cutoff)
 
 
 def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     """Above the band of the motion: within it, a line in time is not told from what the motion does."""
     slowest = holding(m.v, 1.0 / m.step, _MOVING)
-    found = _lines(m.t[m.at], left, 2.0 * math.pi * slowest, 2.0 * math.pi * m.cutoff)
+    found = lines(m.t[m.at], left, 2.0 * math.pi * slowest, 2.0 * math.pi * m.cutoff)
     return [(a, k / (2.0 * math.pi), phase) for a, k, phase in found]
 
 
@@ -106,6 +106,6 @@ standard(
             Size("phase", "phase φ at the record's first sample", "", (), -20.0, 20.0, step=0.5),
         ),
         lambda m, p, base, f: f + p.amplitude * np.sin(2.0 * math.pi * p.frequency * m.t + p.phase), acts="reading",
-        starts=_over_time,
+        starts=_over_time, forward="hum",
     )
 )  # fmt: skip

@@ -107,7 +107,7 @@ def cam_indexer(rng: np.random.Generator) -> dict[str, Columns]:
 
 
 GALLERY: dict[str, tuple[Callable[[np.random.Generator], dict[str, Columns]], tuple[str, ...]]] = {
-    "feed_axis": (feed_axis, ("play",)),
+    "feed_axis": (feed_axis, ("play.contact", "play")),
     "robot_joint": (robot_joint, ("friction.presliding",)),
     "pick_and_place": (pick_and_place, ("spring.bilinear", "end_stop")),
     "pendulum": (pendulum, ("delay",)),

@@ -28,6 +28,8 @@ def rates(x, u, t, p):
     return x.v, (u - p.weight * sin(x.q) - p.drag * x.v) / p.inertia
 """
 
+WINDOWS = FILE + "windows = 1.3\n"
+
 RATE = 200.0
 T = np.arange(800) / RATE
 PUSH = 0.35 * np.sin(2.0 * math.pi * 0.31 * T) + 0.2 * np.sin(2.0 * math.pi * 0.73 * T + 1.0)
@@ -171,7 +173,7 @@ def test_a_load_on_a_spring_swings_as_scipy_says(tmp_path: Path) -> None:
     assert np.abs(got - truth).max() < 1e-5 < 1e-2 < np.abs(plain - truth).max()
 
     noisy = truth + 1e-3 * np.random.default_rng(6).standard_normal(len(truth))
-    subject = made(tmp_path, noisy, FILE + "windows = 1.3\n")
+    subject = made(tmp_path, noisy, WINDOWS)
     one = subject.model.hypotheses()["compliance"][0]
     near = dataclasses.replace(one, starts=((0.3, 1.1 * omega**-2, 0.05),), effects=())
     problem, place = start_of(subject, near)
@@ -210,3 +212,21 @@ def test_friction_by_load_is_that_of_the_inverse_form(tmp_path: Path) -> None:
     # where a speed or a force changes its sign the differences smear
     assert moving.sum() > 200 and float(np.median(np.abs(left[moving]))) < 1e-3
     assert float(np.median(np.abs(PUSH - f)[moving])) > 3e-2
+
+
+def test_a_line_on_the_command_is_found(tmp_path: Path) -> None:
+    """Seed 7: 0.2 N m at 6.7 Hz are read that do not act."""
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        acting = float(np.interp(t, T, PUSH)) - 0.2 * math.sin(2.0 * math.pi * 6.7 * t + 0.8)
+        return [y[1], (acting - math.sin(y[0]) - 0.02 * y[1]) / 0.05]
+
+    found = solve_ivp(rates, (0.0, T[-1]), [0.3, 0.0], t_eval=T, rtol=1e-9, atol=1e-11, max_step=2e-3)
+    subject = made(tmp_path, found.y[0] + 1e-3 * np.random.default_rng(7).standard_normal(len(T)), WINDOWS)
+    zero = subject.model.residuals(NONE, subject.model.jobs(np.zeros(3)))
+    one = subject.model.hypotheses(zero)["sensor.mains_hum"][0]
+    assert one.starts[0][1] == pytest.approx(6.7, abs=0.1)
+    problem, place = start_of(subject, one)
+    place = fit(problem, place, steps=25).place
+    assert place.level(subject.model) < 1.2
+    assert values(problem, place)["sensor.mains_hum.amplitude"] == pytest.approx(0.2, rel=0.1)

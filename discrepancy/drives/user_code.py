@@ -1,0 +1,49 @@
+"""Python of the user's: run, and what it raises in one sentence with its line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from indexer_env.errors import ParameterError, refuse
+
+
+def executed(path: Path) -> dict[str, Any]:
+    """Names that a user's file defines.
+
+    Raises
+    ------
+    ParameterError
+        There is no such file, or it raises.
+    """
+    if not path.is_file():
+        raise refuse("discrepancy", "system", "'indexer' or a Python file that describes a drive", str(path))
+    module = ModuleType(path.stem)
+    module.__file__ = str(path)
+    try:
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
+    except ParameterError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ParameterError(f"{path.name} must run as Python, got {_said(error, path)}.") from None
+    return module.__dict__
+
+
+def _said(error: BaseException, path: Path) -> str:
+    """Kind, line of the user's file and words of an exception."""
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    walk = error.__traceback__
+    while walk is not None:
+        if walk.tb_frame.f_code.co_filename == str(path):
+            line = walk.tb_lineno
+        walk = walk.tb_next
+    where = "" if line is None else f" in line {line}"
+    return f"{type(error).__name__}{where} ({' '.join(str(error).split()) or 'no message'})"
+
+
+def said_by_user(path: Path, function: Callable[..., Any], error: BaseException) -> ParameterError:
+    """The sentence for an exception that the user's function has raised."""
+    name = f"{path.name}: {function.__name__}"
+    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, path)}.")
