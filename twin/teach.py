@@ -32,7 +32,7 @@ GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
 
 FITTED, LEAST_FITTED = 1.0 / 30.0, 120
-"""Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones, and how
+"""Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones and how
 many at least; 0.2 to 0.4 s of a core each."""
 
 
@@ -69,8 +69,8 @@ def learned(
         out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
     )
     weights = weights_by_control(
-        networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))), view,
-        s.coverage, s.seed,
+        networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))),
+        view, s.coverage, s.seed,
     )  # fmt: skip
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
