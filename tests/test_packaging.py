@@ -70,6 +70,7 @@ def test_wheel_holds_packages_and_configurations_only(wheel: Path) -> None:
     assert CONFIGURATIONS
     assert sorted(carried) == CONFIGURATIONS
     assert {"discrepancy/report/page.html", "twin/report/page.html"} <= set(names)
+    assert {"twin/report/answer.html", "twin/report/style.css"} <= set(names)
     assert {"monitor/web/static/index.html", "monitor/web/static/uplot.js", "monitor/web/static/uplot.LICENSE"} <= set(
         names
     )

@@ -57,7 +57,8 @@ class Gate:
         name = signal.source or "the record"
         if signal.unit != self.healthy.sensor.unit:
             raise SignalError(
-                f"{name} must be in {self.healthy.sensor.unit} as the twin's sensor reads, got {signal.unit}."
+                f"{name} must be in {self.healthy.sensor.unit} as the twin's sensor reads, got {signal.unit}; "
+                "convert it, or make a twin with this sensor."
             )
         if abs(signal.sample_rate / cells.rate - 1.0) > 1e-3:
             rate = signal.sample_rate

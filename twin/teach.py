@@ -31,8 +31,9 @@ from twin.weigh import Weights, weights_of
 GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
 
-FITTED = 400
-"""Control turns that are fitted by simulation, for names, intervals and novelty; 0.1 to 0.3 s of a core each."""
+FITTED, LEAST_FITTED = 1.0 / 30.0, 120
+"""Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones and how
+many at least; 0.2 to 0.4 s of a core each."""
 
 
 def learned(
@@ -62,13 +63,14 @@ def learned(
     told = {"false_alarms": s.false_alarms, "coverage": s.coverage, "seed": s.seed}
     judge = judge_of(networks, faulty, sound, view, **told)
     control = np.flatnonzero(faulty.subset == 1)
+    fitted_turns = max(LEAST_FITTED, round(FITTED * len(faulty.x)))
     half = len(sound.x) // 2
     synthesis = _synthesis(
         out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
     )
     weights = weights_by_control(
-        networks, judge, synthesis, faulty.part(control[:FITTED]), sound.part(np.arange(half, len(sound.x))), view,
-        s.coverage, s.seed,
+        networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))),
+        view, s.coverage, s.seed,
     )  # fmt: skip
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),

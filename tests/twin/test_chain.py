@@ -33,5 +33,10 @@ def test_a_bench_becomes_a_twin_that_names_what_came_on_which_day(tmp_path):
     assert again.returncode == 0 and "learning" not in again.stderr + again.stdout
     wanted = {"monday": "Healthy", "tuesday": "Faulty: cracked rollers", "wednesday": "Faulty: play in the reducer"}
     for day, headline in wanted.items():
-        said = indexer("twin-diagnose", f"twin={tmp_path / 'twin'}", f"signal={tmp_path / 'days' / day}")
+        out = tmp_path / day
+        said = indexer("twin-diagnose", f"twin={tmp_path / 'twin'}", f"signal={tmp_path / 'days' / day}", f"out={out}")
         assert said.returncode == 0 and headline in said.stdout, (day, said.stdout, said.stderr)
+        assert headline in (out / "answer.html").read_text(encoding="utf-8")
+    june = tmp_path / "june"
+    said = indexer("twin-update", f"twin={tmp_path / 'twin'}", f"healthy={tmp_path / 'healthy'}", f"out={june}")
+    assert said.returncode == 0 and "has not moved since; the networks are kept" in said.stdout, said.stderr

@@ -19,7 +19,7 @@ from twin.detection import Seen, points_of, size_at, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE
 from twin.faults import FAULTS
 from twin.judge import Judge, judge_of
-from twin.learn import Feed, said, trained
+from twin.learn import Feed, Sight, said, trained
 from twin.network import NETWORKS, Modes
 from twin.twin import Twin
 from twin.weigh import Weights
@@ -80,6 +80,20 @@ def test_intervals_of_sizes_hold_the_stated_share(taught):
         missed = np.abs(found["size"][mine, fault] - other.size[mine, fault])
         inside = missed <= judge.reach[fault, 0] * np.exp(found["spread"][mine, fault])
         assert 0.8 < inside.mean() < 0.98
+
+
+def test_a_network_of_modes_sees_noise_added_and_paired_draws_keep_its_law():
+    generator = torch.Generator().manual_seed(0)
+    feed, network = Feed(turns(64, 5, faulty=True), view()), Modes(2, CELLS.count, 8)
+    rows = torch.arange(64)
+    network.fit(feed.clean(rows))
+    noise = feed.noise(feed.point[rows], generator)
+    both = network.sees(feed.clean(rows)) + network.sees(noise)
+    torch.testing.assert_close(network.sees(feed.clean(rows) + noise), both, atol=1e-3, rtol=1e-3)
+    sight = Sight(network, feed, rows, generator)
+    drawn = torch.cat([sight.at(rows) - sight.seen for _ in range(40)])
+    fresh = torch.cat([network.sees(feed.noise(feed.point[rows], generator)) for _ in range(40)])
+    assert float((drawn.var(dim=0) / fresh.var(dim=0)).mean()) == pytest.approx(1.0, rel=0.05)
 
 
 def test_a_judge_is_stored_and_comes_back(taught):

@@ -35,8 +35,9 @@ PLACES: dict[str, tuple[str, str]] = {
 
 _GENERAL = {
     HEALTHY: "Nothing: go on, and record again as planned.",
-    UNKNOWN: "Record again to see whether it stays; ask what was changed at the machine since its healthy records. If "
-    "nobody knows, look at the machine before it runs on: the cause is in no table of this twin.",
+    UNKNOWN: "Check the speed and load that were stated, and record again to see whether it stays; ask what changed "
+    "at the machine since its healthy records. If nobody knows, look at the machine before it runs on: the cause is in "
+    "no table of this twin.",
     NOT_COMPARABLE: "Record again as the twin's healthy records were taken, or state what was different.",
 }
 

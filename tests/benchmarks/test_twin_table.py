@@ -1,0 +1,45 @@
+"""What the twin's table counts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.twin.__main__ import drawn
+from benchmarks.twin.table import Judged, markdown, summary
+from benchmarks.twin.truth import Truth
+from indexer_env import load_machine
+
+CRACK, BOTH, NONE = frozenset({"crack"}), frozenset({"crack", "loose_base"}), frozenset()
+
+
+def test_a_slight_false_name_counts_among_all_records_but_not_in_the_headline():
+    found = summary([Judged(CRACK, BOTH, CRACK, False, True), Judged(CRACK, CRACK, CRACK, False, True)])
+    assert found["misnamed"] == 0.5 and found["misnamed above"] == 0.0
+    refused = summary([Judged(CRACK, CRACK, CRACK, True, True)])
+    assert refused["misnamed"] == refused["misnamed above"] == 1.0
+
+
+def test_intervals_are_counted_in_both_groups():
+    rows = [Judged(CRACK, CRACK, CRACK, False, True, (True,)), Judged(BOTH, BOTH, BOTH, False, True, (True, False))]
+    found = summary(rows)
+    assert (found["alone"], found["beside others"]) == (1.0, 0.5)
+
+
+def test_records_of_the_stated_size_and_strangers_have_rows_of_their_own():
+    rows = [
+        Judged(CRACK, NONE, NONE, False, True, at_size=True), Judged(CRACK, NONE, NONE, False, True, at_size=False),
+        Judged(NONE, NONE, NONE, True, True, left_out=True), Judged(NONE, NONE, NONE, False, True),
+    ]  # fmt: skip
+    found = summary(rows)
+    assert found["detected at the stated size"] == 0.5 and found["left out refused"] == 1.0
+    assert found["misnamed"] == 0.0 and found["healthy called faulty"] == 0.0
+    assert "| twin | as modelled | 1 |" in markdown({("twin", "as modelled"): [found]})
+
+
+def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
+    truth = Truth(load_machine("reference"), "as modelled", 0.1, 1.0)
+    rng = np.random.default_rng(0)
+    strangers = [row for row in (drawn(truth, rng) for _ in range(300)) if row[3]]
+    makes = {type(real.machine.motion_law).__name__ for real, _, effects, _ in strangers if not effects}
+    assert 10 < len(strangers) < 60 and len(makes) >= 2
+    assert any(effects and effects[0].name == "cam.profile_error" for _, _, effects, _ in strangers)
