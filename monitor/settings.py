@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -103,6 +104,8 @@ class Settings:
     access: Access
     webhook: Webhook
     publish: str | None
+    owner: str | None
+    lease_s: float
 
     @property
     def local(self) -> bool:
@@ -176,7 +179,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         port=config["port"],
         broker_port=config["broker_port"],
         mqtt_version=config["mqtt"]["version"],
-        client_id=config["mqtt"]["client_id"],
+        client_id="-".join(filter(None, (config["mqtt"]["client_id"], config["lease"]["owner"]))),
         tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
         opcua=Nodes(**config["opcua"]),
         reading=Reading(**config["read"]),
@@ -190,7 +193,22 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         access=access,
         webhook=webhook,
         publish=config["publish"],
+        owner=_owner(config),
+        lease_s=float(config["lease"]["seconds"]),
     )
+
+
+def _owner(config: Mapping[str, Any]) -> str | None:
+    owner = config["lease"]["owner"]
+    check_number("lease", "seconds", config["lease"]["seconds"], low=1.0, unit="s")
+    if owner is None:
+        return None
+    if not isinstance(owner, str) or not re.fullmatch(r"[\w.-]{1,40}", owner):
+        raise refuse("lease", "owner", "a name of at most 40 letters, digits and '.-', or null", owner)
+    if not str(config["source"]).startswith(("mqtt://", "mqtts://", "opc.tcp://")):
+        rule = "given with a source that every process can subscribe to, mqtt:// or opc.tcp://"
+        raise refuse("lease", "owner", rule, config["source"])
+    return owner
 
 
 def _load_torque(given: Any) -> float | None:

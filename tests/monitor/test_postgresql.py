@@ -16,6 +16,7 @@ from monitor.engine import Arrival, Engine
 from monitor.store import Store
 from tests.monitor.conftest import WAIT_S
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
+from tests.monitor.test_leases import lives_and_deaths
 
 _PLACES = os.pathsep.join([os.environ.get("PATH", ""), *map(str, sorted(Path("/usr/lib/postgresql").glob("*/bin")))])
 INITDB, POSTGRES = (shutil.which(name, path=_PLACES) for name in ("initdb", "postgres"))
@@ -81,6 +82,11 @@ def reached(url) -> Store:
         except Exception:
             assert time.monotonic() < until
             time.sleep(0.2)
+
+
+def test_several_processes_share_its_machines_and_one_may_die(database):
+    reached(database.url).close()
+    lives_and_deaths(database.url)
 
 
 def test_kills_of_the_database_lose_and_double_no_turn(database, monkeypatch):
