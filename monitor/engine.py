@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection
+from threadpoolctl import threadpool_limits
 
 from indexer_env.errors import refuse
 from monitor.alarms import Condition, Event
@@ -170,6 +171,11 @@ class Engine:
     # ------------------------------------------------------------------------------------------------ inside
 
     def _run(self) -> None:
+        # Matrices of a hundred rows are slower in several threads, on a busy host many times.
+        with threadpool_limits(1):
+            self._loop()
+
+    def _loop(self) -> None:
         try:
             ticked = time.monotonic()
             while not self._stopping.is_set():

@@ -138,7 +138,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     for key in ("jitter", "reorder", "stale"):
         check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", unit="s")
     check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
-    if not isinstance(config["twin_limits"], Mapping):
+    if not isinstance(config["twin_limits"], Mapping | None):
         raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
     for key in ("raw_days", "turn_days"):
         check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
@@ -167,7 +167,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         source=source,
         models=tuple(path_given("monitor", "model", model) for model in models),
         twin=twin,
-        twin_limits=config["twin_limits"],
+        twin_limits=config["twin_limits"] or {},
         deadband=config["alarms"]["deadband"],
         load_torque=_load_torque(config["load_torque"]),
         motor_speeds=_motor_speeds(config["motor_speeds_rpm"]),

@@ -96,13 +96,15 @@ def test_kills_of_the_database_lose_and_double_no_turn(database, monkeypatch):
     engine.start()
     dice, kept, sent = random.Random(2), [], 0
     for _ in range(kills):
-        until = time.monotonic() + dice.uniform(0.1, 0.6)
-        while time.monotonic() < until or len(kept) < sent - 20:
-            engine.offer(Arrival(block(50 * sent, level=1 + sent / 100, sequence=sent), kept=lambda: kept.append(1)))
-            sent += 1
+        before, until, patience = len(kept), time.monotonic() + dice.uniform(0.1, 0.6), time.monotonic() + WAIT_S
+        # Some blocks are always on their way, and some have come through since the kill before.
+        while time.monotonic() < until or len(kept) == before:
+            assert time.monotonic() < patience
+            if sent - len(kept) < 20:
+                arrival = Arrival(block(50 * sent, level=1 + sent / 100, sequence=sent), kept=lambda: kept.append(1))
+                assert engine.offer(arrival, timeout=WAIT_S)
+                sent += 1
             time.sleep(0.005)
-            if time.monotonic() > until + WAIT_S:
-                break
         database.kill()
     until = time.monotonic() + WAIT_S
     while len(kept) < sent:
