@@ -1,6 +1,6 @@
 """On-line condition monitoring: samples as they come -> turns, diagnosis, trends, alarms, and a page that shows them.
 
-In reading order, with the block of ISO 13374 that each is:
+In reading order, where it helps with its block of ISO 13374:
     settings      conf/monitor.yaml -> objects that check themselves
     intake/       data acquisition and manipulation: samples -> blocks in order -> turns
     analysis/     state detection, health assessment, prognosis: turn -> finding -> trend -> remaining time
@@ -8,8 +8,11 @@ In reading order, with the block of ISO 13374 that each is:
     plan          what all machines share, and what comes of a block
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network
     store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
+    leases        several processes on one store: which machine is whose
+    fleet         the machines that are this process'
     engine        the thread that takes blocks, runs the pipelines and commits each batch in one transaction
-    sources/      MQTT, a folder, a data set replayed, the demonstration
+    physics       what the twin's physics says of the last turns, in a process of its own
+    sources/      MQTT, OPC UA, a folder, a data set replayed, the demonstration
     outputs/      MQTT, signed webhook, Prometheus
     web/          the page, its interface and who may use it (advisory generation)
     service       all of it started and stopped together

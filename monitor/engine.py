@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import math
 import queue
 import threading
 import time
@@ -17,11 +18,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection
+from threadpoolctl import threadpool_limits
 
 from indexer_env.errors import refuse
 from monitor.alarms import Condition, Event
 from monitor.analysis.finding import Diagnoser
-from monitor.intake.blocks import Block
+from monitor.fleet import Fleet
+from monitor.intake.arrivals import Arrival
+from monitor.leases import Leases
 from monitor.pipeline import Pipeline
 from monitor.plan import Outcome, Plan
 from monitor.store.store import Store, StoreDown, drop_blocks, write_block, write_machine, write_position
@@ -34,25 +38,14 @@ _TICK_S = 0.5
 _RETRY_S = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class Arrival:
-    """A block and how its source learns that it is kept.
-
-    position  source, item and value that are stored with it, for a source that is read and not sent
-    kept      called once the block is in the store
-    """
-
-    block: Block
-    position: tuple[str, str, str] | None = None
-    kept: Callable[[], None] | None = None
-
-
 @dataclass(frozen=True)
 class Change:
-    """What came of a batch for one machine: its summary, and what happened to its alarms."""
+    """What came of a batch for one machine: its summary, and what happened to its alarms; `own`: not seen to change in
+    another process."""
 
     summary: dict[str, Any]
     events: tuple[Event, ...]
+    own: bool = True
 
 
 class Engine:
@@ -73,6 +66,8 @@ class Engine:
         Seconds without samples after which a machine is stale, by the clock of this host.
     reorder_s : float
         Seconds for which a block waits for a missing one.
+    leases : Leases, optional
+        Where several processes share the machines.
     """
 
     def __init__(
@@ -85,13 +80,14 @@ class Engine:
         queue_blocks: int = 2000,
         stale_s: float = 60.0,
         reorder_s: float = 2.0,
+        leases: Leases | None = None,
     ) -> None:
         self._store, self._diagnoser, self._plan, self._channels = store, diagnoser, plan, channels
         self._changed, self._stale_s, self._reorder_s = changed, stale_s, reorder_s
         self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
-        self._pipelines: dict[str, Pipeline] = {}
-        self._heard: dict[str, float] = {}
         self._ended: set[str] = set()
+        self._fleet = Fleet(store, diagnoser, plan, leases)
+        self._renewed = -math.inf
         self._lock = threading.RLock()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
@@ -103,8 +99,7 @@ class Engine:
     def start(self) -> None:
         """Make the pipelines of all known machines, and begin."""
         with self._lock:
-            for summary in self._store.machines():
-                self._pipeline(str(summary["machine"]))
+            self._fleet.load()
         self._thread.start()
 
     def stop(self) -> None:
@@ -139,7 +134,7 @@ class Engine:
         """A message of a machine could not be read; told where the machine is known, else only counted."""
         self.refused += 1
         with self._lock:
-            pipeline = self._pipelines.get(machine)
+            pipeline = self._fleet.pipelines.get(machine)
             if pipeline is not None:
                 pipeline.states.note("broken_payload", time.time_ns(), sentence)
 
@@ -158,7 +153,8 @@ class Engine:
             The database cannot be reached.
         """
         with self._lock:
-            pipeline = self._pipelines.get(machine)
+            self._fleet.take_over(machine)
+            pipeline = self._fleet.pipelines.get(machine)
             if pipeline is None or quantity not in pipeline.conditions:
                 raise refuse("alarm", "machine", "the name of a machine and a quantity that it has", machine)
             before = pipeline.conditions[quantity].to_dict()
@@ -175,6 +171,11 @@ class Engine:
     # ------------------------------------------------------------------------------------------------ inside
 
     def _run(self) -> None:
+        # Matrices of a hundred rows are slower in several threads, on a busy host many times.
+        with threadpool_limits(1):
+            self._loop()
+
+    def _loop(self) -> None:
         try:
             ticked = time.monotonic()
             while not self._stopping.is_set():
@@ -212,36 +213,25 @@ class Engine:
                 if self.retries % 30 == 1:
                     _log.warning("the store cannot be used (%s); trying again", reason)
                 with self._lock:
-                    self._pipelines.clear()
+                    self._fleet.pipelines.clear()
                 self._stopping.wait(_RETRY_S)
                 self._reload()
 
     def _reload(self) -> None:
         try:
             with self._lock:
-                for summary in self._store.machines():
-                    self._pipeline(str(summary["machine"]))
+                self._fleet.load()
         except StoreDown:
-            self._pipelines.clear()
-
-    def _pipeline(self, machine: str) -> Pipeline:
-        found = self._pipelines.get(machine)
-        if found is None:
-            body, blocks = self._store.machine(machine)
-            found = Pipeline(machine, self._diagnoser, self._plan, body)
-            found.restore(blocks)
-            self._pipelines[machine] = found
-            self._heard.setdefault(machine, time.monotonic())
-        return found
+            self._fleet.pipelines.clear()
 
     def _work(self, batch: list[Arrival]) -> None:
         changes: dict[str, list[Event]] = {}
         turns = 0
         with self._store.transaction() as connection:
-            for arrival in batch:
+            mine = self._fleet.held(connection, {arrival.block.machine for arrival in batch})
+            for arrival in self._fleet.due(mine, batch):
                 block = arrival.block
-                pipeline = self._pipeline(block.machine)
-                self._heard[block.machine] = time.monotonic()
+                pipeline = self._fleet.pipeline(block.machine)
                 self._ended.discard(block.machine)
                 if arrival.position is not None:
                     write_position(connection, *arrival.position)
@@ -255,19 +245,24 @@ class Engine:
                 turns += len(outcome.turns)
             for machine in changes:
                 self._write_state(connection, machine)
+        self._fleet.settle(mine, batch)
         self.blocks += len(batch)
         self.turns += turns
         for arrival in batch:
             if arrival.kept is not None:
                 arrival.kept()
         for machine, events in changes.items():
-            self._changed(Change(self._pipelines[machine].summary(), tuple(events)))
+            self._changed(Change(self._fleet.pipelines[machine].summary(), tuple(events)))
 
     def _tick(self) -> None:
         """Machines that are silent, and blocks that have waited long enough."""
         now = time.monotonic()
-        for machine, pipeline in list(self._pipelines.items()):
-            silent = now - self._heard.get(machine, now)
+        if now - self._renewed > self._fleet.renewal_s:
+            for summary in self._fleet.renew():
+                self._changed(Change(summary, (), own=False))
+            self._renewed = now
+        for machine, pipeline in list(self._fleet.pipelines.items()):
+            silent = now - self._fleet.heard.get(machine, now)
             changed = False
             outcome = Outcome()
             if pipeline.waiting and silent > self._reorder_s:
@@ -280,6 +275,8 @@ class Engine:
                 changed = True
             if changed:
                 with self._store.transaction() as connection:
+                    if machine not in self._fleet.held(connection, {machine}):
+                        continue
                     self._write(connection, machine, outcome)
                 self.turns += len(outcome.turns)
                 self._changed(Change(pipeline.summary(), tuple(outcome.events)))
@@ -287,11 +284,11 @@ class Engine:
     # ------------------------------------------------------------------------------------------------ writing
 
     def _write(self, connection: Connection, machine: str, outcome: Outcome) -> None:
-        write_outcome(connection, self._pipelines[machine], outcome, self._channels)
+        write_outcome(connection, self._fleet.pipelines[machine], outcome, self._channels)
         self._write_state(connection, machine)
 
     def _write_state(self, connection: Connection, machine: str) -> None:
-        pipeline = self._pipelines[machine]
+        pipeline = self._fleet.pipelines[machine]
         write_machine(connection, machine, pipeline.to_dict(), pipeline.summary())
         needed = pipeline.first_needed_ns()
         if needed is not None:

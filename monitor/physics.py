@@ -113,6 +113,8 @@ class Physics:
 
     def consider(self, change: Change) -> None:
         """Ask about a machine where an alarm was raised, or its answer is old; returns at once."""
+        if not change.own:
+            return
         machine = str(change.summary["machine"])
         due = time.time_ns() - self._looked_ns.get(machine, 0) >= self._every_ns
         raised = any(event.kind == "raised" for event in change.events)

@@ -81,6 +81,7 @@ class Pipeline:
                 outcome.turns += more.turns
                 outcome.events += more.events
         self._resume_ns = None
+        self._newest_ns = max((block.end_ns for block in blocks), default=self._newest_ns)
         self._order.remember()
         self.states.replace(states)
         return outcome
@@ -94,6 +95,11 @@ class Pipeline:
         outcome = self.flush()
         self._tell(self._cutter.finish(), outcome)
         return outcome
+
+    @property
+    def newest_ns(self) -> int | None:
+        """End of the newest samples [ns since 1970], also of those that were restored."""
+        return self._newest_ns
 
     @property
     def waiting(self) -> bool:

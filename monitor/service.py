@@ -20,6 +20,7 @@ from monitor.analysis.finding import Diagnoser
 from monitor.analysis.twin import TwinDiagnoser, limits_of
 from monitor.engine import Change, Engine
 from monitor.intake.blocks import NANO
+from monitor.leases import Leases
 from monitor.outputs.metrics import Metrics
 from monitor.outputs.outbox import Sender
 from monitor.outputs.publish import CHANNEL as MQTT_CHANNEL
@@ -78,6 +79,7 @@ class Service:
             self._store = Store(settings.store)
         except StoreDown as error:
             raise ServiceError(f"store must be a database that can be reached ({error}).") from None
+        self._leases = None if settings.owner is None else Leases(self._store, settings.owner, settings.lease_s)
         self._hub = Hub()
         self.broker: BuiltInBroker | None = None
         self._senders: list[Sender] = []
@@ -90,7 +92,7 @@ class Service:
             )  # fmt: skip
         self.engine = Engine(
             self._store, diagnoser, settings.plan, channels, self._changed,
-            stale_s=settings.stale, reorder_s=settings.reorder,
+            stale_s=settings.stale, reorder_s=settings.reorder, leases=self._leases,
         )  # fmt: skip
         self._sources = self._make_sources()
         self._make_senders()
@@ -153,9 +155,16 @@ class Service:
             for sender in self._senders:
                 sender.stop()
             keeper.join(timeout=30.0)
+            if self._leases is not None:
+                with contextlib.suppress(StoreDown):
+                    self._leases.end()
             if self.broker is not None:
                 self.broker.stop()
             self._store.close()
+
+    def _leads(self) -> bool:
+        """Whether this process does what one does for all that share a store."""
+        return self._leases is None or self._leases.leads
 
     def _keep(self) -> None:
         """Move turns to files and forget old ones; end the server where the engine has failed."""
@@ -168,6 +177,8 @@ class Service:
             if passed < _KEEPING_S:
                 continue
             passed = 0.0
+            if not self._leads():
+                continue
             now = time.time_ns()
             try:
                 archive(self._store, self._settings.out.resolve())
@@ -221,7 +232,7 @@ class Service:
         settings = self._settings
         if settings.webhook.url is not None and settings.webhook.secret is not None:
             delivery = WebhookDelivery(settings.webhook.url, settings.webhook.secret)
-            self._senders.append(Sender(self._store, WEB_CHANNEL, delivery))
+            self._senders.append(Sender(self._store, WEB_CHANNEL, delivery, self._leads))
         if settings.publish is not None:
             if self.broker is not None:
                 broker = Broker(HOST, self.broker.port, version=3)
@@ -230,7 +241,9 @@ class Service:
             else:
                 raise refuse("monitor", "publish", "null where the source is no broker", settings.publish)
             self._senders.append(
-                Sender(self._store, MQTT_CHANNEL, MqttDelivery(broker, settings.publish, settings.client_id))
+                Sender(
+                    self._store, MQTT_CHANNEL, MqttDelivery(broker, settings.publish, settings.client_id), self._leads
+                )
             )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -103,6 +104,8 @@ class Settings:
     access: Access
     webhook: Webhook
     publish: str | None
+    owner: str | None
+    lease_s: float
 
     @property
     def local(self) -> bool:
@@ -135,7 +138,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     for key in ("jitter", "reorder", "stale"):
         check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", unit="s")
     check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
-    if not isinstance(config["twin_limits"], Mapping):
+    if not isinstance(config["twin_limits"], Mapping | None):
         raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
     for key in ("raw_days", "turn_days"):
         check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
@@ -164,7 +167,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         source=source,
         models=tuple(path_given("monitor", "model", model) for model in models),
         twin=twin,
-        twin_limits=config["twin_limits"],
+        twin_limits=config["twin_limits"] or {},
         deadband=config["alarms"]["deadband"],
         load_torque=_load_torque(config["load_torque"]),
         motor_speeds=_motor_speeds(config["motor_speeds_rpm"]),
@@ -176,7 +179,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         port=config["port"],
         broker_port=config["broker_port"],
         mqtt_version=config["mqtt"]["version"],
-        client_id=config["mqtt"]["client_id"],
+        client_id="-".join(filter(None, (config["mqtt"]["client_id"], config["lease"]["owner"]))),
         tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
         opcua=Nodes(**config["opcua"]),
         reading=Reading(**config["read"]),
@@ -190,7 +193,22 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         access=access,
         webhook=webhook,
         publish=config["publish"],
+        owner=_owner(config),
+        lease_s=float(config["lease"]["seconds"]),
     )
+
+
+def _owner(config: Mapping[str, Any]) -> str | None:
+    owner = config["lease"]["owner"]
+    check_number("lease", "seconds", config["lease"]["seconds"], low=1.0, unit="s")
+    if owner is None:
+        return None
+    if not isinstance(owner, str) or not re.fullmatch(r"[\w.-]{1,40}", owner):
+        raise refuse("lease", "owner", "a name of at most 40 letters, digits and '.-', or null", owner)
+    if not str(config["source"]).startswith(("mqtt://", "mqtts://", "opc.tcp://")):
+        rule = "given with a source that every process can subscribe to, mqtt:// or opc.tcp://"
+        raise refuse("lease", "owner", rule, config["source"])
+    return owner
 
 
 def _load_torque(given: Any) -> float | None:

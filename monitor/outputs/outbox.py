@@ -19,11 +19,14 @@ class Sender:
     """Takes the rows of a channel from the outbox and hands them to `deliver`, oldest first.
 
     `deliver` raises OSError where the other side did not take it; it is tried again, ever more rarely up to every five
-    minutes.
+    minutes. It looks while `may` says so: of several processes on one store one tells.
     """
 
-    def __init__(self, store: Store, channel: str, deliver: Callable[[int, dict[str, Any]], None]) -> None:
-        self._store, self._channel, self._deliver = store, channel, deliver
+    def __init__(
+        self, store: Store, channel: str, deliver: Callable[[int, dict[str, Any]], None],
+        may: Callable[[], bool] = lambda: True,
+    ) -> None:  # fmt: skip
+        self._store, self._channel, self._deliver, self._may = store, channel, deliver, may
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"sender {channel}", daemon=True)
         self.delivered = self.failures = 0
@@ -41,6 +44,8 @@ class Sender:
         wait = _LOOK_S
         while not self._stopping.wait(wait):
             wait = _LOOK_S
+            if not self._may():
+                continue
             try:
                 for row, message in self._store.outbox(self._channel):
                     self._deliver(row, message)

@@ -41,7 +41,7 @@ class Nodes:
 
     Attributes
     ----------
-    nodes : mapping of str to str
+    nodes : mapping of str to str or None
         Node of each machine, as ns=2;s=Press1.Acceleration.
     rate : float or None
         Of the samples [Hz], > 0.
@@ -60,7 +60,7 @@ class Nodes:
         A value breaks its rule.
     """
 
-    nodes: Mapping[str, str]
+    nodes: Mapping[str, str] | None
     rate: float | None = None
     unit: str | None = None
     stamp: str = "last"
@@ -71,7 +71,9 @@ class Nodes:
     password: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.nodes, Mapping) or not all(isinstance(node, str) for node in self.nodes.values()):
+        if self.nodes is None:
+            object.__setattr__(self, "nodes", {})
+        elif not isinstance(self.nodes, Mapping) or not all(isinstance(node, str) for node in self.nodes.values()):
             raise refuse("opcua", "nodes", "a node for each machine, {press-1: 'ns=2;s=Press1'}", self.nodes)
         check_choice("opcua", "stamp", self.stamp, ("last", "first"))
         if self.rate is not None:
@@ -92,7 +94,7 @@ class Nodes:
         for name, value in (("rate", self.rate), ("unit", self.unit)):
             if value is None:
                 raise refuse("opcua", name, "given, as nodes hold the samples alone", None)
-        for node in self.nodes.values():
+        for node in (self.nodes or {}).values():
             try:
                 ua.NodeId.from_string(node)
             except Exception:
@@ -136,14 +138,14 @@ class OpcUaSource(Source):
         client = await self._client()
         async with client:
             subscription = await client.create_subscription(_PUBLISH_MS, _Handler(self, engine))
-            by_machine = {client.get_node(node): machine for machine, node in self._nodes.nodes.items()}
+            by_machine = {client.get_node(node): machine for machine, node in (self._nodes.nodes or {}).items()}
             self._machines = {node.nodeid: machine for node, machine in by_machine.items()}
             # A sampling interval of 0 asks for every value that is written.
             results = await subscription.subscribe_data_change(list(by_machine), queuesize=_QUEUE, sampling_interval=0)
             handles = results if isinstance(results, list) else [results]
             for machine, handle in zip(by_machine.values(), handles, strict=True):
                 if not isinstance(handle, int):
-                    raise ConnectionError(f"it has no node {self._nodes.nodes[machine]} for {machine}: {handle.name}")
+                    raise ConnectionError(f"it has no such node for {machine}: {handle.name}")
             self.subscribed = True
             while not self.stopping.is_set():
                 await self._wait(_WATCH_S)

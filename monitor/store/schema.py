@@ -113,3 +113,21 @@ POSITION = Table(
     Column("item", String(400), primary_key=True),
     Column("value", Text, nullable=False),
 )
+
+# Which process has a machine, and until when unless it renews [ns since 1970]; the machine "" stands for what one
+# process does for all.
+LEASE = Table(
+    "lease",
+    METADATA,
+    Column("machine", String(64), primary_key=True),
+    Column("owner", String(64), nullable=False),
+    Column("until_ns", BigInteger, nullable=False),
+)
+
+# Processes that live.
+WORKER = Table(
+    "worker",
+    METADATA,
+    Column("owner", String(64), primary_key=True),
+    Column("until_ns", BigInteger, nullable=False),
+)

@@ -50,6 +50,9 @@ def test_the_configuration_as_it_stands_is_the_demonstration_on_this_host_alone(
     [
         ["source=mqtt://broker/plant/+/acceleration", "model=models/line1", "sensor_radius=0.4"],
         ["source=folder:/data/logger", "model=[a,b]", "read.unit=g", "limits.backlash_deg=[2,4,8]"],
+        ["source=mqtt://broker/+", "twin=twin", "load_torque=2", "twin_limits={reducer_play: [2,4,8], friction: null}"],
+        ["source=opc.tcp://h:4840", "model=m", "opcua.nodes={press-1: 'ns=2;s=Press1'}", "opcua.rate=1000"],
+        ["source=mqtt://broker/+", "model=m", "lease.owner=north", "lease.seconds=5"],
         ["store=postgresql://me@host/monitor", "limits.crack=null", "keep.raw_days=7"],
     ],
 )
@@ -75,12 +78,28 @@ def test_settings_come_from_the_command_line(overrides):
         (["webhook.url=ftp://x"], "webhook.url"),
         (["webhook.url=http://x"], "webhook.secret"),
         (["sensor_radius=-1"], "sensor_radius"),
+        (["twin=t", "model=m", "source=broker"], "monitor.twin"),
+        (["twin=t"], "source"),
+        (["twin_limits=5"], "twin_limits"),
+        (["load_torque=x"], "load_torque"),
+        (["motor_speeds_rpm=1500"], "motor_speeds_rpm"),
+        (["physics.every=0"], "physics.every"),
+        (["opcua.stamp=middle"], "opcua.stamp"),
+        (["lease.owner=north"], "lease.owner"),
+        (["lease.owner='a b'"], "lease.owner"),
+        (["lease.seconds=0"], "lease.seconds"),
     ],
 )
 def test_a_wrong_setting_gets_one_sentence(overrides, word):
     with pytest.raises(ParameterError, match=word) as caught:
         settings_of(config(*overrides))
     assert "\n" not in str(caught.value)
+
+
+def test_monitors_that_share_a_store_ask_the_broker_under_names_of_their_own():
+    settings = settings_of(config("source=mqtt://broker/+", "model=m", "lease.owner=north"))
+    assert settings.owner == "north" and settings.client_id == "indexer-monitor-north"
+    assert settings_of(config()).owner is None
 
 
 def test_the_command_says_a_mistake_in_one_line(run_command, tmp_path):

@@ -1,0 +1,46 @@
+"""Blocks on their way into the engine, and those of machines that another process has."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from monitor.intake.blocks import Block
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A block and how its source learns that it is kept.
+
+    position  source, item and value that are stored with it, for a source that is read and not sent
+    kept      called once the block is in the store
+    """
+
+    block: Block
+    position: tuple[str, str, str] | None = None
+    kept: Callable[[], None] | None = None
+
+
+class Standby:
+    """The blocks of the last `seconds` of machines that another process has, for when it dies."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._waiting: dict[str, deque[tuple[float, Arrival]]] = {}
+
+    def keep(self, arrival: Arrival) -> None:
+        """Take in a block, and forget those that are too old."""
+        waiting, now = self._waiting.setdefault(arrival.block.machine, deque()), time.monotonic()
+        waiting.append((now, Arrival(arrival.block)))
+        while now - waiting[0][0] > self.seconds:
+            waiting.popleft()
+
+    def blocks(self, machine: str) -> list[Arrival]:
+        """What is kept of a machine, oldest first."""
+        return [arrival for _, arrival in self._waiting.get(machine, ())]
+
+    def drop(self, machine: str) -> None:
+        """Forget a machine."""
+        self._waiting.pop(machine, None)
