@@ -136,8 +136,8 @@ def _value(node: ast.expr | None, names: dict[str, Any], local: dict[str, Any]) 
     if node is None:
         return None
     known = {name: _value(value.node, names, value.local) for name, value in local.items()}
-    code = compile(ast.Expression(node), "<check>", "eval")
     try:
+        code = compile(ast.Expression(node), "<check>", "eval")
         return eval(code, {**names, **{name: value for name, value in known.items() if value is not _UNKNOWN}})
     except Exception:  # it names what only the running function has
         return _UNKNOWN

@@ -24,7 +24,8 @@ def shown() -> list[tuple[str, str]]:
     found = []
     for page in PAGES:
         if page.parent.name not in GENERATED and page.parent.parent.name not in GENERATED:
-            lines = (line for block in _BLOCK.findall(page.read_text(encoding="utf-8")) for line in block.splitlines())
+            text = page.read_text(encoding="utf-8").replace("\\\n", " ")  # lines that go on
+            lines = (line for block in _BLOCK.findall(text) for line in block.splitlines())
             found += [
                 (str(page.relative_to(ROOT)), line) for line in lines if re.match(r"(\.venv/bin/)?indexer ", line)
             ]
