@@ -4,15 +4,18 @@ In reading order:
     model      what a model must offer: parameters, effects as hypotheses, windows with their unknown start states
     criteria   the numbers by which a search decides
     arrow      normal equations of few global and many local parameters, solved by Schur complement
+    place      a place in the parameter space, and how well it explains the records
     problem    one set of effects about the records: cost, normal equations, search of the windows' start states
     fit        joint fit of the parameters and of every window's start state (Levenberg–Marquardt)
     linearised what the starts of one more effect promise
     race       where its fit should begin: successive halving
     dispersion how much less a residual tells than white noise
-    search     stepwise selection: add, drop, exchange
+    selection  sets fitted to the end, and the one score by which they are compared
+    search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
     estimates  sizes with intervals, and the machine's calibration
     grades     what is said of each effect of the set selected, by one table of rules
+    judging    the set before the records held out, effect by effect, and the machine that is written
     explain    the answer: findings with their grades, and what remains
     indexer/   the cam indexing machine as such a model
     records/   measured files of an indexing machine, checked against the nominal one before any fit

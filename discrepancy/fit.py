@@ -40,8 +40,8 @@ is measured by each parameter's own curvature, next to which the curvature along
 _CROSSINGS = 12
 """Steps that cross such directions, at most."""
 
-_ROUNDS, _PATIENT = 4, 12
-"""Most times that a place is crossed and searched to come to rest; the same of a place that has cause to go on."""
+_ROUNDS = 4
+"""Most times that a place is crossed and searched to come to rest."""
 
 _STRANGE = 2.0
 """Standard deviations of what was known beforehand beyond which a parameter is doubted."""
@@ -60,27 +60,21 @@ class Fit:
     Attributes
     ----------
     place : Point
-    damping : float
-        Damping to go on with.
     converged : bool
-    reason : str
-        Why it stopped.
     """
 
     place: Point
-    damping: float
     converged: bool
-    reason: str
 
 
-def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, thorough: bool = False) -> Fit:
+def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -> Fit:
     """Minimise F from a place, in at most so many steps; steps that win less than `_GAIN` end it.
 
     Every few steps the windows that stand out are searched anew over their whole grid, ever more rarely where that
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
     does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
-    unsearched = thorough
+    unsearched, damping = thorough, 1e-2
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
     while number < limit and idle < _IDLE:
@@ -106,18 +100,17 @@ def fit(problem: Problem, place: Point, *, steps: int, damping: float = 1e-2, th
     if thorough and place.level(exact.model) < _NEAR:
         place = _doubted(exact, rested(exact, place))
     _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
-    reason = "the cost has settled" if settled else f"the cost still falls after {number} steps"
-    return Fit(place, damping, settled, reason)
+    return Fit(place, settled)
 
 
-def rested(exact: Problem, place: Point, *, patient: bool = False) -> Point:
+def rested(exact: Problem, place: Point) -> Point:
     """The place at rest in all directions: crossed, its windows searched and its kin tried, until all win next to
-    nothing. A patient search takes more turns and looks in each window where the other ones start as well."""
+    nothing."""
     problem = exact.eased(place)
     place = problem.adopted(place)
-    for _ in range(_PATIENT if patient else _ROUNDS):
+    for _ in range(_ROUNDS):
         before, place = place.cost, _crossed(problem, place)
-        place = _among_kin(problem, problem.searched(place, problem.all if patient else None, patient=patient))
+        place = _among_kin(problem, problem.searched(place))
         if before - place.cost < _GAIN * place.dispersion(exact.model):
             break
     return exact.adopted(place)

@@ -34,9 +34,9 @@ _EASE = 3.0
 _ROUNDS = 2
 """Steps by which start states near to good ones are refined."""
 
-_POLISHED, _ONE_OF, _PATIENT_ONE_OF = 3, 56, 14
+_POLISHED, _ONE_OF = 3, 56
 """Start states per window, the best of the grid, that are refined before the best of them is kept: so many, and one of
-so many where the grid is large; the same in a patient search."""
+so many where the grid is large."""
 
 _AT_ONCE = 8192
 """Start states simulated at once, or those of one window, which bounds the memory."""
@@ -249,16 +249,16 @@ class Problem:
         many = Jobs(jobs.points, np.tile(jobs.point, c), np.tile(jobs.window, c), states.reshape(c * k, size))
         return self.model.residuals(self.hypothesis, many).reshape(c, k, -1)
 
-    def searched(self, place: Point, which: np.ndarray | None = None, *, patient: bool = False) -> Point:
+    def searched(self, place: Point, which: np.ndarray | None = None) -> Point:
         """The place with the windows' start states looked for over the whole grid, then refined; of windows that are
-        named, also where other windows start: they repeat each other. A patient search refines more of them."""
+        named, also where other windows start: they repeat each other."""
         windows = self.all if which is None else which
         grid = self.model.state_grid(self.hypothesis, place.z, shaken=True)
         if not len(windows):
             return place
         if not len(grid):
             return self.settled(place, which=windows)
-        kept = max(_POLISHED, len(grid) // (_PATIENT_ONE_OF if patient else _ONE_OF))
+        kept = max(_POLISHED, len(grid) // _ONE_OF)
         others = place.states if which is not None else place.states[:0]
         at_once = max(1, _AT_ONCE // (len(grid) + len(others)))
         for part in np.array_split(windows, math.ceil(len(windows) / at_once)):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Search:
         self._library = model.hypotheses()
         self._best: dict[str, Fitted] = {}
         self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
-        self._races: dict[str, list[Point]] = {}
+        self._races: dict[tuple[str, str], list[Point]] = {}
         self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
 
     def run(self) -> Selection:
@@ -116,20 +116,20 @@ class Search:
         place = restarted(self.model, fitted.place, self.criteria)
         return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
 
-    def _raced(self, base: Fitted, names: Container[str] | None = None) -> list[Point]:
-        """The set with one more effect, of the whole library or of these: the best place of each that leads the race,
-        best first."""
+    def _raced(self, base: Fitted, instead: str = "") -> list[Point]:
+        """The set with one more effect of the library, or of those that have led a race so far where it is to be
+        `instead` of one: the best place of each that leads the race, best first."""
         key = _key(base.place.hypothesis)
-        if key not in self._races:
+        known = self._races.get((key, "")) or self._races.get((key, instead))
+        if known is None:
             careful = self._careful(base)
             library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
-            own = base.place.hypothesis.names
-            asked = [name for name in library if name not in own and (names is None or name in names)]
-            found = race(self.model, careful, [h for name in asked for h in library[name]], self.criteria)
-            if names is not None:
-                return found
-            self._races[key] = found
-        return self._races[key]
+            leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
+            asked = [name for name in library if name in leaders or not instead]
+            own = {instead, *base.place.hypothesis.names}
+            others = [h for name in asked if name not in own for h in library[name]]
+            known = self._races[key, instead] = race(self.model, careful, others, self.criteria)
+        return [place for place in known if place.hypothesis.names[-1] != instead]
 
     def _careful(self, fitted: Fitted) -> Point:
         """The set's place where what is known of the machine has the weight that it has in a race."""
@@ -230,9 +230,7 @@ class Search:
         effect, base = fitted.effects[k], self.without(fitted, k)
         if not self._in_time():
             return ()
-        leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
-        raced = [p for p in self._raced(base, leaders - {effect.name}) if p.hypothesis.names[-1] != effect.name]
-        found = self._finished(base, raced, fitted)
+        found = self._finished(base, self._raced(base, effect.name), fitted)
         names = {one.place.hypothesis.names[-1] for one in found}
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:

@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-from discrepancy.fit import fit, rested
+from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
 from discrepancy.stages import FITS
@@ -66,17 +66,6 @@ class Burrows(Stateless):
         return np.array([[-1.0], [0.0], [1.0]])
 
 
-@pytest.mark.parametrize("patient", [True, False])
-def test_a_patient_search_looks_where_other_windows_start(patient: bool) -> None:
-    problem = Problem(Burrows(), NONE)
-    states = np.full((6, 1), 2.3)
-    states[4] = 0.0
-    place = rested(problem, problem.point(np.zeros(1), states), patient=patient)
-    level = np.sqrt(place.squares / 20.0)
-    assert (level[:4] < 1.4).all() and (level[5] < 1.4)
-    assert (level[4] < 1.4) == patient
-
-
 class Decoys(Burrows):
     """The same with a plateau beyond 9, better than where the way to the burrow begins, at 2.1; and a large grid."""
 
@@ -88,21 +77,14 @@ class Decoys(Burrows):
         return np.concatenate([np.linspace(-90.0, -1.0, 85), [2.1, 10.0, 11.0, 12.0, 13.0]])[:, None]
 
 
-@pytest.mark.parametrize("patient", [True, False])
-def test_a_patient_search_refines_what_looks_worse_at_first(patient: bool) -> None:
-    problem = Problem(Decoys(), NONE)
-    place = problem.searched(problem.point(np.zeros(1), np.zeros((6, 1))), patient=patient)
-    assert (np.sqrt(place.squares / 20.0) < 1.4).all() == patient
-
-
 def test_windows_searched_in_parts_find_the_same(monkeypatch) -> None:
     """Bounded memory changes nothing, also where a window's grid alone is more than the bound."""
     problem = Problem(Decoys(), NONE)
     start = problem.point(np.zeros(1), np.linspace(-3.0, 3.0, 6)[:, None])
     named = np.array([0, 2, 3, 5])
-    at_once = problem.searched(start, named, patient=True)
+    at_once = problem.searched(start, named)
     for most in (200, 1):
         monkeypatch.setattr("discrepancy.problem._AT_ONCE", most)
-        in_parts = problem.searched(start, named, patient=True)
+        in_parts = problem.searched(start, named)
         assert np.array_equal(in_parts.states, at_once.states)
         assert in_parts.cost == at_once.cost < start.cost
