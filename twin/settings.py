@@ -36,7 +36,7 @@ class Settings:
         Of the intervals of sizes [-].
     load_uncertainty, gain_uncertainty, housing_uncertainty : float
         Relative standard deviations of a stated load, of the sensor's gain, and of the housing's inertia [-].
-    matters : mapping
+    matters : mapping or None
         Smallest size that a headline names, by fault, in the shop's unit; where not given that of the detection table.
     seed : int
     """
@@ -53,7 +53,7 @@ class Settings:
     load_uncertainty: float = 0.1
     gain_uncertainty: float = 0.01
     housing_uncertainty: float = 0.2
-    matters: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    matters: Mapping[str, float] | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -68,7 +68,9 @@ class Settings:
             check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0)
         for name, unit in (("motor_speed_rpm", "rpm"), ("load_torque", "N m")):
             _check_range(name, getattr(self, name), unit)
-        for name, size in dict(self.matters).items():
+        if not isinstance(self.matters, Mapping | None):
+            raise refuse("twin", "matters", "a mapping of faults to sizes, {reducer_play: 2}, or null", self.matters)
+        for name, size in (self.matters or {}).items():
             if name not in self.faults:
                 raise refuse("twin", "matters", "sizes of " + ", ".join(self.faults), name)
             check_number("twin.matters", name, size, low=0.0, unit=FAULTS[name].unit)

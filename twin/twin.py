@@ -120,7 +120,7 @@ class Twin:
     @functools.cached_property
     def matters(self) -> Mapping[str, float]:
         """Smallest size of each fault that a headline names, as share of the largest."""
-        given = self.about["settings"]["matters"]
+        given = self.about["settings"]["matters"] or {}
         sizes = {}
         for fault in self.faults:
             smallest = worst(self.seen, fault.name)

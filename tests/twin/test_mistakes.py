@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
         ({"motor_speed_rpm": [1500.0, 1200.0]}, "the lowest and then the highest"),
         ({"load_torque": 5.0}, "two numbers"),
         ({"matters": {"rust": 1.0}}, "twin.matters must be sizes of"),
+        ({"matters": 2.0}, "twin.matters must be a mapping of faults to sizes"),
         ({"false_alarms": 1.5}, "twin.false_alarms must be"),
     ],
 )
