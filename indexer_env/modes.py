@@ -33,6 +33,14 @@ HARMONIC_ERROR = 0.09
 """The same times d^(1/4), where the harmonic changes the cam's speed by the share d: its error goes with d times the
 fourth power of that phase, and at 0.09 is some 5e-6 of the motion."""
 
+LARGE_RIPPLE = 0.01
+"""Share of the motor's speed in its ripple from which on half the step is needed: what the ripple shakes then outweighs
+the motion, by which the error is measured."""
+
+RATTLING = 200.0
+"""ω T of the fastest mode over a motion of the cam [rad] from which on half the step is needed with play: the record of
+so slow a motion is the rattling itself, whose error grows from contact to contact."""
+
 FINEST_STEP = 0.25e-3
 """s; the automatic step is no finer: a machine that needs that for the accuracy gets this one, and is refused where it
 does not resolve its fastest mode. What takes longer than usual is asked for by name."""
@@ -165,7 +173,8 @@ def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:
     """The largest step (n,) [s] of each of n items of one model, as by `largest_steps`, and its automatic one (n,) [s]:
     ACCURATE_SHARES of the largest ones, MOTION_STEPS to a motion of the cam, HARMONIC_PHASE and HARMONIC_ERROR to a
-    step at the drive's orders; half of it with hardening contact; never finer than FINEST_STEP."""
+    step at the drive's orders; half of it with hardening contact, a LARGE_RIPPLE or RATTLING; never finer than
+    FINEST_STEP."""
     columns = _columns(items)
     largest = _resolving_steps(items, columns)
     speed = np.maximum(np.abs([point.motor_speed for point in points]), _SLOW)
@@ -178,7 +187,10 @@ def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) ->
         *(share * step for share, step in zip(ACCURATE_SHARES, largest, strict=True)),
         motion / MOTION_STEPS, 1.0 / (np.maximum.reduce(harmonic) * speed),
     ])  # fmt: skip
-    half = columns["cubic_2"] != 0.0
+    edges = np.array([bool(item.features & ~layout.USES_ANY_EFFECT) for item in items])
+    rattling = edges & (LARGEST_PHASE_STEP * motion > RATTLING * largest[0])
+    ripple = _harmonic(columns, *_HARMONICS[0])[2] > LARGE_RIPPLE
+    half = (columns["cubic_2"] != 0.0) | ripple | rattling
     return np.minimum(*largest), np.maximum(np.where(half, 0.5, 1.0) * steps, FINEST_STEP)
 
 

@@ -19,6 +19,7 @@ equation in kernels/effects.py and a line in kernels/rates.py.
 from __future__ import annotations
 
 import dataclasses
+from collections import ChainMap
 from collections.abc import Mapping
 from typing import Any
 
@@ -31,7 +32,7 @@ __all__ = ["EFFECTS", "LOADABLE", "TABLES", "Effect", "MachineEffect", "SensorEf
 
 _FAMILIES = (cam, drive, friction, joint, load, roller, sensor, tabulated)
 
-LOADABLE: Mapping[str, type[Effect]] = {**EFFECTS, **TABLES}
+LOADABLE: Mapping[str, type[Effect]] = ChainMap(EFFECTS, TABLES)
 """What a machine or a sensor may be extended by: the library, and tables."""
 
 

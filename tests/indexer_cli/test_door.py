@@ -24,7 +24,7 @@ from indexer_env.presets import config_dir
 
 CONF = config_dir()
 ROOTS = sorted(path for path in CONF.glob("*.yaml") if not path.read_text().startswith("# @package"))
-POSITIONAL = {"check": "data", "remake": "data", "new": "what"}
+POSITIONAL = {"check": "data", "remake": "data", "publish": "data", "new": "what"}
 
 
 @pytest.fixture

@@ -141,11 +141,17 @@ def test_what_asks_for_a_finer_automatic_step(smooth, visible):
 
     assert step(smooth) == pytest.approx(0.8 * largest_steps([coefficients(smooth, OperatingPoint())])[0])
     assert step(smooth, 300.0) < step(smooth)
-    assert step(smooth.with_effects(visible("output.cubic_stiffness"))) == pytest.approx(0.5 * step(smooth))
+    for effect, share in (
+        (visible("output.cubic_stiffness"), 0.5),
+        (make_effect("drive.speed_ripple", depth=0.02), 0.5),
+        (make_effect("drive.speed_ripple", depth=0.005), 1.0),
+    ):
+        assert step(smooth.with_effects(effect)) == pytest.approx(share * step(smooth))
     for depth, phase in ((0.3, 0.09 / 0.3**0.25), (0.5, 0.09 / 0.5**0.25)):
         ripple = make_effect("drive.speed_ripple", depth=depth)
-        assert step(smooth.with_effects(ripple)) == pytest.approx(phase / 157.0, rel=1e-12)
-    slight = make_effect("drive.speed_ripple", depth=0.005)
-    assert step(smooth.with_effects(slight)) == pytest.approx(step(smooth))
+        assert step(smooth.with_effects(ripple)) == pytest.approx(0.5 * phase / 157.0, rel=1e-12)
     fine = smooth.with_effects(make_effect("drive.transmission_error", amplitude=1e-7, order=5.0))
     assert step(fine) == pytest.approx(0.4 / (5.0 * 157.0), rel=1e-12)
+    rattling = with_play(smooth, 0.0136, 1e-3)
+    assert step(rattling) == pytest.approx(step(smooth)) and step(smooth, 20.0) == pytest.approx(step(smooth))
+    assert step(rattling, 20.0) == pytest.approx(0.5 * step(smooth))

@@ -23,8 +23,8 @@ def twin(tmp_path_factory):
     return Twin.load(twin_folder(tmp_path_factory.mktemp("twin") / "twin"))
 
 
-def diagnoser(twin, any_fault=-3.0, faults=(-4.0, -4.0, -4.0, -4.0), novelty=1.0):
-    return TwinDiagnoser(saying(twin, any_fault, faults, novelty), LOAD)
+def diagnoser(twin, any_fault=-3.0, faults=(-4.0, -4.0, -4.0, -4.0), unlike=False):
+    return TwinDiagnoser(saying(twin, any_fault, faults, unlike), LOAD)
 
 
 def look(one, signal=None, rpm=1500.0):
@@ -68,7 +68,7 @@ def test_a_named_fault_is_told_with_its_size_and_the_others_by_their_chance(twin
 
 
 def test_sizes_of_an_unknown_turn_are_no_findings_of_faults(twin):
-    found = look(diagnoser(twin, 5.0, (4.0, -4.0, -4.0, -4.0), novelty=50.0))
+    found = look(diagnoser(twin, 5.0, (4.0, -4.0, -4.0, -4.0), unlike=True))
     assert not found.healthy and "unlike" in found.verdict and found.novelty > 1.0
     assert found.sizes["crack"].low == 0.0
 

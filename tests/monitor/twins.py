@@ -18,6 +18,7 @@ from indexer_env.run import Run
 from indexer_env.units import RPM
 from tests.twin import builders
 from twin.faults import FAULTS
+from twin.folder import VERSION
 from twin.network import NETWORKS
 from twin.twin import Twin
 
@@ -40,14 +41,18 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
     save_file({k: np.ascontiguousarray(v) for k, v in remains.arrays().items()}, folder / "remains.safetensors")
     with torch.random.fork_rng():
         torch.manual_seed(0)
-        network = NETWORKS["cnn"](len(NAMES), cells.count)
-    save_weights(network.state_dict(), folder / "cnn_0.safetensors")
+        network = NETWORKS["modes"](len(NAMES), cells.count, cells.stations)
+    save_weights(network.state_dict(), folder / "modes_0.safetensors")
+    held = builders.synthesis(NAMES)
+    arrays = {"axes": held.axes, "covariance": held.covariance, "growth": held.growth}
+    save_file({k: np.ascontiguousarray(v) for k, v in arrays.items()}, folder / "synthesis.safetensors")
+    reach = [[2.0, 2.0]] * len(NAMES)
     about = {
-        "format": "indexer-twin", "version": 1, "settings": {"faults": list(NAMES), "matters": {}},
-        "networks": ["cnn_0"], "cells": dataclasses.asdict(cells), "shift": 0.002,
+        "format": "indexer-twin", "version": VERSION, "settings": {"faults": list(NAMES), "matters": {}},
+        "networks": ["modes_0"], "cells": dataclasses.asdict(cells), "shift": 0.002,
         "range": {"motor_speed_rpm": list(RPMS), "load_torque": list(loads)},
         "load_factor": 1.0, "noise": builders.NOISE, "sample_noise": builders.NOISE, "unit": "rad/s^2",
-        "judge": {"alarm": 0.0, "reach": [2.0] * len(NAMES), "novelty": [0.0, 0.0, 0.0], "strange": 1.0},
+        "judge": {"alarm": 0.0, "reach": reach}, "weights": {**builders.WEIGHTS.plain(), "reach": reach},
         "calibration": {"findings": [], "spread": {name: 0.02 for name in ("table_inertia", "cam_inertia")}},
         "check": {"trusted": True, "reason": "", "turns": []},
         "detection": [
@@ -59,9 +64,14 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
     return folder
 
 
-def saying(twin: Twin, any_fault: float, faults: tuple[float, ...], novelty: float = 1.0) -> Twin:
-    """The twin with networks that always give these logits; every size is half of the largest."""
-    return dataclasses.replace(twin, networks=(builders.Fixed(any_fault, list(faults), novelty),))
+def saying(twin: Twin, any_fault: float, faults: tuple[float, ...], unlike: bool = False) -> Twin:
+    """The twin with networks alone that always give these logits; every size is half of the largest. Unlike: what is
+    left of a turn after its simulation always counts as strange."""
+    networks = (builders.Fixed(any_fault, list(faults)),)
+    if not unlike:
+        return dataclasses.replace(twin, networks=networks, synthesis=None)
+    assert twin.weights is not None
+    return dataclasses.replace(twin, networks=networks, weights=dataclasses.replace(twin.weights, strange=-20.0))
 
 
 def turns(count: int, fault: str | None = None, share: float = 0.0, rpm: float = 1500.0, slip: float = 0.0) -> Signal:
