@@ -138,7 +138,7 @@ class SensorEffect(Effect):
 
 _E = TypeVar("_E", bound=Effect)
 
-TABLES: dict[str, type[MachineEffect]] = {}
+TABLES: dict[str, type[Effect]] = {}
 """Tabulated torques by name (`indexer_env.effects.tabulated`): loaded like effects, but proposed by no search."""
 
 EFFECTS: dict[str, type[Effect]] = {}
