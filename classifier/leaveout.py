@@ -159,7 +159,7 @@ def run(config: dict[str, Any]) -> None:
         return train(rest, features, trainer, seed=seed, restarts=config["restarts"], parts=(), **config["net"])
 
     learners = {MLP: mlp(trained), LOGISTIC: logistic(features), CNN: cnn(features)}
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     if line := told(choice, features, dataset):
         console.print(line)
     found, without = splits(dataset, groups_of(dataset, config["by"]))

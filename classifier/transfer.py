@@ -205,7 +205,7 @@ def run(config: dict[str, Any]) -> None:
 
     rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
     table = markdown(rows, ((WRONG, 2), (F1, 3)))
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     console.print(table)
     tuned = learner.tuned(0)
     for text in tuned.shortcomings():

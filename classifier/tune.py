@@ -48,7 +48,7 @@ def run(config: dict[str, Any]) -> None:
     dataset = load_dataset(path_given("tune", "data", config["data"]))
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config["seed"]))
-    console, rows, best = Console(highlight=False, soft_wrap=True), [], None
+    console, rows, best = Console(highlight=False, soft_wrap=True, markup=False), [], None
     for number in range(config["trials"]):
         trial, started = study.ask(), time.perf_counter()
         settings = {path: propose(trial, path, space) for path, space in search.items()}

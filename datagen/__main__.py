@@ -50,7 +50,7 @@ def _refuse_idle(order: Order) -> None:
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     table = Table(title=f"{manifest['campaign']}, seed {manifest['seed']}", title_justify="left")
     table.add_column("class")
     table.add_column("records", justify="right")

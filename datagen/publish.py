@@ -81,7 +81,7 @@ def main(config: dict[str, Any]) -> dict[str, int]:
     data = place_given("publish", "data", config["data"])
     out = check_output_folder(job_folder("publish", config["out"]), FILES, config["overwrite"])
     records = publish(open_place(data), out, config["overwrite"])
-    Console(highlight=False, soft_wrap=True).print(
+    Console(highlight=False, soft_wrap=True, markup=False).print(
         f"written {out}: " + ", ".join(f"{count} records in {name}" for name, count in records.items())
     )
     return records

@@ -63,7 +63,7 @@ def _write(row: dict[str, Any], record: np.ndarray, out: Path, overwrite: bool) 
 def _say(row: dict[str, Any], record: np.ndarray, out: Path) -> dict[str, Any]:
     unit, seconds = row["unit"], len(record) / row["sample_rate"]
     rms, peak = float(np.sqrt(np.mean(np.square(record, dtype=float)))), float(np.abs(record).max())
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     console.print(f"{row['machine_name']}, {row['class_name']}: {len(record)} samples in {seconds:.4g} s")
     console.print(f"acceleration {rms:.4g} {unit} rms, {peak:.4g} {unit} at most")
     if not row["warmup_settled"]:

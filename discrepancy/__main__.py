@@ -55,7 +55,7 @@ def run(config: dict[str, Any]) -> None:
         with output_folder(out, FILES, config["overwrite"]) as folder:
             for name, text in report_files(outcome).items():
                 (folder / name).write_text(text, encoding="utf-8")
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
     left = () if outcome.left is None else outcome.left.sentences
     for sentence in (*left, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):

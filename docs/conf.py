@@ -41,6 +41,8 @@ myst_heading_anchors = 4
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
+# What scikit-learn adds to every estimator, in words that link to its own site.
+autodoc_default_options = {"exclude-members": "set_fit_request, set_score_request"}
 add_module_names = False
 # Else every class and method stands in the table of contents, which each page carries whole: three times the build.
 toc_object_entries = False

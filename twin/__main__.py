@@ -62,7 +62,7 @@ def made(maker: Any) -> dict[str, Any]:
 
     started, spent = time.perf_counter(), time.process_time()
     check = maker.make(lambda stage: _log.info("%d of %d: %s", STAGES.index(stage) + 1, len(STAGES), _STAGES[stage]))
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     for sentence in (*maker.sentences(), check.reason):
         console.print(sentence)
     seconds, cpu = time.perf_counter() - started, time.process_time() - spent

@@ -59,7 +59,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
         out = check_output_folder(job_folder("twin", config["out"]), FILES, config["overwrite"])
     twin = Twin.load(path_given("twin", "twin", config["twin"]))
     answer, each = diagnosed(twin, records_of(config, "signal"), physics=config["physics"])
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     if not twin.about["check"]["trusted"]:
         console.print(f"Caution: {twin.about['check']['reason']}")
     for sentence in (answer.headline, *answer.remarks):

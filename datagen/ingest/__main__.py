@@ -33,7 +33,7 @@ def main(config: dict[str, Any]) -> None:
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     table = Table(title=counted(manifest["files"], "file"), title_justify="left")
     table.add_column("class")
     table.add_column("turns", justify="right")

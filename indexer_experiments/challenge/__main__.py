@@ -17,7 +17,7 @@ def main(config: dict[str, Any]) -> None:
     """Run the challenge of a composed configuration and print its tables."""
     folder = job_folder("challenge", config["out"])
     table = run_challenge(orders(config), folder, config["executor"], config["processes"], config["address"])
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     console.print(table, markup=False)
     console.print(f"Cases, table.md and cases.parquet are in {folder}", markup=False)
 

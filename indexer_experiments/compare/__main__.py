@@ -34,7 +34,7 @@ def run(config: dict[str, Any]) -> None:
     data = path_given("compare", "data", config["data"])
     torch.set_num_threads(config["threads"])
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)  # units stand in brackets
     rows: list[Row] = []
     for seed in range(config["seeds"]):
         rows += study.run(Setting(seed, config["records"], data, methods))

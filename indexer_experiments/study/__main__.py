@@ -32,7 +32,7 @@ def main(config: dict[str, Any]) -> None:
     open_study(lab)
     # A line for each of a hundred data sets would say less than the claims' own.
     logging.getLogger("datagen").setLevel(logging.WARNING)
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False)
     found = {claim.key: finding for claim in CLAIMS.values() if (finding := stored(claim, lab.folder)) is not None}
     for claim in claims:
         if claim.key not in found:

@@ -29,12 +29,16 @@ def study(monkeypatch):
 
     def run(setting):
         return [
-            Row("toy", "data", name, "error [%]", setting.seed, setting.seed + len(name)) for name in setting.methods
+            Row("toy", "data", name, metric, setting.seed, setting.seed + len(name))
+            for name in setting.methods
+            for metric in ("error [%]", "learning [s]")
         ]
 
     pictures = {"dots": lambda rows: dots(rows, "error [%]"), "matrix": lambda rows: matrix(rows, ["error [%]"])}
     monkeypatch.setitem(
-        studies.STUDIES, "toy", Study("Which?", ("a", "bb"), run, (("error [%]", 1),), pictures, ("error [%]", "a"))
+        studies.STUDIES,
+        "toy",
+        Study("Which?", ("a", "bb"), run, (("error [%]", 1), ("learning [s]", 1)), pictures, ("error [%]", "a")),
     )
 
 
@@ -54,10 +58,11 @@ def test_it_leaves_rows_a_table_pictures_and_its_configuration(study, tmp_path, 
         "dots.png",
         "matrix.png",
     }
-    assert pq.read_table(out / "results.parquet").column("value").to_pylist() == [2.0, 3.0, 4.0]
-    assert "| data | bb | 3.0 ± 2.5 |" in (out / "table.md").read_text()
+    assert pq.read_table(out / "results.parquet").column("value").to_pylist() == [2.0, 2.0, 3.0, 3.0, 4.0, 4.0]
+    assert "| data | bb | 3.0 ± 2.5 | 3.0 ± 2.5 |" in (out / "table.md").read_text()
     assert json.loads((out / "config.json").read_text())["seeds"] == 3
-    assert "Which?" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "Which?" in shown and "| error [%] | learning [s] |" in shown
 
 
 @pytest.mark.parametrize(
