@@ -2,7 +2,7 @@
 
 `python examples/hidden_effect.py OUT [turns]` writes three CSV files, one at each of three conditions, and records.csv,
 which says what was known when they were taken. The machine differs from the nominal one by up to 10 % in every
-parameter, and its fourth station stands off its place. docs/explanation/discrepancy.md finds both out.
+parameter, and its fourth station stands off its place. docs/tutorials/missing_effect.md finds both out.
 """
 
 from __future__ import annotations

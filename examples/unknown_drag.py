@@ -1,7 +1,7 @@
 """Makes records of a machine with a drag that no library has: `python -m examples.unknown_drag OUT [turns]`.
 
 As `examples/hidden_effect.py`, but the table drags with the square of its speed, 30 N m at its fastest. The truth is
-solved by equations of its own (`indexer_experiments.challenge.truth`). docs/discrepancy.md takes it up as a table.
+solved by equations of its own (`indexer_experiments.challenge.truth`). docs/how-to/explain.md takes it up as a table.
 """
 
 from __future__ import annotations

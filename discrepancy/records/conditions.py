@@ -196,7 +196,7 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
         rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in row.items()}
     if not rows:
         raise SignalError(
-            f"{table} must hold, for each file, a mapping of its conditions; see docs/explanation/discrepancy.md."
+            f"{table} must hold, for each file, a mapping of its conditions; see docs/how-to/explain.md."
         )
     return rows
 

@@ -23,7 +23,7 @@ _DISTRIBUTION = "indexer-diagnosis"
 
 
 def content(outcome: Outcome) -> dict[str, Any]:
-    """What report.json holds; docs/explanation/discrepancy.md tells each key."""
+    """What report.json holds; docs/how-to/explain.md tells each key."""
     answer, subject = outcome.answer, outcome.subject
     accepted = [f.effects[0] for f in answer.findings if f.grade in NAMED]
     whole = {

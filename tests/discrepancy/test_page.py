@@ -1,4 +1,4 @@
-"""docs/explanation/discrepancy.md says what the code does; its first use, on shorter records."""
+"""docs/how-to/explain.md, docs/explanation/discrepancy.md say what the code does; the first use, on shorter records."""
 
 import dataclasses
 import json
@@ -16,7 +16,8 @@ from discrepancy.explain import VERDICTS
 from discrepancy.grades import RULES
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "explanation" / "discrepancy.md").read_text(encoding="utf-8")
+PAGES = ("how-to/explain.md", "explanation/discrepancy.md")
+PAGE = "\n".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in PAGES)
 TURNS = "1.0"
 
 
