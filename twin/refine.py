@@ -8,6 +8,7 @@ the faults that the networks think possible, looks to both sides along each size
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,6 +18,7 @@ import numpy as np
 
 from indexer_env import Machine, OperatingPoint, Sensor, simulate_batch
 from indexer_env.effects import MachineEffect, SensorEffect
+from indexer_env.errors import ParameterError
 from twin.synthesis import Synthesis, effect_of
 from twin.turns import behind_lead_in, lead_in
 
@@ -256,8 +258,10 @@ class Work:
         x = np.full((len(at), *self.reference.shape[1:]), np.nan)
         for k, (acceleration, point) in enumerate(zip(batch.channels["table_acceleration"], points, strict=True)):
             if k not in batch.rejected:
-                values = made[k][1].read(acceleration, cells.rate).values
-                x[k] = behind_lead_in(healthy.machine, cells, values, point.motor_speed)
+                # A bracket that hardly gives resonates above what the rate can show.
+                with contextlib.suppress(ParameterError):
+                    values = made[k][1].read(acceleration, cells.rate).values
+                    x[k] = behind_lead_in(healthy.machine, cells, values, point.motor_speed)
         x = (x - self.reference[at]) / self.of.noise
         D = self.shapes[at].reshape(len(at), 2, -1)
         flat = x.reshape(len(at), -1)

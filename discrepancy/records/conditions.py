@@ -195,9 +195,7 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
             raise SignalError(f"{table}: a file must have one row, got a second for {name}; keep one.")
         rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in row.items()}
     if not rows:
-        raise SignalError(
-            f"{table} must hold, for each file, a mapping of its conditions; see docs/how-to/explain.md."
-        )
+        raise SignalError(f"{table} must hold, for each file, a mapping of its conditions; see docs/how-to/explain.md.")
     return rows
 
 

@@ -150,6 +150,16 @@ def test_what_cannot_be_simulated_is_never_the_best():
     assert q[0] < 3.0 and q[1] == module.BAD
 
 
+def test_a_sensor_so_little_loose_that_the_rate_cannot_show_it_is_never_the_best():
+    """At 500 Hz a bracket above 225 Hz is refused: the fit goes on without such a size."""
+    of = synthesis(("crack", "sensor_loose"))
+    of = dataclasses.replace(of, healthy=dataclasses.replace(of.healthy, cells=dataclasses.replace(CELLS, rate=500.0)))
+    work = module.Work(of, np.zeros((1, of.axes.shape[1])), [POINT], np.array([[True, True]]), np.zeros(1, int))
+    sizes = np.array([[0.0, 0.005], [0.0, 0.5]])
+    x = work.simulated(sizes, np.zeros(2, int))
+    assert np.isnan(x[0]).all() and np.isfinite(x[1]).all()
+
+
 def test_the_shift_of_a_simulated_turn_is_taken_out_as_that_of_a_measured_one():
     machine = MACHINE.with_effects(effect_of(FAULTS["crack"], 0.3, MACHINE, 0.0, 0))
     samples = int(1.1 * machine.turn_duration(POINT) * 500.0)
