@@ -23,7 +23,7 @@ from typing import Any
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
-from twin.faults import FAULTS
+from twin.faults import FAULTS, number_of
 from twin.physics import PhysicalFault, Physics
 
 
@@ -59,7 +59,7 @@ class FoundFault:
     def told(self) -> str:
         """As a sentence has it."""
         place = "" if self.station is None else f" at station {self.station}"
-        digits = [f"{float(f'{v:.3g}'):g}" for v in (self.size, self.low, self.high)]
+        digits = [number_of(value) for value in (self.size, self.low, self.high)]
         return f"{self.words}{place}, {digits[0]} {self.unit} ({digits[1]} to {digits[2]})"
 
 

@@ -71,6 +71,12 @@ class Fault:
         return f"{float(f'{value:.2g}'):g} {self.unit}" if math.isfinite(value) else f"over 1000 {self.unit}"
 
 
+def number_of(value: float) -> str:
+    """A size in the shop's unit, three digits; what is without limit, such as the resonance of a rigid bracket, is over
+    1000."""
+    return f"{float(f'{value:.3g}'):g}" if math.isfinite(value) else "over 1000"
+
+
 def peak_torque(machine: Machine) -> float:
     """Largest torque that the index asks of the table at the reference motor speed, J_t h C_a/T² [N m]."""
     duration = machine.turn_duration(OperatingPoint()) / machine.stations * machine.motion_share

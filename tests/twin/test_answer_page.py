@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
@@ -11,7 +12,7 @@ from tests.twin.test_answer import MATTERS, network, physics
 from tests.twin.test_judge import twin as made
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN
-from twin.faults import FAULTS
+from twin.faults import FAULTS, number_of
 from twin.report.answer import PLACES, advice_of, answer_page
 from twin.twin import Twin
 
@@ -61,3 +62,7 @@ def test_a_sensor_is_mended_before_the_machine():
 def test_a_slight_fault_is_watched():
     answer = answer_of(network(FAULTY, "friction", matters=False), None, MACHINE, MATTERS)
     assert any(one.startswith("Keep an eye on growing friction") for one in advice_of(answer))
+
+
+def test_what_is_without_limit_is_told_as_a_number_of_the_shop():
+    assert number_of(math.inf) == "over 1000" and number_of(0.12345) == "0.123" and number_of(-3.0) == "-3"

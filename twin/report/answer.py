@@ -10,7 +10,7 @@ import jinja2
 
 from twin.answer import Answer, FoundFault
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
-from twin.faults import FAULTS, share_of
+from twin.faults import FAULTS, number_of, share_of
 from twin.twin import Twin
 
 PLACES: dict[str, tuple[str, str]] = {
@@ -97,7 +97,7 @@ def _probabilities(network: TurnDiagnosis) -> list[dict[str, str]]:
     """A line for each fault of the table, the most probable first."""
     rows = []
     for name, chance in sorted(network.probabilities.items(), key=lambda item: -item[1]):
-        size, low, high = (f"{value:.3g}" for value in network.severities[name])
+        size, low, high = (number_of(value) for value in network.severities[name])
         told = f"{size} {FAULTS[name].unit} ({low} to {high})"
         rows.append({"words": FAULTS[name].words, "chance": f"{100.0 * chance:.0f} %", "size": told})
     return rows
