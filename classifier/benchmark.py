@@ -53,7 +53,7 @@ def load_benchmark(name: str = "benchmark-v1", split: str = "machine", folder: s
     split : str
         One of SPLITS.
     folder : str or Path
-        Where the data set is kept; it is made where it is not there, in about a minute.
+        Where the data set is kept; it is made where it is not there.
 
     Returns
     -------

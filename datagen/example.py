@@ -4,6 +4,7 @@ set, and example.json, its truth."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +28,13 @@ def write_example(order: Order, place: Place) -> None:
         return
     row, record = rows[0], records[0]
     place.publish("example.csv", record_csv(record, row["sample_rate"], row["unit"]).encode())
-    truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw", *SAMPLED)}
     note = "The truth about example.csv; it is drawn apart from the items of the data set."
-    place.publish("example.json", as_json({"note": note, **truth}))
+    place.publish("example.json", as_json({"note": note, **truth_of(row)}))
+
+
+def truth_of(row: Mapping[str, Any]) -> dict[str, Any]:
+    """What a row says of a record that stands by itself: without samples and its place in a data set."""
+    return {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw", *SAMPLED)}
 
 
 def record_csv(

@@ -51,28 +51,24 @@ def publish(data: Place, out: Path, overwrite: bool = False) -> dict[str, int]:
     """
     manifest = read_manifest(data)
     with output_folder(out, FILES, overwrite) as folder:
-        place, entries = open_place(folder), []
+        place, entries, records = open_place(folder), [], dict.fromkeys(SUBSETS, 0)
         for number, table in enumerate(iterate_shards(data)):
             for subset in SUBSETS:
                 rows = table.filter(pc.equal(table.column("subset"), subset))  # type: ignore[attr-defined]
                 if len(rows):
                     entries.append(_file(place, f"{SHARD_FOLDER}/{subset}-{number:05d}.parquet", rows))
-        splits = tuple(name for name in SUBSETS if any(Path(entry["name"]).name.startswith(name) for entry in entries))
-        files = PublishedFiles(tuple((name, f"{SHARD_FOLDER}/{name}-*.parquet") for name in splits))
+                    records[subset] += len(rows)
+        records = {name: count for name, count in records.items() if count}
+        files = PublishedFiles(tuple((name, f"{SHARD_FOLDER}/{name}-*.parquet") for name in records))
         write_card(place, {**manifest, "shards": entries}, read_json(data, RUN) or {}, files)
-        return {name: sum(e["rows"] for e in entries if Path(e["name"]).name.startswith(name)) for name in splits}
+        return records
 
 
 def _file(place: Place, name: str, rows: pa.Table) -> dict[str, Any]:
-    """Write rows as a file; its entry as in a manifest."""
+    """Write rows as a file; what a manifest says of it."""
     content = parquet_bytes(rows)
     place.publish(name, content)
-    return {
-        "name": name,
-        "rows": len(rows),
-        "bytes": len(content),
-        "sha256": hashlib.sha256(content).hexdigest(),
-    }
+    return {"name": name, "bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
 
 
 @hydra_command("publish", positional="data")

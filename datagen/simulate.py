@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from datagen.example import record_csv
+from datagen.example import record_csv, truth_of
 from datagen.order import Order, order_from
 from datagen.produce import produce
 from datagen.schema import COLUMNS, RECORD, SAMPLED
@@ -50,13 +50,12 @@ def _write(row: dict[str, Any], record: np.ndarray, out: Path, overwrite: bool) 
     # Drawing is loaded only now: its import takes longer than the simulation.
     from datagen.pictures import picture
 
-    truth = {name: value for name, value in row.items() if name not in ("item", "subset", "machine_draw", *SAMPLED)}
     signals = {f"{name} [{COLUMNS[name].unit}]": row[name] for name in SAMPLED[1:] if name in row}
     with output_folder(out, FILES, overwrite) as folder:
         (folder / "record.csv").write_text(
             record_csv(record, row["sample_rate"], row["unit"], signals), encoding="utf-8"
         )
-        (folder / "record.json").write_bytes(as_json(truth))
+        (folder / "record.json").write_bytes(as_json(truth_of(row)))
         (folder / "record.png").write_bytes(picture({**row, RECORD: record}))
 
 

@@ -20,7 +20,7 @@ from twin.turns import Healthy
 _OUTSIDE = 0.02
 """Share of the range by which an operating point may lie outside it [-]; of its middle where it is one point."""
 
-_DEAD, _CLIPPED = 0.02, 0.002
+DEAD, CLIPPED = 0.02, 0.002
 """Shares of a turn at one value, and at flat tops, above which it is none."""
 
 _LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
@@ -64,9 +64,9 @@ class Gate:
             rate = signal.sample_rate
             raise SignalError(f"{name} must be sampled at the twin's {cells.rate:g} Hz, got {rate:g} Hz; resample it.")
         quality = quality_columns(signal.values[None])[0]
-        if quality["constant_share"] > _DEAD:
+        if quality["constant_share"] > DEAD:
             raise SignalError(f"{name} must vary throughout, got one value on end; check the sensor and its cable.")
-        if quality["clipped_share"] > _CLIPPED:
+        if quality["clipped_share"] > CLIPPED:
             share = quality["clipped_share"]
             raise SignalError(f"{name} must stay inside the sensor's range, got {share:.1%} of it at flat tops.")
         self._check_point(name, conditions)

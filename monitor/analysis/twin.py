@@ -27,6 +27,7 @@ from monitor.analysis.finding import Finding, Size
 from monitor.intake.cutter import SPEED_TOLERANCE, Mode
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 from twin.faults import Fault, share_of
+from twin.gate import CLIPPED, DEAD
 from twin.twin import Twin
 
 DANGER = 0.6
@@ -34,9 +35,6 @@ DANGER = 0.6
 
 SHARE_UNIT = "% of the largest"
 """Unit of a fault whose number in the shop does not grow from nothing, as a resonance that falls."""
-
-_DEAD, _CLIPPED = 0.02, 0.002
-"""Shares of a turn at one value, and at flat tops, above which the twin compares no record."""
 
 _UNLIKELY = 0.05
 """Probability below which the upper end of a fault's 90 % interval is nothing."""
@@ -96,9 +94,9 @@ class TwinDiagnoser:
         if turn.record is None:
             sensor = "finite" in turn.problem or "float32" in turn.problem
             return ("dead" if sensor else "other_speed"), f"a turn {turn.problem}"
-        if turn.constant_share > _DEAD:
+        if turn.constant_share > DEAD:
             return "dead", f"a turn must vary throughout, got one value for {turn.constant_share:.0%} of it"
-        if turn.clipped_share > _CLIPPED:
+        if turn.clipped_share > CLIPPED:
             return "clipped", f"a turn must stay inside the sensor's range, got {turn.clipped_share:.1%} at flat tops"
         return None
 
