@@ -120,9 +120,14 @@ class ControlTask:
         """Numbers in an action: the speed command, and the brake's where there is one."""
         return 2 if self.brake_torque > 0.0 else 1
 
+    @property
+    def highest(self) -> np.ndarray:
+        """Upper ends (k,) of the commands: speed [share of nominal], brake [share]."""
+        return np.array([self.highest_share, 1.0][: self.actions])
+
     def shares(self, actions: np.ndarray) -> np.ndarray:
         """Speed commands [share of nominal] and brake commands [share] (..., k) of actions (..., k) in [-1, 1]."""
-        return 0.5 * (1.0 + actions) * np.array([self.highest_share, 1.0][: self.actions])
+        return 0.5 * (1.0 + actions) * self.highest
 
 
 @dataclass(frozen=True)

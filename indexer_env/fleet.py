@@ -35,7 +35,7 @@ ROWS = np.array([
 """What is recorded of a period; only the first two unless the truth is asked for or wear needs the work done."""
 
 _FEW = 2
-_RATE, _TORQUE_1, _TORQUES, _REGIONS = 2, 3, slice(3, 6), slice(6, 9)
+RATE, TORQUE_1, TORQUES, REGIONS = 2, 3, slice(3, 6), slice(6, 9)
 _SCENE = {
     "table_acceleration": 0, "cam_angle": 1, "deflection_1": 9, "deflection_2": 10, "deflection_3": 11,
     "table_angle": 12, "housing_angle": 13, "motor_angle": 14,
@@ -44,7 +44,7 @@ _SCENE = {
 
 _PLACE = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
 _KEPT = [_PLACE[name] for name in ("law_first", "law_count", "load_torque", "motor_acceleration")]
-_CAM, _TIME = layout.STATE_NAMES.index("cam_angle"), layout.STATE_NAMES.index("time")
+CAM, _TIME = layout.STATE_NAMES.index("cam_angle"), layout.STATE_NAMES.index("time")
 
 
 class Period(NamedTuple):
@@ -135,7 +135,6 @@ class Fleet:
         self._periods[where], self._work[where], self._booked[where] = 0, 0.0, 0.0
         self._n_steps[where] = self._samples * self._every
         self._arrange(where)
-        prepare_kernel()
         return self._first_readings(where, rngs)
 
     def _arrange(self, where: np.ndarray) -> None:
@@ -162,6 +161,7 @@ class Fleet:
 
     def _first_readings(self, where: np.ndarray, rngs: Sequence[np.random.Generator]) -> np.ndarray:
         """Put the tables of items on their laws, and read the sensor and the scene for the first time."""
+        prepare_kernel()
         chosen = np.zeros(len(self), dtype=bool)
         chosen[where] = True
         for model, features, members in self._groups:
@@ -175,8 +175,11 @@ class Fleet:
         readings = np.repeat(first, self._samples, axis=1)
         look = control_kernels()[2]
         look(where, readings, self._states, self._coefficients, self._items, self._numbers, self._observations)
-        self._turns[where] = np.floor(self._states[where, _CAM] / (2.0 * math.pi))
+        self._turns[where] = np.floor(self._states[where, CAM] / (2.0 * math.pi))
         return readings
+
+    def seed_noise(self, seed: int) -> None:
+        """Start anew what draws the sensor's noise; here that is each item's own generator."""
 
     def step(self, actions: np.ndarray, live: np.ndarray | None, rngs: Sequence[np.random.Generator]) -> Period:
         """Run one control period under actions (n, k), checked. Of items that are not `live` (l,) no reading is made,
@@ -221,18 +224,25 @@ class Fleet:
         cam turn, from the energy that the input joint transmitted."""
         running = self._changing & ~terminated & (self._n_steps > 0)
         self._periods[running] += 1
-        turns = np.floor(self._states[:, _CAM] / (2.0 * math.pi), where=running, out=self._turns.copy())
+        turns = np.floor(self._cam_angles() / (2.0 * math.pi), where=running, out=self._turns.copy())
         for i in np.flatnonzero(running).tolist():
             start = self._starts[i]
             if start.course.backlash_per_joule > 0.0:
-                power = np.abs(self._out[i, _TORQUE_1, 1:] * self._out[i, _RATE, 1:])
-                self._work[i] += float(power.sum()) / self.task.sample_rate
+                self._work[i] += self._power(i) / self.task.sample_rate
             if turns[i] > self._turns[i]:
                 self._booked[i] = self._work[i]
             faults = start.course.at(self._age(i), float(self._booked[i]))
             if faults != self._applied[i]:
                 self._apply(i, start, faults)
         self._turns = turns
+
+    def _cam_angles(self) -> np.ndarray:
+        """Cam angles (n,) of the present [rad]."""
+        return self._states[:, CAM]
+
+    def _power(self, i: int) -> float:
+        """Power that the input joint of item i transmitted [W], summed over the period's samples."""
+        return float(np.abs(self._out[i, TORQUE_1, 1:] * self._out[i, RATE, 1:]).sum())
 
     def _age(self, i: int) -> float:
         """Time in the episode of item i [s], the very float that a user writes for it."""
@@ -280,6 +290,6 @@ class Fleet:
             "backlash": np.array([item.backlash for item in faults]),
             "table_acceleration": self._out[:, 0, 1:].copy(),
             "cam_angle": self._out[:, 1, 1:].copy(),
-            "torques": self._out[:, _TORQUES, 1:].copy(),
-            "regions": self._out[:, _REGIONS, 1:].copy(),
+            "torques": self._out[:, TORQUES, 1:].copy(),
+            "regions": self._out[:, REGIONS, 1:].copy(),
         }

@@ -53,6 +53,16 @@ class SensorStream:
         self._background = any((sensor.offset, sensor.offset_drift, sensor.hum_amplitude))
 
     @property
+    def sections(self) -> np.ndarray:
+        """All second-order sections of the chain, one behind the other (s, 6)."""
+        return np.concatenate([np.zeros((0, 6)), *self._sections])
+
+    @property
+    def rest(self) -> np.ndarray:
+        """The sections' states (s, 2) on which a reading of 1 has lasted for ever."""
+        return np.concatenate([np.zeros((0, 2)), *(rest[:, 0, :] for rest in self._rest)])
+
+    @property
     def plain(self) -> bool:
         """Whether a reading is the acceleration times a number, within the range: no state, no time, no chance."""
         return not (self._sections or self._background or self._sigma > 0.0 or self._sensor.bits is not None)

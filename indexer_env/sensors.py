@@ -13,8 +13,9 @@ filters do. Every stage has a null value; a stage at its null value hands on the
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -232,7 +233,7 @@ class Sensor:
             raise SignalError(f"Sensor.noise_snr_db needs {where}, got a constant; set noise_density instead.")
         return [spread * 10.0 ** (-self.noise_snr_db / 20.0) for spread in spreads]
 
-    def with_background(self, y: np.ndarray, time: np.ndarray) -> np.ndarray:
+    def with_background(self, y: Any, time: Any, sine: Callable[[Any], Any] = np.sin) -> Any:
         """Readings (rows, n) with offset, drift and hum added; time (n,) or (rows, n) since the first sample [s]."""
         # Adding 0 would turn -0.0 into 0.0, hence no unconditional sums.
         if self.offset != 0.0:
@@ -241,19 +242,19 @@ class Sensor:
             y = y + self.offset_drift * time
         if self.hum_amplitude != 0.0:
             angle = 2.0 * math.pi * self.hum_hz * time + self.hum_phase
-            y = y + self.hum_amplitude * (np.sin(angle) + self.hum_third * np.sin(3.0 * angle))
+            y = y + self.hum_amplitude * (sine(angle) + self.hum_third * sine(3.0 * angle))
         return y
 
-    def recorded(self, y: np.ndarray) -> np.ndarray:
-        """Readings (rows, n) clipped to the range and quantised."""
+    def recorded(self, y: Any) -> Any:
+        """Readings (rows, n), an array or a tensor, clipped to the range and quantised."""
         if self.full_scale is None:
             return y
-        y = np.clip(y, -self.full_scale, self.full_scale)
+        y = y.clip(-self.full_scale, self.full_scale)
         if self.bits is None:
             return y
         half = 2 ** (self.bits - 1)
         step = self.full_scale / half
-        return np.clip(np.rint(y / step), -half, half - 1) * step
+        return (y / step).round().clip(-half, half - 1) * step
 
     def _check_positive(self, name: str, unit: str, remedy: str = "", high: float | None = None) -> None:
         value = getattr(self, name)

@@ -9,25 +9,33 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from indexer_env.checks import check_integer
 from indexer_env.coefficients import Coefficients, coefficients
+from indexer_env.device import CPU, cuda_of
 from indexer_env.engine import cores, prepare_kernel
-from indexer_env.errors import ParameterError, SimulationError
+from indexer_env.errors import ParameterError, SimulationError, refuse
 from indexer_env.kernels.layout import LANES, USES_SLIP
 from indexer_env.machine import Machine
 from indexer_env.modes import LARGEST_PHASE_STEP, steps_of
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch, Trajectory, WarmupReport
-from indexer_env.turns import Sink, TurnGroup
+from indexer_env.turns import OnCores, Sink, TurnGroup
+
+if TYPE_CHECKING:
+    from indexer_env.cuda.turns import OnCuda
 
 __all__ = ["Run", "simulate", "simulate_batch"]
 
 _GROUP = 2 * int(LANES)
-"""Items run together: whole blocks, few enough that two turns of each stay in the cache while they are compared."""
+"""Items run together: whole blocks, few enough that two turns of each stay in the cache while they are compared; no
+more than a core's share of them, in blocks."""
+
+_ON_CORES = OnCores()
 
 
 def simulate(machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None) -> Trajectory:
@@ -67,6 +75,7 @@ def simulate_batch(
     *,
     threads: int | None = None,
     sink: Sink | None = None,
+    device: str = CPU,
 ) -> Batch:
     """Simulate many machines at once, each with its own parameters, effects and operating point.
 
@@ -78,11 +87,14 @@ def simulate_batch(
     run : Run, optional
         `run.samples` must be given where the turns' durations differ.
     threads : int, optional
-        All cores where not given; the results do not depend on it.
+        All cores where not given; the results do not depend on it. A GPU takes none.
     sink : callable, optional
         sink(items, channels) is called with the numbers of finished items (k,) and their channels (k, n_samples), some
         tens of items at a time while they are still in the cache, from several threads at once and in no set order.
         The batch then keeps no channels, so memory does not grow with the records. What it raises ends the run.
+    device : str
+        "cpu"; or "cuda" or "cuda:N" for a GPU (extra [cuda]), from which channels come as torch tensors that stay
+        there, and where a sink gets thousands of items at a time.
 
     Returns
     -------
@@ -92,8 +104,11 @@ def simulate_batch(
     Raises
     ------
     ParameterError
-        Numbers of machines and operating points differ, or the records would differ in length.
+        Numbers of machines and operating points differ, the records would differ in length, or there is no such device.
     """
+    cuda = cuda_of("simulate_batch", device)
+    if cuda and threads is not None:
+        raise refuse("simulate_batch", "threads", f"left out (None) with device={device}", threads)
     if threads is not None:
         check_integer("simulate_batch", "threads", threads, low=1)
     run = run or Run()
@@ -105,7 +120,12 @@ def simulate_batch(
             f"simulate_batch needs one operating point per machine or one for all, got {len(points)} for "
             f"{len(machines)} machines."
         )
-    return _run_batch(machines, points, run, threads, reject=True, sink=sink)
+    runner: OnCores | OnCuda = _ON_CORES
+    if cuda:
+        from indexer_env.cuda.turns import OnCuda
+
+        runner = OnCuda(cuda)
+    return _run_batch(machines, points, run, threads, reject=True, sink=sink, runner=runner)
 
 
 def _run_batch(
@@ -116,6 +136,7 @@ def _run_batch(
     *,
     reject: bool,
     sink: Sink | None = None,
+    runner: OnCores | OnCuda = _ON_CORES,
 ) -> Batch:
     n = len(machines)
     lengths = {run.samples_of(machine.turn_duration(point)) for machine, point in zip(machines, points, strict=True)}
@@ -127,7 +148,7 @@ def _run_batch(
     samples = lengths.pop() if lengths else 0
     batch = Batch(
         run.sample_rate,
-        {} if sink else {name: np.empty((n, samples)) for name in run.channels},
+        {} if sink else {name: runner.empty(n, samples) for name in run.channels},
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
     items: dict[int, Coefficients] = {}
@@ -153,34 +174,45 @@ def _run_batch(
                 batch.rejected[index] = str(error)
                 del items[index]
     workers = threads or cores()
-    groups = [
-        TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink)
-        for members in _groups(items, parts, max(1, len(items) // workers))
-    ]
-    if groups:
+    size = min(_GROUP, -(-max(1, len(items) // workers) // int(LANES)) * int(LANES))
+    if not isinstance(runner, OnCores):
+        workers, size = 1, runner.most_items(samples, len(run.channels) + 1)
+    elif items:
         prepare_kernel()
-    pool = ThreadPoolExecutor(workers)
-    try:
-        list(pool.map(lambda group: group.run_into(batch), groups))
-    finally:
-        pool.shutdown(cancel_futures=True)
-    for values in batch.channels.values():
-        values[list(batch.rejected)] = np.nan
+    groups = [
+        TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink, runner)
+        for members in _groups(items, parts, size)
+    ]
+    _run_groups(groups, batch, workers)
+    for values in batch.channels.values() if batch.rejected else ():
+        values[runner.index(np.array(list(batch.rejected)))] = np.nan
     if batch.rejected and not reject:
         raise SimulationError(batch.rejected[0])
     return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
 
 
+def _run_groups(groups: Sequence[TurnGroup], batch: Batch, workers: int) -> None:
+    """Run groups on threads of their own, or here where one worker does all, as a GPU's one queue."""
+    if workers == 1:
+        for group in groups:
+            group.run_into(batch)
+        return
+    pool = ThreadPoolExecutor(workers)
+    try:
+        list(pool.map(lambda group: group.run_into(batch), groups))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
 def _groups(
-    items: dict[int, Coefficients], parts: dict[int, int], share: int
+    items: dict[int, Coefficients], parts: dict[int, int], size: int
 ) -> Iterator[list[tuple[int, Coefficients]]]:
-    """Items of one model and one step, at most _GROUP of them and no more than a core's share (in blocks).
+    """Items of one model and one step, at most `size` of them.
 
     They run with the features of all of them, which leaves the numbers as they are, since an effect that an item lacks
     adds exactly nothing; those of like features come together, as each feature costs time. Motors that slip stay among
     themselves, since their turns end later than commanded, and so do dwells that are linear, which take no steps.
     """
-    size = min(_GROUP, -(-share // int(LANES)) * int(LANES))
     alike: dict[tuple[int, int, int, float], list[tuple[int, Coefficients]]] = {}
     for index, item in sorted(items.items(), key=lambda entry: entry[1].features):
         kind = (item.model, parts[index], item.features & USES_SLIP, item["linear_dwell"])

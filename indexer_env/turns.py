@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +16,11 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.trajectory import Batch
 
-Sink = Callable[[np.ndarray, dict[str, np.ndarray]], None]
-"""Takes the numbers of finished items (k,) and their channels (k, n_samples)."""
+if TYPE_CHECKING:
+    from indexer_env.cuda.turns import OnCuda
+
+Sink = Callable[[np.ndarray, dict[str, Any]], None]
+"""Takes the numbers of finished items (k,) and their channels (k, n_samples), tensors where a GPU ran them."""
 
 _ROWS = {
     "cam_angle": layout.CAM, "cam_rate": layout.CAM_RATE, "table_angle": layout.TABLE, "table_rate": layout.TABLE_RATE,
@@ -46,6 +50,44 @@ _LEAST_COMPARED = 16
 """Samples of a cam turn below which two turns are not compared: too few to show a difference."""
 
 
+class OnCores:
+    """Runs packs on the thread that calls it."""
+
+    def empty(self, items: int, samples: int) -> np.ndarray:
+        """Room for one channel of a batch (items, samples)."""
+        return np.empty((items, samples))
+
+    def index(self, which: np.ndarray) -> slice | np.ndarray:
+        """How items are indexed: a mask (n,), all of which takes no copy, or numbers (k,)."""
+        return slice(None) if which.dtype == bool and which.all() else which
+
+    def advance(
+        self, pack: Pack, features: np.ndarray, n_steps: np.ndarray, steps: np.ndarray, last_steps: np.ndarray,
+        **recorded: Any,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+        """`engine.advance`; an item's own features (n,) are not asked for, as those of the pack give the same bits."""
+        return advance(pack, n_steps, steps, last_steps, **recorded)
+
+    def differences(
+        self, previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, cam_turn: np.ndarray, least: int
+    ) -> np.ndarray:
+        """Relative rms difference (n,) of two turns' records (n, samples) over the last cam turn that both reach; NaN
+        where they do not reach one or it has fewer than `least` samples. Where it agrees, so does all that follows, and
+        the later turn is free of the start's transient from its first sample.
+        """
+        first = max(int((lengths - cam_turn).min()), 0)
+        present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
+        place = first + np.arange(present.shape[1])
+        counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
+        change = present - previous
+        if not counted.all():
+            change, present = np.where(counted, change, 0.0), np.where(counted, present, 0.0)
+        change, size = _sum_of_squares(change), _sum_of_squares(present)
+        difference = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
+        decided = (cam_turn >= least) & (lengths >= cam_turn)
+        return np.where(decided, difference, np.nan)
+
+
 class TurnGroup:
     """Items of one model, run turn after turn until their records are settled or the bound is reached."""
 
@@ -58,8 +100,11 @@ class TurnGroup:
         run: Run,
         samples: int,
         sink: Sink | None = None,
+        runner: OnCores | OnCuda | None = None,
     ) -> None:
         self.machines, self.run, self.samples, self.sink = machines, run, samples, sink
+        self.runner: Any = runner or OnCores()
+        self.features = np.array([item.features for _, item in members], dtype=np.int64)
         self.items = np.array([index for index, _ in members])
         self.durations = np.array([machines[index].turn_duration(points[index]) for index in self.items])
         self.pack = pack([item for _, item in members], [points[index] for index in self.items])
@@ -74,7 +119,7 @@ class TurnGroup:
 
     def run_into(self, batch: Batch) -> None:
         """Fill the batch's rows of these items, or hand their channels to the sink."""
-        previous: np.ndarray | None = None
+        previous: Any = None
         previous_lengths = np.zeros(0, dtype=np.int64)
         for turn in range(self.run.warmup_turns + 1):
             last = turn == self.run.warmup_turns
@@ -82,7 +127,8 @@ class TurnGroup:
             out, sound, lengths = self._turn(batch, whole=not last)
             if previous is not None:
                 common = np.minimum(lengths, previous_lengths)
-                change = _differences(previous, out[:, self.judge], common, self._turn_samples() // self.stations)
+                cam_turn = self._turn_samples() // self.stations
+                change = self.runner.differences(previous, out[:, self.judge], common, cam_turn, _LEAST_COMPARED)
                 self.difference = np.where(np.isnan(change), self.difference, change)
             settled = self.difference <= self.run.warmup_tolerance
             done = sound & (settled | last)
@@ -97,28 +143,29 @@ class TurnGroup:
             if not going.any():
                 return
             # a copy is as long as the record, so it is only made where items are left out
-            previous, previous_lengths = out[_chosen(going), self.judge], lengths[going]
+            previous, previous_lengths = out[self.runner.index(going), self.judge], lengths[going]
             self._keep(going)
             if self.pack.features & layout.USES_SLIP:
                 kept = self._run_to_turn_end(batch, start[going])
-                previous, previous_lengths = previous[kept], previous_lengths[kept]
+                previous, previous_lengths = previous[self.runner.index(kept)], previous_lengths[kept]
                 if not len(self.items):
                     return
 
-    def _record(self, batch: Batch, turn: int, done: np.ndarray, settled: np.ndarray, record: np.ndarray) -> None:
+    def _record(self, batch: Batch, turn: int, done: np.ndarray, settled: np.ndarray, record: Any) -> None:
         """Write the finished items and how they were warmed up into the batch."""
-        items, chosen = self.items[done], _chosen(done)
+        items, chosen = self.items[done], self.runner.index(done)
         own = {name: record[chosen, self.names.index(name), : self.samples] for name in self.run.channels}
         if self.sink is not None:
             self.sink(items, own)
         else:
+            places = self.runner.index(items)
             for name, values in own.items():
-                batch.channels[name][items] = values
+                batch.channels[name][places] = values
         batch.warmup_turns[items] = turn
         batch.settled[items] = settled[done]
         batch.warmup_difference[items] = self.difference[done]
 
-    def _turn(self, batch: Batch, *, whole: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _turn(self, batch: Batch, *, whole: bool) -> tuple[Any, np.ndarray, np.ndarray]:
         """Advance by one turn, or to the record's end; outputs (n, c, k), sound items (n,), samples of each (n,)."""
         n_steps = np.full(len(self.items), self.samples * self.every, dtype=np.int64)
         remainder = np.zeros(len(self.items))
@@ -131,7 +178,7 @@ class TurnGroup:
         """Whole sampling intervals in a turn of each item (n,)."""
         return np.floor(self.durations / self.step + 1e-9).astype(np.int64) // self.every
 
-    def _longer(self, batch: Batch, done: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _longer(self, batch: Batch, done: np.ndarray, start: np.ndarray) -> tuple[Any, np.ndarray]:
         """Records longer than a turn, run in one piece from the start of the turn that settled; outputs (n, c, k) and
         sound items (n,), both only meant where `done`."""
         again = Pack(self.pack.model, self.pack.features, start, self.pack.coefficients, self.pack.pieces)
@@ -140,10 +187,10 @@ class TurnGroup:
 
     def _advance(
         self, batch: Batch, items: np.ndarray, packed: Pack, n_steps: np.ndarray, remainder: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[Any, np.ndarray]:
         """Run a pack; note the faulty items as rejected. Outputs (n, c, k) and sound items (n,)."""
-        out, status, when = advance(
-            packed, n_steps, np.full(len(items), self.step), remainder,
+        out, status, when = self.runner.advance(
+            packed, self.features, n_steps, np.full(len(items), self.step), remainder,
             every=self.every, rows=np.array([_ROWS[name] for name in self.names]),
             samples=-(-int(n_steps.max()) // self.every),
         )  # fmt: skip
@@ -199,32 +246,9 @@ class TurnGroup:
             self.difference[going],
         )
         self.stations, self.start_angles = self.stations[going], self.start_angles[going]
-        self.commanded = self.commanded[going]
+        self.commanded, self.features = self.commanded[going], self.features[going]
         self.pack.states = self.pack.states[going].copy()
         self.pack.coefficients = self.pack.coefficients[going].copy()
-
-
-def _chosen(which: np.ndarray) -> np.ndarray | slice:
-    """Index of the items (n,) that are meant: of all of them one that takes no copy."""
-    return slice(None) if which.all() else which
-
-
-def _differences(previous: np.ndarray, present: np.ndarray, lengths: np.ndarray, cam_turn: np.ndarray) -> np.ndarray:
-    """Relative rms difference (n,) of two turns' records (n, samples) over the last cam turn that both reach; NaN where
-    they do not reach one or it has too few samples. Where it agrees, so does all that follows, and the later turn is
-    free of the start's transient from its first sample.
-    """
-    first = max(int((lengths - cam_turn).min()), 0)
-    present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
-    place = first + np.arange(present.shape[1])
-    counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
-    change = present - previous
-    if not counted.all():
-        change, present = np.where(counted, change, 0.0), np.where(counted, present, 0.0)
-    change, size = _sum_of_squares(change), _sum_of_squares(present)
-    difference = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
-    decided = (cam_turn >= _LEAST_COMPARED) & (lengths >= cam_turn)
-    return np.where(decided, difference, np.nan)
 
 
 def _sum_of_squares(rows: np.ndarray) -> np.ndarray:

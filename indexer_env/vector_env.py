@@ -13,9 +13,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from indexer_env.checks import check_integer
-from indexer_env.control import ControlTask, Limits, checked_actions
+from indexer_env.control import ControlTask, Limits
+from indexer_env.device import CPU, cuda_of
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.fleet import Fleet
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point
@@ -24,9 +24,9 @@ from indexer_env.scenario import Scenario, check_faults, loaded, options_for
 from indexer_env.sensors import Sensor
 from indexer_env.start import Start
 from indexer_env.variation import check_half_width, variation_rng, varied
-from indexer_env.vector_parts import Generators, autoreset_mode_of, final_infos, mask_of, naming, seeds_of
+from indexer_env.vector_parts import Arrays, Generators, autoreset_mode_of, mask_of, naming, seeds_of
 
-_ARGUMENTS = ("num_envs", "half_width", "autoreset_mode", "max_episode_steps")
+_ARGUMENTS = ("num_envs", "half_width", "autoreset_mode", "max_episode_steps", "device")
 """What it takes that the single environment does not."""
 
 
@@ -56,6 +56,9 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         NextStep (default), SameStep or Disabled; in metadata["autoreset_mode"].
     max_episode_steps : int
         Control periods after which an episode is truncated.
+    device : str
+        "cpu"; or "cuda" or "cuda:N" for a GPU (extra [cuda]): actions, observations, rewards and infos are then torch
+        tensors there. Machines and faults are drawn as on the CPU, a sensor's noise on the GPU.
     faults, sensor, reveal, render_mode, **task
         As in `IndexerEnv`.
 
@@ -80,6 +83,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         half_width: float = 0.0,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         max_episode_steps: int = MAX_EPISODE_STEPS,
+        device: str = CPU,
         **task: Any,
     ) -> None:
         check_integer("IndexerVectorEnv", "num_envs", num_envs, low=1, high=MOST_MACHINES)
@@ -100,7 +104,8 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         self.single_action_space, self.single_observation_space = first.spaces()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._fleet = Fleet(num_envs, first.task, first.limits, first.sensor, truth=reveal)
+        self._arrays = _arrays(device)
+        self._fleet = self._arrays.fleet(num_envs, first, truth=reveal)
         self._reveal, self._most_steps, self._half_width = reveal, max_episode_steps, half_width
         self._generators = Generators(num_envs)
         self._machine_rngs: dict[int, np.random.Generator] = {}
@@ -133,6 +138,8 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         """Seed the items' generators, those of their machines too."""
         for i in self._generators.seed(seeds, mask):
             self._machine_rngs[i] = variation_rng(seeds[i] if mask[i] else None)
+            if i == 0:
+                self._fleet.seed_noise(self._generators.seeds[0])
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -152,8 +159,8 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         seeds = seeds_of("IndexerVectorEnv", seed, self.num_envs)
         self._seed(seeds, mask)
         index = np.flatnonzero(mask)
-        readings = np.zeros((self.num_envs, self._fleet.task.samples))
-        readings[index] = self._start(index, given)
+        readings = self._arrays.zeros(self.num_envs, self._fleet.task.samples)
+        readings[self._arrays.index(index)] = self._start(index, given)
         return self._fleet.observations, self._infos(readings, mask)
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -175,38 +182,44 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             raise ResetNeeded(
                 f'Episodes {which} have ended; reset them with options={{"reset_mask": …}} before a step.'
             )
-        checked = checked_actions("IndexerVectorEnv", actions, (self.num_envs, self.task.actions))
+        shares = self._arrays.shares("IndexerVectorEnv", actions, self.num_envs, self.task)
         self._started[:] = False  # a step that is broken off leaves nothing that could go on
         live = np.flatnonzero(~ended) if any_ended else None
-        period = self._fleet.step(self.task.shares(checked), live, self._generators.rngs)
-        observations, rewards, terminations = period.observations, period.rewards, period.terminated
+        period = self._fleet.step(shares, live, self._generators.rngs)
+        observations, rewards = period.observations, period.rewards
+        terminations = self._arrays.on_host(period.terminated)
         self._elapsed += 1
         truncations = self._elapsed >= self._most_steps
         readings = period.readings
         if any_ended:  # only in NEXT_STEP: these are started in place of a step
             index = np.flatnonzero(ended)
-            readings[index] = self._start(index)
-            observations[index] = self._fleet.observations[index]
-            rewards[index], terminations[index], truncations[index] = 0.0, False, False
+            self._start_in_place(index, observations, readings)
+            rewards[self._arrays.index(index)], terminations[index], truncations[index] = 0.0, False, False
         self._ended = terminations | truncations
         infos: dict[str, Any] = {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
             infos = self._same_step(observations, readings)
         infos.update(self._infos(readings, np.ones_like(ended)))
         self._started[:] = True
-        return observations, rewards, terminations, truncations, infos
+        return observations, rewards, self._arrays.given(terminations), self._arrays.given(truncations), infos
 
-    def _same_step(self, observations: np.ndarray, readings: np.ndarray) -> dict[str, Any]:
+    def _start_in_place(self, index: np.ndarray, observations: Any, readings: Any) -> None:
+        """Start items anew in place of a step, or behind it; what is seen then goes among the others'."""
+        places = self._arrays.index(index)
+        readings[places] = self._start(index)
+        observations[places] = self._fleet.observations[places]
+
+    def _same_step(self, observations: Any, readings: Any) -> dict[str, Any]:
         """Start the episodes that this step ended, in place; what they ended with, as final_obs and final_info."""
         ended = self._ended.copy()
-        index = np.flatnonzero(ended)
-        last = self._infos(np.where(ended[:, np.newaxis], readings, 0.0), ended)
-        infos = final_infos(observations, ended, last)
-        readings[index] = self._start(index)
-        observations[index] = self._fleet.observations[index]
+        of_those = self._arrays.zeros(*readings.shape)
+        places = self._arrays.index(np.flatnonzero(ended))
+        of_those[places] = readings[places]
+        infos = self._arrays.final_infos(observations, ended, self._infos(of_those, ended))
+        self._start_in_place(np.flatnonzero(ended), observations, readings)
         return infos
 
-    def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> np.ndarray:
+    def _start(self, index: np.ndarray, options: Mapping[str, Any] | None = None) -> Any:
         """Start items anew; readings (k, m)."""
         starts = []
         for i in index.tolist():
@@ -230,15 +243,26 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
             scenario = dataclasses.replace(scenario, machine=machine)
         return scenario.draw(self._generators.rngs[i])
 
-    def _infos(self, readings: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
-        infos: dict[str, Any] = {"acceleration": readings, "_acceleration": mask.copy()}
+    def _infos(self, readings: Any, mask: np.ndarray) -> dict[str, Any]:
+        infos: dict[str, Any] = {"acceleration": readings, "_acceleration": self._arrays.given(mask.copy())}
         if self._reveal:
             truth: dict[str, Any] = {}
+            others = self._arrays.index(np.flatnonzero(~mask))
             for name, values in self._fleet.truths().items():
-                values[~mask] = 0.0
-                truth |= {name: values, f"_{name}": mask.copy()}
-            infos |= {"truth": truth, "_truth": mask.copy()}
+                values[others] = 0.0
+                truth |= {name: values, f"_{name}": self._arrays.given(mask.copy())}
+            infos |= {"truth": truth, "_truth": self._arrays.given(mask.copy())}
         return infos
+
+
+def _arrays(device: object) -> Arrays:
+    """The arrays of a device; raises ParameterError where there is none of this name."""
+    cuda = cuda_of("IndexerVectorEnv", device)
+    if cuda is None:
+        return Arrays()
+    from indexer_env.cuda.arrays import Tensors
+
+    return Tensors(cuda)
 
 
 def _scenarios(

@@ -11,7 +11,10 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
 from indexer_env.checks import check_choice
+from indexer_env.control import ControlTask, checked_actions
 from indexer_env.errors import ParameterError, refuse
+from indexer_env.fleet import Fleet
+from indexer_env.scenario import Scenario
 
 
 @contextmanager
@@ -75,6 +78,39 @@ def autoreset_mode_of(owner: str, given: object) -> AutoresetMode:
     names = {mode.value: mode for mode in AutoresetMode}
     check_choice(owner, "autoreset_mode", given, names)
     return names[str(given)]
+
+
+class Arrays:
+    """What a vector environment does with what it is given and gives: numpy's arrays here, tensors of a GPU in
+    `cuda.arrays`."""
+
+    def fleet(self, n: int, scenario: Scenario, *, truth: bool) -> Fleet:
+        """The machines."""
+        return Fleet(n, scenario.task, scenario.limits, scenario.sensor, truth=truth)
+
+    def shares(self, owner: str, actions: Any, n: int, task: ControlTask) -> Any:
+        """Commands (n, k) of actions (n, k); raises ParameterError for one out of its box."""
+        return task.shares(checked_actions(owner, actions, (n, task.actions)))
+
+    def given(self, array: np.ndarray) -> Any:
+        """An array of the host as users get it."""
+        return array
+
+    def on_host(self, array: Any) -> np.ndarray:
+        """The other way round."""
+        return array
+
+    def index(self, items: np.ndarray) -> Any:
+        """Numbers of items (k,), to index what users get."""
+        return items
+
+    def zeros(self, *shape: int) -> Any:
+        """Zeros of this shape."""
+        return np.zeros(shape)
+
+    def final_infos(self, observations: Any, ended: np.ndarray, infos: dict[str, Any]) -> dict[str, Any]:
+        """`final_infos`."""
+        return final_infos(observations, ended, infos)
 
 
 def final_infos(observations: np.ndarray, ended: np.ndarray, infos: dict[str, Any]) -> dict[str, Any]:

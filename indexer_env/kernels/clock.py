@@ -10,13 +10,13 @@ import math
 
 import numpy as np
 
-from indexer_env.kernels.compiling import lanes, outlined
-from indexer_env.kernels.dwell import LARGEST_STRIDE, begin_strides
-from indexer_env.kernels.edges import settle_regions
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.pieces import find_piece, load_piece, set_lines, set_turn
-from indexer_env.kernels.rates import lane_rates
-from indexer_env.kernels.recording import judge
+from .compiling import lanes, outlined
+from .dwell import LARGEST_STRIDE, begin_strides
+from .edges import settle_regions
+from .layout import *
+from .pieces import find_piece, load_piece, set_lines, set_turn
+from .rates import lane_rates
+from .recording import judge
 
 
 @outlined

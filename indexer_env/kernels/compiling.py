@@ -1,4 +1,7 @@
-"""How the kernels are compiled: three decorators, one for each role a function plays.
+"""How the kernels are compiled: three decorators, one for each role a function plays, and how many lanes they have.
+
+All other modules here import each other by relative names, so that they can be loaded a second time beside another
+module of this name: indexer_env.cuda.kernels has them for the threads of a GPU.
 
 Nothing is allocated in the kernels, so their arrays are not counted as references (`_nrt`), which took a fifth of the
 time.
@@ -6,7 +9,11 @@ time.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
+
+LANES = np.uint64(32)
+"""Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
 
 _SETTINGS = {"error_model": "numpy", "_nrt": False}
 

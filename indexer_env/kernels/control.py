@@ -1,7 +1,7 @@
 """One control period of a fleet: what the drive is told before it, what is seen and what it is worth after it.
 
-Plain scalar functions (ramped, observation, vibration, reward), and the three compiled loops over a fleet's items that
-call them; the motion in between is `integrate.advance`.
+Plain functions of one item (begin_item, end_item, observe), and the three compiled loops over a fleet's items that call
+them; the motion in between is `integrate.advance`.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import math
 
 from numba import njit
 
-from indexer_env.kernels.compiling import scalar
-from indexer_env.kernels.layout import *
+from .compiling import scalar
+from .layout import *
 
 OBSERVED = 7
 """Numbers in an observation."""
@@ -96,6 +96,55 @@ def observe(i, reading, states, coefficients, items, task, observations):
         observations[i, k] = seen[k]
 
 
+@scalar
+def begin_item(i, actions, states, coefficients, items, task, shares, cams, status):
+    """Set ramp and brake of a period of item i from actions (n, 1 or 2); shares (n,) go from its start's to its end's,
+    cams (n,) [rad] keep where it began. Without slip the motor is put on its command to the last bit."""
+    status[i] = RUNNING
+    nominal, share = items[i, NOMINAL_SPEED], shares[i]
+    reached = ramped(share, actions[i, 0], task[MOST_CHANGE])
+    speed = share * nominal
+    states[i, COMMAND // LANES] = speed
+    if items[i, SLIPS] == 0.0:
+        states[i, MOTOR_RATE // LANES] = speed
+    acceleration = (reached - share) * nominal / task[PERIOD]
+    coefficients[i, MOTOR_ACCELERATION // LANES - STATE_ROWS] = acceleration
+    if actions.shape[1] > 1:
+        load = items[i, BASE_LOAD] + actions[i, 1] * task[BRAKE]
+        coefficients[i, LOAD_TORQUE // LANES - STATE_ROWS] = load
+    shares[i] = reached
+    cams[i] = states[i, CAM // LANES]
+
+
+@scalar
+def end_item(
+    i, out, readings, states, coefficients, items, task, cams, status, n_steps, observations, rewards, terminated
+):
+    """Observation (n, OBSERVED), reward (n,) and terminated (n,) of item i after a period with samples out (n, c,
+    m + 1), whose first two rows are φ̈ and α, and readings (n, m), which are filled in where the sensor is no chain. An
+    item that left its range pays, keeps its observation and stands still (n_steps) until it is started anew."""
+    samples = out.shape[2]
+    terminated[i] = status[i] != RUNNING
+    if task[READING] != 0.0:
+        for sample in range(1, samples):
+            limit = task[LIMIT_ACCELERATION]
+            readings[i, sample - 1] = max(min(task[READING] * out[i, 0, sample], limit), -limit)
+    if terminated[i]:
+        rewards[i] = -task[PENALTY]
+        n_steps[i] = 0
+        return
+    squares, count = 0.0, 0
+    for sample in range(1, samples):
+        if in_dwell(out[i, 1, sample], items[i, DWELL_BEGIN]):
+            squares += out[i, 0, sample] * out[i, 0, sample]
+            count += 1
+    vibration = math.sqrt(squares / count) / task[SCALE] if count > 0 else 0.0
+    way = coefficients[i, REDUCTION // LANES - STATE_ROWS] * items[i, NOMINAL_SPEED] * task[PERIOD]
+    throughput = (states[i, CAM // LANES] - cams[i]) / way
+    rewards[i] = reward(throughput, vibration, task[WEIGHT])
+    observe(i, readings[i, samples - 2], states, coefficients, items, task, observations)
+
+
 def entries(fingerprint: int):
     """The compiled loops begin, end, look; `fingerprint` stands for all kernel sources in the key of numba's cache.
 
@@ -104,51 +153,19 @@ def entries(fingerprint: int):
 
     @njit(error_model="numpy", nogil=True, cache=True)
     def begin(actions, states, coefficients, items, task, shares, cams, status):
-        """Set ramp and brake of a period from actions (n, 1 or 2); shares (n,) go from its start's to its end's, cams
-        (n,) [rad] keep where it began. Without slip the motor is put on its command to the last bit."""
+        """`begin_item` of all items."""
         for i in range(actions.shape[0]):
-            status[i] = RUNNING
-            nominal, share = items[i, NOMINAL_SPEED], shares[i]
-            reached = ramped(share, actions[i, 0], task[MOST_CHANGE])
-            speed = share * nominal
-            states[i, COMMAND // LANES] = speed
-            if items[i, SLIPS] == 0.0:
-                states[i, MOTOR_RATE // LANES] = speed
-            acceleration = (reached - share) * nominal / task[PERIOD]
-            coefficients[i, MOTOR_ACCELERATION // LANES - STATE_ROWS] = acceleration
-            if actions.shape[1] > 1:
-                load = items[i, BASE_LOAD] + actions[i, 1] * task[BRAKE]
-                coefficients[i, LOAD_TORQUE // LANES - STATE_ROWS] = load
-            shares[i] = reached
-            cams[i] = states[i, CAM // LANES]
+            begin_item(i, actions, states, coefficients, items, task, shares, cams, status)
         return fingerprint
 
     @njit(error_model="numpy", nogil=True, cache=True)
     def end(out, readings, states, coefficients, items, task, cams, status, n_steps, observations, rewards, terminated):
-        """Observations (n, OBSERVED), rewards, terminated (n,) of a period with samples out (n, c, m + 1), whose first
-        two rows are φ̈ and α, and readings (n, m), which are filled in where the sensor is no chain. An item that left
-        its range pays, keeps its observation and stands still (n_steps) until it is started anew."""
-        samples = out.shape[2]
+        """`end_item` of all items."""
         for i in range(out.shape[0]):
-            terminated[i] = status[i] != RUNNING
-            if task[READING] != 0.0:
-                for sample in range(1, samples):
-                    limit = task[LIMIT_ACCELERATION]
-                    readings[i, sample - 1] = max(min(task[READING] * out[i, 0, sample], limit), -limit)
-            if terminated[i]:
-                rewards[i] = -task[PENALTY]
-                n_steps[i] = 0
-                continue
-            squares, count = 0.0, 0
-            for sample in range(1, samples):
-                if in_dwell(out[i, 1, sample], items[i, DWELL_BEGIN]):
-                    squares += out[i, 0, sample] * out[i, 0, sample]
-                    count += 1
-            vibration = math.sqrt(squares / count) / task[SCALE] if count > 0 else 0.0
-            way = coefficients[i, REDUCTION // LANES - STATE_ROWS] * items[i, NOMINAL_SPEED] * task[PERIOD]
-            throughput = (states[i, CAM // LANES] - cams[i]) / way
-            rewards[i] = reward(throughput, vibration, task[WEIGHT])
-            observe(i, readings[i, samples - 2], states, coefficients, items, task, observations)
+            end_item(
+                i, out, readings, states, coefficients, items, task, cams, status, n_steps, observations, rewards,
+                terminated,
+            )  # fmt: skip
         return fingerprint
 
     @njit(error_model="numpy", nogil=True, cache=True)

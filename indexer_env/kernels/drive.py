@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import lanes, outlined
-from indexer_env.kernels.effects import harmonic, mesh_factor
-from indexer_env.kernels.interpolation import hermite, ramp, slope, value
-from indexer_env.kernels.layout import *
+from .compiling import lanes, outlined
+from .effects import harmonic, mesh_factor
+from .interpolation import hermite, ramp, slope, value
+from .layout import *
 
 RIPPLES = USES_RIPPLE | USES_TRANSMISSION
 """Effects that ripple on the reducer's output."""

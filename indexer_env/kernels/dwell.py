@@ -16,20 +16,20 @@ import math
 
 import numpy as np
 
-from indexer_env.kernels.compiling import lanes, outlined, scalar
-from indexer_env.kernels.dynamics import table_acceleration
-from indexer_env.kernels.edges import (
+from .compiling import lanes, outlined, scalar
+from .dynamics import table_acceleration
+from .edges import (
     MOST_EDGES,
     any_above,
     find_joint_edge,
     joint_guard,
     joint_rows,
 )
-from indexer_env.kernels.interpolation import hermite, ramp, slope
-from indexer_env.kernels.joints import region_after, region_line, straight_torque
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import keep_deflections
-from indexer_env.kernels.pieces import set_lines
+from .interpolation import hermite, ramp, slope
+from .joints import region_after, region_line, straight_torque
+from .layout import *
+from .nystrom import keep_deflections
+from .pieces import set_lines
 
 LARGEST_STRIDE = 0.25
 """rad; most that the faster oscillator's phase goes on in a stride. A touch that begins and ends within one is then not

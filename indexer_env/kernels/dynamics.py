@@ -5,7 +5,7 @@ b0, b1, b2 are β, β', β''; w is α̇; M1, M2, M3 the joints' torques; T_L eve
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import scalar
+from .compiling import scalar
 
 
 @scalar

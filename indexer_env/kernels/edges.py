@@ -10,18 +10,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from indexer_env.kernels.compiling import lanes, outlined, scalar
-from indexer_env.kernels.interpolation import bend, hermite, ramp, slope, value
-from indexer_env.kernels.joints import (
+from .compiling import lanes, outlined, scalar
+from .interpolation import bend, hermite, ramp, slope, value
+from .joints import (
     penetration_minus,
     penetration_plus,
     region_after,
     region_guard,
     region_of,
 )
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.pieces import find_piece, load_piece, set_lines
-from indexer_env.kernels.rates import lane_rates
+from .layout import *
+from .pieces import find_piece, load_piece, set_lines
+from .rates import lane_rates
 
 LAW_LOW, LAW_HIGH, JOINT_1, JOINT_2, JOINT_3 = 0, 1, 2, 3, 4
 """Which guard ran out."""

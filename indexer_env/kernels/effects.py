@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 
-from indexer_env.kernels.compiling import scalar
-from indexer_env.kernels.trigonometry import sine_alone, sine_and_cosine
+from .compiling import scalar
+from .trigonometry import sine_alone, sine_and_cosine
 
 
 @scalar

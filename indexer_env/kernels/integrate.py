@@ -7,15 +7,15 @@ import math
 import numpy as np
 from numba import njit
 
-from indexer_env.kernels.clock import go_on, load_lane, set_clock, stepped, strode
-from indexer_env.kernels.compiling import outlined
-from indexer_env.kernels.dwell import mark_strides, mend_stride, move
-from indexer_env.kernels.edges import any_above, land, mark
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import nystrom_step
-from indexer_env.kernels.pieces import follow_pieces
-from indexer_env.kernels.plain import plain_step
-from indexer_env.kernels.recording import sample
+from .clock import go_on, load_lane, set_clock, stepped, strode
+from .compiling import outlined
+from .dwell import mark_strides, mend_stride, move
+from .edges import any_above, land, mark
+from .layout import *
+from .nystrom import nystrom_step
+from .pieces import follow_pieces
+from .plain import plain_step
+from .recording import sample
 
 _VECTOR = 8
 """Blocks of more than this many items are filled up to whole vectors, as what is left over one goes lane by lane."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import scalar
+from .compiling import scalar
 
 
 @scalar

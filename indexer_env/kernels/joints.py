@@ -14,7 +14,7 @@ k x + k_c x³ + r δ̇ = 0; damped play keeps r δ̇ inside the play.
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import scalar
+from .compiling import scalar
 
 
 @scalar

@@ -13,8 +13,7 @@ import math
 
 import numpy as np
 
-LANES = np.uint64(32)
-"""Machines that advance together: enough vectors in flight to hide latency, few enough to stay in the L1 cache."""
+from .compiling import LANES
 
 FIRST_LANE = np.uint64(0)
 

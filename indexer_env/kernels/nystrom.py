@@ -9,11 +9,11 @@ sixty times less error than with classical RK4 at the same cost.
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import lanes, scalar
-from indexer_env.kernels.drive import RIPPLES, begin_ripples, ripple_between
-from indexer_env.kernels.interpolation import ramp
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.rates import block_rates
+from .compiling import lanes, scalar
+from .drive import RIPPLES, begin_ripples, ripple_between
+from .interpolation import ramp
+from .layout import *
+from .rates import block_rates
 
 NODE_2, NODE_3 = 0.25, 0.5
 """Shares of the step at which the second and third stage lie; the fourth lies at its end."""

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from indexer_env.kernels.compiling import outlined, scalar
-from indexer_env.kernels.joints import region_line
-from indexer_env.kernels.layout import *
+from .compiling import outlined, scalar
+from .joints import region_line
+from .layout import *
 
 
 @scalar

@@ -7,14 +7,14 @@ next stage reads is written to memory. Effects add what they add before each sta
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import lanes, scalar
-from indexer_env.kernels.drive import RIPPLES, begin_ripples, ripple_between
-from indexer_env.kernels.dynamics import cam_acceleration, follower_law, table_acceleration
-from indexer_env.kernels.interpolation import ramp
-from indexer_env.kernels.joints import line_torque, straight_torque
-from indexer_env.kernels.layout import *
-from indexer_env.kernels.nystrom import NODE_2, NODE_3, drive, ended, fourth, keep_deflections, second, third
-from indexer_env.kernels.rates import block_extras
+from .compiling import lanes, scalar
+from .drive import RIPPLES, begin_ripples, ripple_between
+from .dynamics import cam_acceleration, follower_law, table_acceleration
+from .interpolation import ramp
+from .joints import line_torque, straight_torque
+from .layout import *
+from .nystrom import NODE_2, NODE_3, drive, ended, fourth, keep_deflections, second, third
+from .rates import block_extras
 
 
 @lanes

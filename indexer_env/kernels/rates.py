@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from indexer_env.kernels.compiling import lanes, outlined
-from indexer_env.kernels.drive import RIPPLES, mesh, ripples
-from indexer_env.kernels.dynamics import (
+from .compiling import lanes, outlined
+from .drive import RIPPLES, mesh, ripples
+from .dynamics import (
     cam_acceleration,
     cam_and_housing_acceleration,
     follower_law,
     table_acceleration,
 )
-from indexer_env.kernels.effects import (
+from .effects import (
     bump,
     coulomb_torque,
     imbalance_torque,
@@ -25,8 +25,8 @@ from indexer_env.kernels.effects import (
     spline_place,
     stribeck_torque,
 )
-from indexer_env.kernels.joints import line_torque, straight_torque
-from indexer_env.kernels.layout import *
+from .joints import line_torque, straight_torque
+from .layout import *
 
 _LOAD = USES_VISCOUS | USES_COULOMB | USES_STRIBECK | USES_IMBALANCE | USES_PROCESS | USES_TABLE
 """Effects that act on the table."""

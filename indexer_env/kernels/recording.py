@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from indexer_env.kernels.compiling import lanes, outlined, scalar
-from indexer_env.kernels.layout import *
+from .compiling import lanes, outlined, scalar
+from .layout import *
 
 
 @scalar

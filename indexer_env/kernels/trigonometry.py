@@ -8,7 +8,7 @@ rounding does.
 
 from __future__ import annotations
 
-from indexer_env.kernels.compiling import scalar
+from .compiling import scalar
 
 _PER_QUARTER = 0.6366197723675814
 """2/π."""

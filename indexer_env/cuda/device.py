@@ -1,0 +1,98 @@
+"""The GPU that a `device` names: arrays on it, and launches of the kernels."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numba import cuda
+
+from indexer_env.cuda.kernels.compiling import SIMULATED
+from indexer_env.kernels.layout import LANES
+
+THREADS = 64
+"""Threads of a block: with some 255 registers each, four blocks fill a multiprocessor of compute capability 9.0."""
+
+
+class Buffer(NamedTuple):
+    """A tensor on the device, and the same memory as the kernels take it."""
+
+    tensor: torch.Tensor
+    view: Any
+
+
+@dataclass(frozen=True)
+class Cuda:
+    """One GPU.
+
+    Attributes
+    ----------
+    index : int
+        Its number, as CUDA counts.
+    """
+
+    index: int
+
+    @property
+    def place(self) -> torch.device:
+        """Where its tensors are; under numba's simulator on the CPU."""
+        return torch.device("cpu") if SIMULATED else torch.device("cuda", self.index)
+
+    def empty(self, *shape: int, dtype: torch.dtype = torch.float64) -> Buffer:
+        """A new array of this shape whose first index is the fastest."""
+        tensor = torch.empty(shape[::-1], dtype=dtype, device=self.place).permute(*reversed(range(len(shape))))
+        return self.seen(tensor)
+
+    def zeros(self, *shape: int, dtype: torch.dtype = torch.float64) -> Buffer:
+        """The same, of zeros."""
+        buffer = self.empty(*shape, dtype=dtype)
+        buffer.tensor.zero_()
+        return buffer
+
+    def put(self, array: np.ndarray) -> Buffer:
+        """A copy of an array, its first index the fastest."""
+        given = torch.from_numpy(np.array(array.T, order="C", copy=True))
+        return self.seen(given.to(self.place).permute(*reversed(range(array.ndim))))
+
+    def index_of(self, items: np.ndarray) -> torch.Tensor:
+        """Numbers of items (k,), to index a tensor of the device."""
+        return torch.from_numpy(np.ascontiguousarray(items, dtype=np.int64)).to(self.place)
+
+    def seen(self, tensor: torch.Tensor) -> Buffer:
+        """A tensor with its view for the kernels."""
+        return Buffer(tensor, tensor.numpy() if SIMULATED else cuda.as_cuda_array(tensor))
+
+    def launch(self, name: str, count: int, *arguments: Any) -> None:
+        """Run a kernel of `kernels.entries` with `count` threads, behind what torch's present stream does already."""
+        if not count:
+            return
+        if SIMULATED:
+            kernel(name)[count, 1](*arguments)
+            return
+        with cuda.gpus[self.index]:
+            stream = torch.cuda.current_stream(self.place).cuda_stream
+            queue = cuda.external_stream(stream) if stream else 0
+            kernel(name)[-(-count // THREADS), THREADS, queue](*arguments)
+
+
+def rows_of_a_thread(rows: np.ndarray) -> np.ndarray:
+    """Rows of the workspace (c,) of a thread, from those of a block of lanes."""
+    return np.asarray(rows, np.int64) // int(LANES)
+
+
+def entries() -> ModuleType:
+    """The module `kernels.entries`, whose neighbours are found in two folders, which no static reader sees."""
+    return importlib.import_module("indexer_env.cuda.kernels.entries")
+
+
+@functools.cache
+def kernel(name: str) -> Callable[..., Any]:
+    """A kernel of this name, compiled for its one set of types."""
+    source = getattr(entries(), name)
+    return cuda.jit(source) if SIMULATED else cuda.jit(entries().SIGNATURES[source])(source)
