@@ -29,6 +29,7 @@ from datagen.schema import FORMAT, SCHEMA_VERSION
 from datagen.store import MANIFEST, REJECTED, State, check_ours, clear, finish, making, read_json, standing
 from indexer_cli.places import Place, open_place
 from indexer_cli.places.base import GO_ON
+from indexer_env.device import cuda_of
 from indexer_env.errors import ParameterError
 
 _log = logging.getLogger(__name__)
@@ -44,8 +45,8 @@ def generate(
     Raises
     ------
     ParameterError
-        The order as a whole cannot be simulated, or none of its items can; a single item that cannot is
-        recorded in rejected.parquet.
+        The order as a whole cannot be simulated, its device is not here, or none of its items can be; a single item
+        that cannot is recorded in rejected.parquet.
     StoreError
         `out` holds something else (see `datagen.store.standing`), is being written to or cannot be written.
     ExecutorError
@@ -54,6 +55,8 @@ def generate(
         Stopped from the keyboard; its text says what is done and how to go on.
     """
     began, executor = time.monotonic(), executor or LocalExecutor()
+    if executor.here:
+        cuda_of("datagen", order.device)  # a device that is not here is refused before anything is made
     place, marked = open_place(out), head(order)
     state = standing(place, marked, overwrite)
     if state is State.FINISHED:

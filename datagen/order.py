@@ -19,6 +19,7 @@ from datagen.preflight import check_draws
 from datagen.seeds import Part, stream
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
+from indexer_env.device import CPU, check_device
 from indexer_env.drive_sensors import DriveSensors
 from indexer_env.errors import refuse
 from indexer_env.faults import faults_from_mapping
@@ -56,6 +57,8 @@ class Order:
         The configuration as composed, for the manifest.
     drive_sensors : DriveSensors
         Which signals of the drive stand beside the record.
+    device : str
+        "cpu"; "cuda" or "cuda:N" simulates on a GPU, whose last bits are not those of a CPU.
     """
 
     campaign: Campaign
@@ -66,11 +69,13 @@ class Order:
     shard_items: int = 576
     config: Mapping[str, Any] = field(default_factory=dict)
     drive_sensors: DriveSensors = field(default_factory=DriveSensors)
+    device: str = CPU
 
     def __post_init__(self) -> None:
         check_integer("datagen", "count", self.count, low=1)
         check_integer("datagen", "seed", self.seed, low=0, high=2**63 - 1)
         check_integer("datagen", "shard_items", self.shard_items, low=1)
+        check_device("datagen", self.device)
         if self.run.channels != (QUANTITY,):
             raise refuse(
                 "datagen", "run.channels", f"{QUANTITY} alone, as a data set holds no other", self.run.channels
@@ -115,8 +120,11 @@ class Order:
 
     @functools.cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of all that decides the bytes, `config` left out: it says the same in the user's words."""
+        """SHA-256 of all that decides the bytes: `config` left out, which says the same in the user's words, and of the
+        device whether it is a GPU, as a CPU goes without saying."""
         fields = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self) if entry.name != "config"}
+        if fields.pop("device") != CPU:
+            fields["device"] = "cuda"
         return hashlib.sha256(json.dumps(_plain(fields)).encode()).hexdigest()
 
 
@@ -154,5 +162,6 @@ def order_from(config: Mapping[str, Any]) -> Order:
         count=campaign.size if plain["count"] is None else plain["count"],
         seed=plain["seed"],
         shard_items=plain["shard_items"],
+        device=plain.get("device", CPU),
         config={key: value for key, value in config.items() if key not in NOT_OF_THE_ORDER},
     )

@@ -14,8 +14,9 @@ import numpy as np
 from datagen.campaign import Case, Item, build
 from datagen.order import QUANTITY, Order
 from datagen.quantities import SECTIONS
-from datagen.rows import case_columns, drive_columns, label_columns, run_columns, version_columns
+from datagen.rows import case_columns, device_columns, drive_columns, label_columns, run_columns, version_columns
 from datagen.seeds import Part, stream
+from indexer_env.device import CPU, on_host
 from indexer_env.errors import ParameterError
 from indexer_env.sensors import Sensor
 from indexer_env.simulate import simulate_batch
@@ -27,7 +28,7 @@ items."""
 
 
 def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, threads: int | None = None) -> Produced:
-    """Simulate and sense these items together, on all cores where `threads` is not given.
+    """Simulate and sense these items together, on all cores where `threads` is not given; a GPU takes no threads.
 
     Raises
     ------
@@ -51,7 +52,8 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
     read = _Reader(order, cases, noise)
     machines, points = [case.machine for case in cases], [case.operating_point for case in cases]
     run = dataclasses.replace(order.run, channels=(QUANTITY, *order.drive_sensors.channels))
-    batch = simulate_batch(machines, points, run, threads=threads, sink=read)
+    threads = threads if order.device == CPU else None
+    batch = simulate_batch(machines, points, run, threads=threads, sink=read, device=order.device)
     rejected += [_rejected(order, cases[place].item, "simulation", reason) for place, reason in batch.rejected.items()]
     rejected.sort(key=lambda row: row["item"])
     kept = [place for place in range(len(cases)) if place not in batch.rejected]
@@ -65,6 +67,7 @@ def produce(order: Order, items: Sequence[Item], noise: Part = Part.SENSOR, thre
         "campaign": order.campaign.name,
         "seed": order.seed,
         **run_columns(order.run),
+        **device_columns(order.device),
         **drive_columns(order.drive_sensors),
         **version_columns(),
     }
@@ -94,6 +97,7 @@ class _Reader:
 
     def __call__(self, places: np.ndarray, channels: dict[str, np.ndarray]) -> None:
         """Read the accelerations of the cases at these places; those of one sensor together."""
+        channels = {name: on_host(values) for name, values in channels.items()}
         rows: dict[Sensor, list[int]] = {}
         for row, place in enumerate(places):
             rows.setdefault(self.cases[place].sensor, []).append(row)

@@ -22,8 +22,9 @@ from indexer_cli.command import DIFFERENT, hydra_command
 from indexer_cli.job_paths import path_given, place_given
 from indexer_cli.places import open_place
 from indexer_env.checks import check_integer
-from indexer_env.errors import SignalError, refuse
-from indexer_env.simulate import simulate
+from indexer_env.device import on_host
+from indexer_env.errors import SignalError, SimulationError, refuse
+from indexer_env.simulate import simulate_batch
 
 
 def remake(row: Mapping[str, Any]) -> np.ndarray:
@@ -38,7 +39,7 @@ def remake(row: Mapping[str, Any]) -> np.ndarray:
     -------
     numpy.ndarray, shape (samples,), float32
         Equal to the row's record in every bit when the versions named in the row made it, on the same kind of
-        processor.
+        processor; those of a GPU need one of the same kind.
 
     Raises
     ------
@@ -56,10 +57,13 @@ def remake_all(row: Mapping[str, Any]) -> dict[str, np.ndarray]:
         )
     made = remade(row)
     run = dataclasses.replace(made.run, channels=(QUANTITY, *made.drive_sensors.channels))
-    trajectory = simulate(made.machine, made.operating_point, run)
+    batch = simulate_batch([made.machine], made.operating_point, run, device=made.device)
+    if batch.rejected:
+        raise SimulationError(batch.rejected[0])
+    channels = {name: on_host(values)[0] for name, values in batch.channels.items()}
     noise, of_drive = (stream(made.seed, part, made.item) for part in (Part.SENSOR, Part.DRIVE))
-    signal = made.sensor.read(trajectory.table_acceleration, trajectory.sample_rate, noise)
-    drive = made.drive_sensors.read(made.machine, trajectory.channels, trajectory.sample_rate, of_drive)
+    signal = made.sensor.read(channels[QUANTITY], batch.sample_rate, noise)
+    drive = made.drive_sensors.read(made.machine, channels, batch.sample_rate, of_drive)
     return {RECORD: signal.values.astype(np.float32), **drive}
 
 

@@ -14,6 +14,7 @@ from datagen.campaign import Case, Label
 from datagen.quantities import JOINTS
 from datagen.schema import SCHEMA_VERSION
 from datagen.versions import versions_of
+from indexer_env.device import CPU, cuda_of
 from indexer_env.drive_sensors import DriveSensors
 from indexer_env.effects import MachineEffect, make_effect
 from indexer_env.effects.joint import InputBacklash, OutputBacklash
@@ -47,6 +48,7 @@ class Remade:
     drive_sensors: DriveSensors
     seed: int
     item: int
+    device: str = CPU
 
 
 def label_columns(label: Label) -> dict[str, Any]:
@@ -106,6 +108,12 @@ def run_columns(run: Run) -> dict[str, Any]:
     }
 
 
+def device_columns(device: str) -> dict[str, Any]:
+    """Which GPU simulated a row; none where a CPU did."""
+    cuda = cuda_of("datagen", device)
+    return {"device": cuda.name} if cuda else {}
+
+
 def drive_columns(sensors: DriveSensors) -> dict[str, Any]:
     """How the signals of the drive were read; none where there are none."""
     return {"drive_sensors": json.dumps(dataclasses.asdict(sensors))} if sensors.signals else {}
@@ -153,7 +161,8 @@ def remade(row: Mapping[str, Any]) -> Remade:
     operating_point = _object(OperatingPoint, row)
     drive = DriveSensors(**json.loads(row["drive_sensors"])) if row.get("drive_sensors") else DriveSensors()
     sensor = _object(Sensor, row, "sensor_")
-    return Remade(machine_of(row), operating_point, run, sensor, drive, row["seed"], row["item"])
+    device = "cuda" if row.get("device") else CPU
+    return Remade(machine_of(row), operating_point, run, sensor, drive, row["seed"], row["item"], device)
 
 
 def faults_of(row: Mapping[str, Any]) -> Faults:

@@ -136,6 +136,7 @@ GROUPS: dict[str, list[Column]] = {
         Column("simulation_rate", _NUMBER, "Hz", "Samples per second given to the sensor"),
         Column("simulation_samples", _COUNT, "-", "Samples given to the sensor"),
         Column("step", _NUMBER, "s", "Largest step of the integrator; null: each machine's own", True),
+        Column("device", _TEXT, "", "The GPU that simulated it, by its name; null: a CPU", True),
         Column("warmup_limit", _COUNT, "turns", "Turns of the table before the record, at most"),
         Column("warmup_tolerance", _NUMBER, "-", "Difference of successive turns that counts as settled"),
         Column("warmup_turns", _COUNT, "turns", "Turns of the table run before the record"),

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from indexer_env.errors import ParameterError, refuse
 
@@ -50,6 +52,11 @@ def cuda_of(owner: str, device: object) -> Cuda | None:
     if index >= count:
         raise refuse(owner, "device", f"one of the {count} GPUs here, cuda:0 to cuda:{count - 1}", device)
     return Cuda(index)
+
+
+def on_host(values: Any) -> np.ndarray:
+    """A channel as an array of the host, which it is but for a tensor of a GPU."""
+    return values if isinstance(values, np.ndarray) else values.cpu().numpy()
 
 
 def _missing(owner: str, device: object, what: str, remedy: str) -> ParameterError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
@@ -38,6 +39,11 @@ class Cuda:
     """
 
     index: int
+
+    @property
+    def name(self) -> str:
+        """What the GPU is called."""
+        return "simulator" if SIMULATED else torch.cuda.get_device_name(self.place)
 
     @property
     def place(self) -> torch.device:
@@ -91,8 +97,16 @@ def entries() -> ModuleType:
     return importlib.import_module("indexer_env.cuda.kernels.entries")
 
 
-@functools.cache
+_compiling = threading.Lock()
+
+
 def kernel(name: str) -> Callable[..., Any]:
-    """A kernel of this name, compiled for its one set of types."""
+    """A kernel of this name, compiled for its one set of types when it is first asked for."""
+    with _compiling:
+        return _compiled(name)
+
+
+@functools.cache
+def _compiled(name: str) -> Callable[..., Any]:
     source = getattr(entries(), name)
     return cuda.jit(source) if SIMULATED else cuda.jit(entries().SIGNATURES[source])(source)
