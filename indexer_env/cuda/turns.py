@@ -86,5 +86,3 @@ class OnCuda:
         counts = (put(np.asarray(each, np.int64)).view for each in (first, stop))
         self._cuda.launch("differ", len(lengths), seen(previous).view, seen(present).view, *counts, difference.view)
         return difference.tensor.cpu().numpy()
-
-
