@@ -50,6 +50,10 @@ def _measure(name: str, *, quick: bool, only: Sequence[str]) -> list[report.Row]
         from benchmarks import environment
 
         return environment.measure(quick=quick)
+    if name == "gpu":
+        from benchmarks import gpu
+
+        return gpu.measure(quick=quick)
     if name == "datagen":
         from benchmarks import data_sets
 

@@ -19,6 +19,7 @@ SECTIONS = (
     "kernel",
     "growth",
     "environment",
+    "gpu",
     "datagen",
     "parquet",
     "reading",

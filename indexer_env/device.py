@@ -50,7 +50,8 @@ def cuda_of(owner: str, device: object) -> Cuda | None:
         raise _missing(owner, device, what, "install torch as its site says for this driver")
     count = 1 if SIMULATED else torch.cuda.device_count()
     if index >= count:
-        raise refuse(owner, "device", f"one of the {count} GPUs here, cuda:0 to cuda:{count - 1}", device)
+        here = "cuda:0, the one GPU here" if count == 1 else f"cuda:0 to cuda:{count - 1}, the GPUs here"
+        raise refuse(owner, "device", here, device)
     return Cuda(index)
 
 

@@ -74,6 +74,11 @@ class Cuda:
         """A tensor with its view for the kernels."""
         return Buffer(tensor, tensor.numpy() if SIMULATED else cuda.as_cuda_array(tensor))
 
+    def wait(self) -> None:
+        """Until all that was asked of the GPU is done."""
+        if not SIMULATED:
+            torch.cuda.synchronize(self.place)
+
     def launch(self, name: str, count: int, *arguments: Any) -> None:
         """Run a kernel of `kernels.entries` with `count` threads, behind what torch's present stream does already."""
         if not count:

@@ -77,3 +77,8 @@ assert differences(remake_all(full), full) == ""
 print("made")
 """
     assert in_simulator("-c", program) == "made\n"
+
+
+def test_ppo_learns_on_the_device_from_tensors_alone(in_simulator):
+    program = "from examples.train_ppo_device import train; train('cuda', 3, 4, 2, 0)"
+    assert in_simulator("-c", program).count("mean reward") == 2
