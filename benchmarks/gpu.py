@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -14,8 +15,6 @@ from datagen.campaign import Base, build
 from datagen.campaigns import make_campaign
 from indexer_env import OperatingPoint, ParameterError, Run, Sensor, load_machine, simulate_batch
 from indexer_env.coefficients import coefficients, pack
-from indexer_env.cuda.device import Cuda
-from indexer_env.cuda.turns import MOST_ITEMS, OnCuda
 from indexer_env.device import cuda_of
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
@@ -23,7 +22,14 @@ from indexer_env.modes import steps_of
 from indexer_env.presets import load_yaml
 from indexer_env.vector_env import IndexerVectorEnv
 
-TURNS = "turns per second on a GPU with play, classes of table2, 1 kHz, states and samples on the card; its share of the card's double-precision peak"
+if TYPE_CHECKING:
+    from indexer_env.cuda.device import Cuda
+    from indexer_env.cuda.turns import OnCuda
+
+TURNS = (
+    "turns per second on a GPU with play, classes of table2, 1 kHz, states and samples on the card; its share of the "
+    "card's double-precision peak"
+)
 STEPS = "environment steps per second on a GPU, {} machines, control period 10 ms, actions to observations on the card"
 ON_CORE = "for comparison: the same on a CPU, per second of one core's time"
 
@@ -88,6 +94,8 @@ def turn_rows(cuda: Cuda, count: int, samples: int, distinct: int, repeats: int 
 def _turn_rate(cuda: Cuda, drawn: list[Machine], count: int, samples: int, repeats: int) -> float:
     """Turns of TURN_SAMPLES per second of the kernel, the median of repeats: groups by model and step, each filled up
     to `count`, weighed by their machines."""
+    from indexer_env.cuda.turns import OnCuda
+
     items = [coefficients(machine, cases.OPERATING_POINT) for machine in drawn]
     seconds = 0.0
     for model in {item.model for item in items}:
@@ -106,7 +114,7 @@ def _group_rate(runner: OnCuda, items: list, part: int, samples: int, repeats: i
     """Items per second."""
     features = np.array([item.features for item in items])
     rates = []
-    size = min(MOST_ITEMS, runner.most_items(samples, 1), len(items))
+    size = min(runner.most_items(samples, 1), len(items))
     for _ in range(repeats + 1):
         packed = pack(items[:size], [cases.OPERATING_POINT] * size)
         begin = time.perf_counter()

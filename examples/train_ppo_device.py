@@ -20,7 +20,7 @@ import numpy as np
 import torch
 from torch import nn
 
-import indexer_env  # noqa: F401 (registers the environment)
+import indexer_env
 
 ID = "indexer_env/Indexer-v1"
 FAULTS = {"backlash_deg": {"uniform": [0.0, 15.0]}}

@@ -63,7 +63,7 @@ def test_the_extra_is_not_installed(monkeypatch):
 def test_a_torch_without_cuda(monkeypatch):
     monkeypatch.setattr(cuda, "is_available", lambda: True)
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)
-    with pytest.raises(ParameterError, match="needs a torch that is built for CUDA and not .*; install torch as its"):
+    with pytest.raises(ParameterError, match=r"needs a torch that is built for CUDA and not .*; install torch as its"):
         simulate_batch([load_machine()], device="cuda")
 
 
