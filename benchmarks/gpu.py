@@ -37,6 +37,9 @@ FLEET = 65_536
 DISTINCT = 768
 """Machines of the batch that differ, 128 of each class; the rest repeat them."""
 
+CAM_TURN = 1025
+"""Samples of a cam turn, of which a table turn has eight alike."""
+
 _PER_CLOCK = {(7, 0): 32, (8, 0): 32, (8, 6): 2, (8, 9): 2, (9, 0): 64, (10, 0): 64, (12, 0): 2}
 """Double-precision multiply-adds per clock and multiprocessor by compute capability (CUDA C++ Programming Guide,
 throughput of native arithmetic instructions)."""
@@ -67,7 +70,9 @@ def turn_rows(cuda: Cuda, count: int, samples: int, distinct: int, repeats: int 
     """Turns per second of `count` machines, those of a CPU's core, and those of the whole of simulate_batch."""
     drawn = machines(distinct)
     on_card = _turn_rate(cuda, drawn, count, samples, repeats)
-    operations = flops.of_a_turn(drawn[distinct // 2], min(samples, 1025)) * samples / min(samples, 1025)
+    counted = min(samples, CAM_TURN)
+    each = [flops.of_a_turn(machine, counted) for machine in drawn[:: max(1, distinct // 6)]]
+    operations = float(np.mean(each)) * cases.TURN_SAMPLES / counted
     peak = _peak(cuda)
     share = "share unknown" if peak is None else f"{on_card * operations / peak:.1%} of {peak / 1e12:.3g} TFLOP/s"
     run = Run(samples=samples, warmup_turns=0)

@@ -13,6 +13,7 @@ presets                    machines, operating points and sensors in YAML, each 
 coefficients               from these objects to the plain numbers of the kernels: the only door
 kernels                    the physics as plain scalar functions, compiled; the integrator
 compiled, engine           one compiled version of everything, told when it is made; all cores
+device, cuda               a GPU in their place: the same kernels once more, each machine a thread (extra [cuda])
 turns, run                 warm-up turn after turn; how to record
 simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -146,9 +146,9 @@ def _run_batch(
             "samples."
         )
     samples = lengths.pop() if lengths else 0
+    channels: dict[str, Any] = {} if sink else {name: runner.empty(n, samples) for name in run.channels}
     batch = Batch(
-        run.sample_rate,
-        {} if sink else {name: runner.empty(n, samples) for name in run.channels},
+        run.sample_rate, channels,
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
     items: dict[int, Coefficients] = {}

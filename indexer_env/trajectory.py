@@ -87,7 +87,7 @@ class Batch:
     sample_rate : float
         [Hz].
     channels : dict of str to ndarray (n_items, n_samples)
-        Recorded quantities in the units of `CHANNELS`; rows of rejected items are NaN.
+        Recorded quantities in the units of `CHANNELS`; rows of rejected items are NaN. Of a GPU they are torch tensors.
     warmup_turns : ndarray (n_items,) of int
     settled : ndarray (n_items,) of bool
     warmup_difference : ndarray (n_items,)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import importlib
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -105,13 +104,13 @@ def entries() -> ModuleType:
 _compiling = threading.Lock()
 
 
-def kernel(name: str) -> Callable[..., Any]:
+def kernel(name: str) -> Any:
     """A kernel of this name, compiled for its one set of types when it is first asked for."""
     with _compiling:
         return _compiled(name)
 
 
 @functools.cache
-def _compiled(name: str) -> Callable[..., Any]:
+def _compiled(name: str) -> Any:
     source = getattr(entries(), name)
     return cuda.jit(source) if SIMULATED else cuda.jit(entries().SIGNATURES[source])(source)

@@ -133,7 +133,7 @@ class FleetOnCuda(Fleet):
         )  # fmt: skip
         if self._any_changing:
             self._book()
-        fresh = (on[name].tensor.clone() for name in ("rewards", "terminated", "readings"))
+        fresh: list[Any] = [on[name].tensor.clone() for name in ("rewards", "terminated", "readings")]
         return Period(self.observations, *fresh)
 
     def _book(self) -> None:

@@ -4,6 +4,9 @@ Arrays are of any strides; the callers lay them out with the item's index fastes
 neighbouring words. `order` (m,) names the items that run, those of like features side by side.
 """
 
+# pyright: reportMissingImports=false, reportCallIssue=false
+# The neighbours stand in another folder (__init__), and numba gives `cuda.grid` its argument.
+
 from __future__ import annotations
 
 import math

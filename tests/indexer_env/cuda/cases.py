@@ -17,7 +17,7 @@ IN_INDEX = OperatingPoint(start_angle=0.4)
 BEFORE_DWELL = OperatingPoint(start_angle=3.1)
 """The dwell of the reference machine begins at π."""
 
-EVERYTHING = Run(samples=30, warmup_turns=0, channels=("table_acceleration", "cam_angle", "region_1", "torque_2"))
+EVERYTHING = Run(samples=30, warmup_turns=0, channels=("table_acceleration", "cam_angle", "region_1", "region_2"))
 
 TURNS = Run(sample_rate=250.0, samples=60, warmup_turns=3, warmup_tolerance=0.03)
 """Longer than a turn of `quick`, so a settled record is run in one piece from its turn's start."""

@@ -99,6 +99,7 @@ refused(lambda: env.step(torch.zeros(2, 1, dtype=torch.bool)))
 
 def test_a_machine_of_the_batch_that_fails_is_rejected_on_a_device(in_simulator):
     program = """
+import dataclasses
 from indexer_env import OperatingPoint, Run, load_machine, simulate_batch
 
 good = load_machine()
