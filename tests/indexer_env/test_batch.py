@@ -1,6 +1,7 @@
 """A batch: an item's numbers are its own, whatever runs beside it; one that cannot be run takes no other with it."""
 
 import dataclasses
+import importlib
 
 import numpy as np
 import pytest
@@ -172,8 +173,9 @@ def test_items_prepared_in_parts_are_those_prepared_at_once(mixed, together, mon
         at_hand.append(len(items))
         return _groups(items, steps, share)
 
-    monkeypatch.setattr("indexer_env.simulate._PART", part)
-    monkeypatch.setattr("indexer_env.simulate._groups", counted)
+    module = importlib.import_module("indexer_env.simulate")
+    monkeypatch.setattr(module, "_PART", part)
+    monkeypatch.setattr(module, "_groups", counted)
     same(simulate_batch(*mixed, RUN), together, {n: n for n in range(70)})
     assert max(at_hand) == part and sum(at_hand) == 70
 
