@@ -29,6 +29,10 @@ __all__ = ["Run", "simulate", "simulate_batch"]
 _GROUP = 2 * int(LANES)
 """Items run together: whole blocks, few enough that two turns of each stay in the cache while they are compared."""
 
+_PART = 8192
+"""Items prepared at once, some 2 KiB each: so memory does not grow with their number, and no thread waits long for the
+last group of a part."""
+
 
 def simulate(machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None) -> Trajectory:
     """Simulate one machine.
@@ -130,10 +134,42 @@ def _run_batch(
         {} if sink else {name: np.empty((n, samples)) for name in run.channels},
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
+    workers = threads or cores()
+    pool = ThreadPoolExecutor(workers)
+    try:
+        for first in range(0, n, _PART):
+            items, parts = _prepared(range(first, min(first + _PART, n)), machines, points, run, batch, reject=reject)
+            groups = [
+                TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink)
+                for members in _groups(items, parts, max(1, len(items) // workers))
+            ]
+            if groups:
+                prepare_kernel()
+            list(pool.map(lambda group: group.run_into(batch), groups))
+    finally:
+        pool.shutdown(cancel_futures=True)
+    for values in batch.channels.values():
+        values[list(batch.rejected)] = np.nan
+    if batch.rejected and not reject:
+        raise SimulationError(batch.rejected[0])
+    return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
+
+
+def _prepared(
+    indices: range,
+    machines: Sequence[Machine],
+    points: Sequence[OperatingPoint],
+    run: Run,
+    batch: Batch,
+    *,
+    reject: bool,
+) -> tuple[dict[int, Coefficients], dict[int, int]]:
+    """The coefficients of those of some items that can be run, and their steps in a sampling interval; the others are
+    rejected or, without `reject`, raise."""
     items: dict[int, Coefficients] = {}
-    for index, (machine, point) in enumerate(zip(machines, points, strict=True)):
+    for index in indices:
         try:
-            items[index] = coefficients(machine, point)
+            items[index] = coefficients(machines[index], points[index])
         except ParameterError as error:
             if not reject:
                 raise
@@ -152,23 +188,7 @@ def _run_batch(
                     raise error
                 batch.rejected[index] = str(error)
                 del items[index]
-    workers = threads or cores()
-    groups = [
-        TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink)
-        for members in _groups(items, parts, max(1, len(items) // workers))
-    ]
-    if groups:
-        prepare_kernel()
-    pool = ThreadPoolExecutor(workers)
-    try:
-        list(pool.map(lambda group: group.run_into(batch), groups))
-    finally:
-        pool.shutdown(cancel_futures=True)
-    for values in batch.channels.values():
-        values[list(batch.rejected)] = np.nan
-    if batch.rejected and not reject:
-        raise SimulationError(batch.rejected[0])
-    return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
+    return items, parts
 
 
 def _groups(
