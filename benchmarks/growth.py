@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import resource
+import sys
 import time
 from collections.abc import Sequence
 
 from benchmarks import cases
 from benchmarks.kernel import EFFECTS
+from benchmarks.processes import GIB
 from benchmarks.report import Row, number
 from indexer_env.effects import make_effect
 from indexer_env.machine import Machine
 from indexer_env.run import Run
 from indexer_env.simulate import simulate_batch
 
-ITEMS = (1, 32, 1_000, 10_000, 50_000)
+ITEMS = (1, 32, 1_000, 10_000, 100_000, 1_000_000)
 TURNS = (0.5, 1.0, 2.0, 4.0)
 BATCH = 128
 REPEATS = 3
@@ -26,12 +29,20 @@ def measure(*, quick: bool) -> list[Row]:
     batch = cases.draws(BATCH)
     simulate_batch(batch[:2], cases.OPERATING_POINT, Run(samples=10, warmup_turns=0), threads=1)
     by_items = [cost((batch * (n // BATCH + 1))[:n], repeats=REPEATS if n <= 1_000 else 1) for n in items]
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     by_threads = [cost(batch * 4, threads=n) for n in (1, 2)]
     by_length = [cost(batch, turns=turns) for turns in TURNS]
     counts = range(len(EFFECTS) + 1)
     by_effects = [cost([with_effects(n)] * BATCH) for n in counts]
     return [
         _row("items", items, by_items),
+        Row(
+            f"peak memory of the process that ran these {items[-1]} items",
+            "",
+            f"{memory / GIB:.2f} GiB",
+            None,
+            {"bytes": memory},
+        ),
         _row("threads", (1, 2), by_threads),
         _row("turns in a record", TURNS, by_length),
         _row("effects, smooth machine", counts, by_effects),

@@ -96,19 +96,23 @@ def measured(checkout: Path, case: str) -> float:
 
 
 def speeds(other: Path, cases: Sequence[str], rounds: int) -> list[Row]:
-    """Rates of both checkouts and their ratio; of effects the time over that of the smooth machine without any."""
-    own, rows, none = Path(__file__).resolve().parents[1], [], None
+    """Rates of both checkouts and their ratio; of effects the time over that of the smooth machine beside them."""
+    own, rows = Path(__file__).resolve().parents[1], []
     for case in cases:
-        found = [[measured(checkout, case) for checkout in (other, own)] for _ in range(rounds)]
-        before, now = (max(values) for values in zip(*found, strict=True))
-        if case == "smooth":
-            none = before, now
+        runs = [(checkout, each) for each in _beside(case) for checkout in (other, own)]
+        found = [[measured(*one) for one in runs] for _ in range(rounds)]
+        before, now, *none = (max(values) for values in zip(*found, strict=True))
         rows.append(_row(case, before, now, none))
         print(f"  {rows[-1].what}: {rows[-1].measured}", flush=True)
     return rows
 
 
-def _row(case: str, before: float, now: float, none: tuple[float, float] | None) -> Row:
+def _beside(case: str) -> tuple[str, ...]:
+    """The cases that are run in alternation: an effect and none, since the machine's speed changes within minutes."""
+    return (case, "smooth") if case in EFFECTS or case == "five effects" else (case,)
+
+
+def _row(case: str, before: float, now: float, none: Sequence[float]) -> Row:
     what = f"turns per second of a core, {case}: now, and over an older checkout"
     ratio, text = now / before, f"{number(now)}, {now / before:.2f} × ({number(before)})"
     numbers = {"before": before, "now": now, "ratio": ratio}
@@ -118,7 +122,7 @@ def _row(case: str, before: float, now: float, none: tuple[float, float] | None)
         least_ratio, least = LEAST[case]
         required = f"≥ {least_ratio:g} ×" + (f", ≥ {least:g}" if least else "")
         return Row(what, required, text, ratio >= least_ratio and now >= least, numbers)
-    if none is None or case == "reference":
+    if not none:
         return Row(what, "", text, None, numbers)
     shares = none[0] / before, none[1] / now
     most = 2.5 if case == "five effects" else 1.5

@@ -216,25 +216,28 @@ def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoin
         first[key] = total
         total += len(law.pieces)
     rows = np.stack([item.row for item in items])
-    place = layout.COEFFICIENT_NAMES.index
-    rows[:, place("law_first")] = [first[id(item.law)] for item in items]
-    rows[:, place("law_count")] = [len(item.law.pieces) for item in items]
-    states = np.stack([start_state(item, point) for item, point in zip(items, operating_points, strict=True)])
+    rows[:, _PLACES["law_first"]] = [first[id(item.law)] for item in items]
+    rows[:, _PLACES["law_count"]] = [len(item.law.pieces) for item in items]
     pieces = np.concatenate([law.pieces for law in laws.values()])
     features = functools.reduce(operator.or_, (item.features for item in items))
-    return Pack(items[0].model, features, states, rows, pieces)
+    return Pack(items[0].model, features, start_states(rows, operating_points), rows, pieces)
 
 
-def start_state(item: Coefficients, operating_point: OperatingPoint) -> np.ndarray:
-    """State (STATE_ROWS,) of kinematic motion: motor at speed, input joint and base undeflected.
+def start_states(rows: np.ndarray, operating_points: Sequence[OperatingPoint]) -> np.ndarray:
+    """States (n, STATE_ROWS) of kinematic motion, from coefficients (n, COEFFICIENT_ROWS): motor at speed, input joint
+    and base undeflected.
 
     The kernel puts the table on its law (region_1 = 2) and finds the law's piece (piece = -1).
     """
-    reduction, speed = item["reduction"], operating_point.motor_speed
-    state: dict[str, float] = dict.fromkeys(layout.STATE_NAMES, 0.0)
-    state |= {
-        "cam_angle": operating_point.start_angle, "cam_rate": reduction * speed,
-        "motor_angle": operating_point.start_angle / reduction, "motor_rate": speed, "motor_command": speed,
+    reduction = rows[:, _PLACES["reduction"]]
+    speed = np.array([point.motor_speed for point in operating_points], dtype=float)
+    angle = np.array([point.start_angle for point in operating_points], dtype=float)
+    columns = {
+        "cam_angle": angle, "cam_rate": reduction * speed,
+        "motor_angle": angle / reduction, "motor_rate": speed, "motor_command": speed,
         "region_1": 2.0, "piece": -1.0,
     }  # fmt: skip
-    return np.array([state[name] for name in layout.STATE_NAMES])
+    states = np.zeros((len(rows), layout.STATE_ROWS))
+    for name, values in columns.items():
+        states[:, layout.STATE_NAMES.index(name)] = values
+    return states

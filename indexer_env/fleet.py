@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from indexer_env.coefficients import LawTable, start_state
+from indexer_env.coefficients import LawTable, start_states
 from indexer_env.control import ControlTask, Limits, task_numbers
 from indexer_env.engine import LARGEST_DEFLECTION, control_kernels, prepare_kernel, run_kernel
 from indexer_env.faults import Faults
@@ -120,7 +120,7 @@ class Fleet:
         self._starts = self._starts or [starts[0]] * len(self)
         for place, (i, start, item) in enumerate(zip(index, starts, first, strict=True)):
             self._starts[i], self._laws[i] = start, item.law
-            self._states[i] = start_state(item, start.operating_point)
+            self._states[i] = start_states(item.row[None], [start.operating_point])[0]
             self._coefficients[i] = item.row
             slips = (item.features & layout.USES_SLIP) // layout.USES_SLIP
             self._kinds[i], self._features[i] = 2 * item.model + slips, item.features

@@ -37,6 +37,10 @@ more than a core's share of them, in blocks."""
 
 _ON_CORES = OnCores()
 
+_PART = 8192
+"""Items prepared at once, some 2 KiB each: so memory does not grow with their number, and no thread waits long for the
+last group of a part."""
+
 
 def simulate(machine: Machine, operating_point: OperatingPoint | None = None, run: Run | None = None) -> Trajectory:
     """Simulate one machine.
@@ -151,10 +155,47 @@ def _run_batch(
         run.sample_rate, channels,
         np.zeros(n, dtype=int), np.zeros(n, dtype=bool), np.full(n, np.nan),
     )  # fmt: skip
+    workers = threads or cores()
+    part = _PART if isinstance(runner, OnCores) else runner.most_items(samples, len(run.channels) + 1)
+    pool = ThreadPoolExecutor(workers)
+    try:
+        for first in range(0, n, part):
+            items, parts = _prepared(range(first, min(first + part, n)), machines, points, run, batch, reject=reject)
+            size = part
+            if isinstance(runner, OnCores):
+                size = min(_GROUP, -(-max(1, len(items) // workers) // int(LANES)) * int(LANES))
+            groups = [
+                TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink, runner)
+                for members in _groups(items, parts, size)
+            ]
+            if groups and isinstance(runner, OnCores):
+                prepare_kernel()
+            each = pool.map if isinstance(runner, OnCores) else map  # the one queue of a GPU is fed from here
+            list(each(lambda group: group.run_into(batch), groups))
+    finally:
+        pool.shutdown(cancel_futures=True)
+    for values in batch.channels.values() if batch.rejected else ():
+        values[runner.index(np.array(list(batch.rejected)))] = np.nan
+    if batch.rejected and not reject:
+        raise SimulationError(batch.rejected[0])
+    return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
+
+
+def _prepared(
+    indices: range,
+    machines: Sequence[Machine],
+    points: Sequence[OperatingPoint],
+    run: Run,
+    batch: Batch,
+    *,
+    reject: bool,
+) -> tuple[dict[int, Coefficients], dict[int, int]]:
+    """The coefficients of those of some items that can be run, and their steps in a sampling interval; the others are
+    rejected or, without `reject`, raise."""
     items: dict[int, Coefficients] = {}
-    for index, (machine, point) in enumerate(zip(machines, points, strict=True)):
+    for index in indices:
         try:
-            items[index] = coefficients(machine, point)
+            items[index] = coefficients(machines[index], points[index])
         except ParameterError as error:
             if not reject:
                 raise
@@ -173,35 +214,7 @@ def _run_batch(
                     raise error
                 batch.rejected[index] = str(error)
                 del items[index]
-    workers = threads or cores()
-    size = min(_GROUP, -(-max(1, len(items) // workers) // int(LANES)) * int(LANES))
-    if not isinstance(runner, OnCores):
-        workers, size = 1, runner.most_items(samples, len(run.channels) + 1)
-    elif items:
-        prepare_kernel()
-    groups = [
-        TurnGroup(members, parts[members[0][0]], machines, points, run, samples, sink, runner)
-        for members in _groups(items, parts, size)
-    ]
-    _run_groups(groups, batch, workers)
-    for values in batch.channels.values() if batch.rejected else ():
-        values[runner.index(np.array(list(batch.rejected)))] = np.nan
-    if batch.rejected and not reject:
-        raise SimulationError(batch.rejected[0])
-    return dataclasses.replace(batch, rejected=dict(sorted(batch.rejected.items())))
-
-
-def _run_groups(groups: Sequence[TurnGroup], batch: Batch, workers: int) -> None:
-    """Run groups on threads of their own, or here where one worker does all, as a GPU's one queue."""
-    if workers == 1:
-        for group in groups:
-            group.run_into(batch)
-        return
-    pool = ThreadPoolExecutor(workers)
-    try:
-        list(pool.map(lambda group: group.run_into(batch), groups))
-    finally:
-        pool.shutdown(cancel_futures=True)
+    return items, parts
 
 
 def _groups(

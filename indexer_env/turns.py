@@ -46,7 +46,7 @@ _SHARE_OF_TURN = 0.99
 LEAST_SPEED = 0.2
 """Share of the commanded speed below which a slipping motor counts as stalled."""
 
-_LEAST_COMPARED = 16
+LEAST_COMPARED = 16
 """Samples of a cam turn below which two turns are not compared: too few to show a difference."""
 
 
@@ -75,17 +75,17 @@ class OnCores:
         where they do not reach one or it has fewer than `least` samples. Where it agrees, so does all that follows, and
         the later turn is free of the start's transient from its first sample.
         """
-        first = max(int((lengths - cam_turn).min()), 0)
-        present, previous = present[:, first : lengths.max()], previous[:, first : lengths.max()]
-        place = first + np.arange(present.shape[1])
-        counted = (place < lengths[:, None]) & (place >= (lengths - cam_turn)[:, None])
-        change = present - previous
-        if not counted.all():
-            change, present = np.where(counted, change, 0.0), np.where(counted, present, 0.0)
-        change, size = _sum_of_squares(change), _sum_of_squares(present)
-        difference = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
-        decided = (cam_turn >= least) & (lengths >= cam_turn)
-        return np.where(decided, difference, np.nan)
+        difference = np.full(len(lengths), np.nan)
+        firsts = lengths - cam_turn
+        decided = (cam_turn >= least) & (firsts >= 0)
+        # items of one window together; its width alone sets the order in which numpy adds, so their company does not
+        # count
+        for first, end in sorted(set(zip(firsts[decided].tolist(), lengths[decided].tolist(), strict=True))):
+            chosen = self.index(decided & (firsts == first) & (lengths == end))
+            now = present[chosen, first:end]
+            change, size = _sum_of_squares(now - previous[chosen, first:end]), _sum_of_squares(now)
+            difference[chosen] = np.sqrt(change / np.maximum(size, np.finfo(float).tiny))
+        return difference
 
 
 class TurnGroup:
@@ -128,7 +128,7 @@ class TurnGroup:
             if previous is not None:
                 common = np.minimum(lengths, previous_lengths)
                 cam_turn = self._turn_samples() // self.stations
-                change = self.runner.differences(previous, out[:, self.judge], common, cam_turn, _LEAST_COMPARED)
+                change = self.runner.differences(previous, out[:, self.judge], common, cam_turn, LEAST_COMPARED)
                 self.difference = np.where(np.isnan(change), self.difference, change)
             settled = self.difference <= self.run.warmup_tolerance
             done = sound & (settled | last)
@@ -252,9 +252,8 @@ class TurnGroup:
 
 
 def _sum_of_squares(rows: np.ndarray) -> np.ndarray:
-    """Sum (n,) of each row's squares, term after term: numpy's `sum` adds in pairs whose order hangs on the number of
-    columns, which is the group's, while zeros beside an item's own window add nothing here."""
-    return np.cumsum(rows**2, axis=1)[:, -1:].sum(axis=1)
+    """Sum (n,) of each row's squares."""
+    return np.square(rows).sum(axis=1)
 
 
 def _reason(name: str, status: int, when: float, state: np.ndarray) -> str:

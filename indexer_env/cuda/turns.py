@@ -78,7 +78,7 @@ class OnCuda:
     def differences(
         self, previous: torch.Tensor, present: torch.Tensor, lengths: np.ndarray, cam_turn: np.ndarray, least: int
     ) -> np.ndarray:
-        """Relative rms difference (n,) as `turns.OnCores.differences` gives it, to the last bit."""
+        """Relative rms difference (n,) as `turns.OnCores.differences` gives it, but for the order of its sums."""
         decided = (cam_turn >= least) & (lengths >= cam_turn)
         first, stop = np.where(decided, lengths - cam_turn, 0), np.where(decided, lengths, 0)
         difference = self._cuda.empty(len(lengths))

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from .clock import go_on, load_lane, set_clock, stepped, strode
-from .compiling import outlined
+from .compiling import merged, outlined
 from .dwell import mark_strides, mend_stride, move
 from .edges import any_above, land, mark
 from .layout import *
@@ -25,7 +25,7 @@ _LINE = 8
 """Numbers in a line of the cache, where the workspace begins: a vector across two lines takes twice as long."""
 
 
-@outlined
+@merged
 def step_block(w, high, model, features, pieces):
     """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Their pieces of the
     law are loaded only now, not where they left the last one (see load_lane). Numbers as from `stepped`."""
@@ -46,7 +46,7 @@ def step_block(w, high, model, features, pieces):
     return stepped(w, high)
 
 
-@outlined
+@merged
 def stride_block(w, high, features):
     """Take the lanes in their dwell over a stride. Numbers as from `strode`."""
     move(w, high, features)

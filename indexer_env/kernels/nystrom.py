@@ -9,7 +9,7 @@ sixty times less error than with classical RK4 at the same cost.
 
 from __future__ import annotations
 
-from .compiling import lanes, scalar
+from .compiling import lanes, merged, scalar
 from .drive import RIPPLES, begin_ripples, ripple_between
 from .interpolation import ramp
 from .layout import *
@@ -43,7 +43,7 @@ def ended(h, x, v, a0, a2, a3):
     return x + h * (v + h * (1.0 / 6.0 * a0 + 1.0 / 3.0 * a2)), v + h * (1.0 / 6.0 * (a0 + a3) + 2.0 / 3.0 * a2)
 
 
-@lanes
+@merged
 def nystrom_step(w, high, model, features):
     """The step of lanes 0 … high-1 over w[STEP] for every model and effect, stage by stage through the workspace, from
     the present state, whose accelerations are at hand, to the state reached and its accelerations. A motor that does

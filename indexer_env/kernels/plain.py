@@ -7,7 +7,7 @@ next stage reads is written to memory. Effects add what they add before each sta
 
 from __future__ import annotations
 
-from .compiling import lanes, scalar
+from .compiling import lanes, merged, scalar
 from .drive import RIPPLES, begin_ripples, ripple_between
 from .dynamics import cam_acceleration, follower_law, table_acceleration
 from .interpolation import ramp
@@ -17,7 +17,7 @@ from .nystrom import NODE_2, NODE_3, drive, ended, fourth, keep_deflections, sec
 from .rates import block_extras
 
 
-@lanes
+@merged
 def plain_step(w, high, features, extras):
     """The step of lanes 0 … high-1 over w[STEP], as `nystrom.nystrom_step` takes it, with or without what effects
     add."""

@@ -1,6 +1,7 @@
 """A batch: an item's numbers are its own, whatever runs beside it; one that cannot be run takes no other with it."""
 
 import dataclasses
+import importlib
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from indexer_env.machine import CONTACT_LAWS, Joint, Machine
 from indexer_env.motion_law import Cycloidal, ModifiedTrapezoid, Polynomial345
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, _groups, simulate, simulate_batch
+from indexer_env.turns import LEAST_COMPARED, OnCores
 
 RUN = Run(samples=260, warmup_turns=1, channels=("table_acceleration", "torque_1", "region_2"))
 
@@ -160,6 +162,41 @@ def test_a_slipping_machine_starts_where_it_does_alone(smooth, visible):
     together = simulate_batch(machines, points, RUN)
     for n, (machine, point) in enumerate(zip(machines, points, strict=True)):
         same(simulate_batch([machine], [point], RUN), together, {0: n})
+
+
+@pytest.mark.parametrize("part", [1, 33])
+def test_items_prepared_in_parts_are_those_prepared_at_once(mixed, together, monkeypatch, part):
+    """And no more coefficients are at hand at once than a part has."""
+    at_hand = []
+
+    def counted(items, steps, share):
+        at_hand.append(len(items))
+        return _groups(items, steps, share)
+
+    module = importlib.import_module("indexer_env.simulate")
+    monkeypatch.setattr(module, "_PART", part)
+    monkeypatch.setattr(module, "_groups", counted)
+    same(simulate_batch(*mixed, RUN), together, {n: n for n in range(70)})
+    assert max(at_hand) == part and sum(at_hand) == 70
+
+
+def test_two_turns_differ_alike_whatever_is_compared_beside_them():
+    """Windows of several lengths and places; shorter than a cam turn, or a cam turn of few samples, is not compared."""
+    random = np.random.default_rng(11)
+    previous, present = random.normal(size=(2, 7, 900))
+    lengths, cam_turn = np.array([900, 900, 850, 700, 900, 90, 900]), np.array([100, 100, 100, 87, 311, 100, 15])
+    differences = OnCores().differences
+    together = differences(previous, present, lengths, cam_turn, LEAST_COMPARED)
+    assert np.isnan(together[5:]).all() and np.isfinite(together[:5]).all()
+    for n in range(5):
+        chosen = [n]
+        alone = differences(
+            previous[chosen, : lengths[n]], present[chosen], lengths[chosen], cam_turn[chosen], LEAST_COMPARED
+        )
+        assert alone.tobytes() == together[chosen].tobytes()
+        window = slice(lengths[n] - cam_turn[n], lengths[n])
+        change = np.linalg.norm(present[n, window] - previous[n, window])
+        assert together[n] == pytest.approx(change / np.linalg.norm(present[n, window]), rel=1e-13)
 
 
 def test_lanes_stay_full_however_many_sets_of_effects_there_are(mixed):

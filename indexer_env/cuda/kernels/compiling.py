@@ -24,8 +24,10 @@ def _device_function(**settings: Any) -> Callable[..., Any]:
 
 
 scalar = _device_function(forceinline=True)
-"""As in `indexer_env.kernels.compiling`, like the two below."""
+"""As in `indexer_env.kernels.compiling`, like the three below."""
 
 lanes = _device_function(forceinline=True)
 
 outlined = _device_function()
+
+merged = lanes

@@ -16,7 +16,10 @@ def test_a_thread_gives_the_bits_of_a_lane(run, simulated):
     expected = cases.RUNS[run]("cpu")
     assert {f"{run}: {name}" for name in expected} == {name for name in simulated if name.startswith(f"{run}: ")}
     for name, values in expected.items():
-        np.testing.assert_array_equal(simulated[f"{run}: {name}"], values, err_msg=name)
+        exact = name != "quick 2"  # the difference of two turns, which numpy sums in another order
+        np.testing.assert_allclose(
+            simulated[f"{run}: {name}"], values, rtol=0.0 if exact else 1e-12, atol=0.0, err_msg=name
+        )
 
 
 def test_the_cases_show_what_they_are_meant_to_show():
