@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import threading
+import warnings
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -70,8 +71,11 @@ class Cuda:
         return torch.from_numpy(np.ascontiguousarray(items, dtype=np.int64)).to(self.place)
 
     def seen(self, tensor: torch.Tensor) -> Buffer:
-        """A tensor with its view for the kernels."""
-        return Buffer(tensor, tensor.numpy() if SIMULATED else cuda.as_cuda_array(tensor))
+        """A tensor with its view for the kernels, which an empty one has not."""
+        if SIMULATED or not tensor.numel():
+            return Buffer(tensor, tensor.numpy() if SIMULATED else None)
+        with cuda.gpus[self.index]:
+            return Buffer(tensor, cuda.as_cuda_array(tensor))
 
     def wait(self) -> None:
         """Until all that was asked of the GPU is done."""
@@ -85,7 +89,9 @@ class Cuda:
         if SIMULATED:
             kernel(name)[count, 1](*arguments)
             return
-        with cuda.gpus[self.index]:
+        with cuda.gpus[self.index], warnings.catch_warnings():
+            # a few machines leave most of a GPU idle, which numba would say each time
+            warnings.filterwarnings("ignore", "Grid size")
             stream = torch.cuda.current_stream(self.place).cuda_stream
             queue = cuda.external_stream(stream) if stream else 0
             kernel(name)[-(-count // THREADS), THREADS, queue](*arguments)
@@ -113,4 +119,7 @@ def kernel(name: str) -> Any:
 @functools.cache
 def _compiled(name: str) -> Any:
     source = getattr(entries(), name)
-    return cuda.jit(source) if SIMULATED else cuda.jit(entries().SIGNATURES[source])(source)
+    if SIMULATED:
+        return cuda.jit(source)
+    # without `lto` all would be compiled once more, and there is nothing to link
+    return cuda.jit(entries().SIGNATURES[source], lto=False)(source)
