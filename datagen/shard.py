@@ -3,7 +3,7 @@
 `read_shards(folder)` gives all records of a data set as one matrix with their table.
 
 Plain lists, byte-stream split, zstd at level 1 and row groups of 256 records were chosen by measuring; the table of
-sizes and speeds stands in docs/how-to/reading.md.
+sizes and speeds stands in docs/explanation/files.md.
 """
 
 from __future__ import annotations
