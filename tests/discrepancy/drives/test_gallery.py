@@ -1,4 +1,4 @@
-"""The gallery's drives through the search: what is hidden is named, and the pages show programs that run.."""
+"""The gallery's drives through the search: what is hidden is named, and the pages show programs that run."""
 
 import re
 from pathlib import Path
