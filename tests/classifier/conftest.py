@@ -27,6 +27,12 @@ def dataset() -> Dataset:
     return ringing()
 
 
+@pytest.fixture
+def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are empty files: drawing them takes most of the time of a short training."""
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, file, **_: Path(file).touch())
+
+
 @pytest.fixture(scope="session")
 def features() -> Psd:
     return Psd(resolution_hz=2.0, maximum_hz=50.0)
