@@ -1,6 +1,7 @@
 """A small data set, a classifier trained on it, and records of simulated machines."""
 
 import hashlib
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,7 +31,12 @@ def dataset() -> Dataset:
 @pytest.fixture
 def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are empty files: drawing them takes most of the time of a short training."""
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, file, **_: Path(file).touch())
+
+    def save(figure: object, file: str | Path | io.BytesIO, **_: object) -> None:
+        if isinstance(file, str | Path):
+            Path(file).touch()
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save)
 
 
 @pytest.fixture(scope="session")

@@ -28,6 +28,8 @@ from datagen.ingest import __main__ as ingesting
 from indexer_env.errors import ParameterError, SignalError
 from indexer_records.measured import Reading, read_recording
 
+pytestmark = pytest.mark.usefixtures("plain_pictures")
+
 SHORT = 1000
 """Samples of a file: a quarter of a second at 4 kHz."""
 
