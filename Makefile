@@ -14,6 +14,9 @@ PINS := --constraint constraints.txt --build-constraint constraints.txt
 # pyright would otherwise ask the network for a newer release at each start.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
+# Empty: Python keeps what it compiled, even where the shell forbids it; else each test process compiles all tests anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -100,12 +103,15 @@ wheel: $(DEV) ## build wheel and sdist in dist/ and prove each in an empty envir
 
 # ---------------------------------------------------------------------------------------------- checks
 
+# Tests stay in their order and go over to a worker without work one by one: what a file sets up is set up once.
+PYTEST := $(RUN) -m pytest -n $(WORKERS) --dist worksteal
+
 test: $(DEV) ## run the tests, then the kernel tests again without compilation
-	$(RUN) -m pytest -n $(WORKERS)
-	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n $(WORKERS) -m "unjitted and not slow and not gpu"
+	$(PYTEST)
+	NUMBA_DISABLE_JIT=1 $(PYTEST) -m "unjitted and not slow and not gpu" tests/indexer_env
 
 test-slow: $(DEV) ## run the tests marked slow, which `make test` leaves out
-	$(RUN) -m pytest -n $(WORKERS) -m "slow and not gpu"
+	$(PYTEST) -m "slow and not gpu"
 
 lint: $(DEV) ## check style and format (ruff)
 	$(BIN)/ruff check .

@@ -17,7 +17,7 @@ diagnosis        how often baselines of the diagnosis environment are right, aga
 data_sets        the generator end to end, beside the bare simulator; ray_cluster times a cluster for it
 training         many networks trained as one; natural trains the same one after the other
 stored           data sets that are read, made once and kept in .cache/
-parquet          ways to store records: size, speed; fills the table of docs/how-to/reading.md
+parquet          ways to store records: size, speed; fills the table of docs/explanation/files.md
 reading          shuffled batches and the check: records per second
 processes        what only a fresh process shows: import, first call, later starts, peak memory
 work_precision   error against time for every solver; picture draws it

@@ -7,7 +7,7 @@ Read in this order:
     feature_choice which features suit simulated and which suit measured records, where none are given
     network        one hidden layer, logistic, tanh or linear nodes, a whole stack of networks at once
     trainers/      the ten training rules of the paper, one file each; base.py holds the loop, early stopping
-                   and the leaving of networks
+                   and the end of each network's training
     indexing       the table's indexing in a record: how often in a turn, and in which sense
     conditions     under what records were taken: radius, speed, machine; what a sensor may clip; indexing and sign
     dataset        a data set of `datagen` -> records, labels, calibration / control / validation
@@ -22,9 +22,9 @@ Read in this order:
     export/        a model as one ONNX file                                      (indexer export)
     results        numbers over several seeds, their means with intervals, their tables
     groups         what records were measured with and when; data sets without a group
-    leaveout_methods  the methods that it sets side by side
+    leaveout_methods  the methods that `leaveout` sets side by side
     leaveout       each sensor, machine or day left out in turn                  (indexer leaveout)
-    transfer       a model goes on learning on another machine                   (indexer transfer)
+    transfer       a model trained further on records of another machine         (indexer transfer)
     estimators     the network and its features as scikit-learn's estimators (extra [sklearn])
     style          the one style of all pictures
     pictures       accelerations, PSDs, training curve, confusion, reliability, diagnosis

@@ -17,12 +17,12 @@ In reading order, along the data flow:
     rows           a machine, sensor and run as columns, and back
     schema         every column with type, unit and one sentence
     shard          rows <-> Parquet; `read_shards(folder)`
-    store          the files of a data set, whom a folder belongs to
+    store          the files of a data set, and who is writing it
     receipts       what became of a shard's items; all receipts together are the manifest
     make_shard     an order and a number -> a shard and its receipt: the task of every executor
     executors/     who does the tasks: threads of this process, a Ray cluster
     run_log        run.json: when, on what, with how many interruptions
-    generate       an order -> a folder: shards, rejected items, example, manifest; goes on where it was stopped
+    generate       an order -> a folder: shards, rejected items, example, manifest; continues where it was stopped
     recipes        data sets as command lines, made once and kept
     example        example.csv, as a data logger would write it, and its truth
     card           README.md with its pictures (`pictures`) and Croissant metadata (`croissant`)

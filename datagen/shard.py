@@ -3,7 +3,7 @@
 `read_shards(folder)` gives all records of a data set as one matrix with their table.
 
 Plain lists, byte-stream split, zstd at level 1 and row groups of 256 records were chosen by measuring; the table of
-sizes and speeds stands in docs/how-to/reading.md.
+sizes and speeds stands in docs/explanation/files.md.
 """
 
 from __future__ import annotations
@@ -131,14 +131,15 @@ def read_manifest(folder: str | Path | Place) -> dict[str, Any]:
             remedy = "run the command that began it again, which goes on where it stopped"
             raise SignalError(f"{place} holds an unfinished data set; {remedy}.")
         rule = f"is no folder that holds a data set (no {MANIFEST})"
-        raise SignalError(f"{place} {rule}; give the folder that datagen wrote (out=FOLDER).")
+        raise SignalError(f"{place} {rule}; give a folder that indexer generate or indexer ingest wrote (out=FOLDER).")
     try:
         manifest = json.loads(content)
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise SignalError(f"{place}/{MANIFEST} is damaged ({error}); generate the data set again.") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise SignalError(
-            f"{place}/{MANIFEST} is not the manifest of a data set; give the folder that datagen wrote (out=FOLDER)."
+            f"{place}/{MANIFEST} is not the manifest of a data set; give a folder that indexer generate or indexer "
+            "ingest wrote (out=FOLDER)."
         )
     if manifest.get("schema_version") != SCHEMA_VERSION:
         raise SignalError(

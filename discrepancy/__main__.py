@@ -31,7 +31,7 @@ def _subject(config: dict[str, Any]) -> Subject:
         return drive_subject(config)
     if system != "indexer":
         rule = "indexer, or a Python file that describes a drive"
-        raise refuse("discrepancy", "system", rule, system, "docs/tutorials/drives.md shows one")
+        raise refuse("discrepancy", "system", rule, system, "docs/how-to/own_drive.md shows one")
     from discrepancy.subjects.from_config import indexer_subject
 
     return indexer_subject(config)

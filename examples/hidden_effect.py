@@ -20,6 +20,8 @@ from indexer_env import Machine, OperatingPoint, Run, load_machine, make_effect,
 from indexer_env.units import RPM
 
 Accelerated = Callable[[Machine, OperatingPoint, int], np.ndarray]
+Row = tuple[str, np.ndarray, float, float, float, str]
+"""File, record (n,) [rad/s²], motor speed [rpm], load torque [N m], cam angle at the start [rad], held out or not."""
 
 SEED = 7
 CONDITIONS = ((1500.0, 2.0, "no"), (1200.0, 2.0, "no"), (1350.0, 20.0, "yes"))
@@ -30,12 +32,12 @@ NOISE = 0.1
 """Standard deviation of the measuring noise [rad/s²]: 1.5 % of the signal."""
 
 
-def real_machine(rng: np.random.Generator) -> Machine:
-    """The nominal machine, each parameter off by up to 10 %."""
+def real_machine(rng: np.random.Generator, spread: float = 0.1) -> Machine:
+    """The nominal machine, each parameter off by up to this share."""
     nominal = load_machine("reference")
 
     def off(value: float) -> float:
-        return value * (1.0 + 0.1 * rng.uniform(-1.0, 1.0))
+        return value * (1.0 + spread * rng.uniform(-1.0, 1.0))
 
     joints = {
         name: dataclasses.replace(joint, stiffness=off(joint.stiffness), damping=off(joint.damping))
@@ -50,26 +52,31 @@ def with_hidden_effect(machine: Machine, point: OperatingPoint, samples: int) ->
     return simulate(machine.with_effects(HIDDEN), point, Run(step=0.0625e-3, samples=samples)).table_acceleration
 
 
+def write(folder: Path, rows: list[Row], rate: float) -> None:
+    """CSV files of records at this rate [Hz], and records.csv with what was known when they were taken."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "records.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["file", "motor_speed_rpm", "load_torque", "start_angle_deg", "held_out"])
+        for name, values, rpm, load, start, held_out in rows:
+            table = np.column_stack([np.arange(len(values)) / rate, values])
+            header = "time [s],acceleration [rad/s^2]"
+            np.savetxt(folder / name, table, delimiter=",", fmt=("%.3f", "%.5f"), header=header, comments="")
+            writer.writerow([name, f"{rpm:g}", f"{load:g}", f"{math.degrees(start):.2f}", held_out])
+
+
 def make_records(folder: Path, turns: float = 2.0, accelerated: Accelerated = with_hidden_effect) -> None:
     """Write the records, each of so many table turns, and the table that describes them."""
     rng = np.random.default_rng(SEED)
     machine = real_machine(rng)
-    folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for rpm, load, held_out in CONDITIONS:
         point = OperatingPoint(rpm * RPM, load, rng.uniform(0.0, 2.0 * math.pi))
         samples = int(turns * machine.turn_duration(point) * 1000.0)
         clean = accelerated(machine, point, samples)
         noisy = clean + NOISE * rng.standard_normal(samples)
-        name = f"{rpm:.0f}rpm_{load:.0f}Nm.csv"
-        table = np.column_stack([np.arange(samples) / 1000.0, noisy])
-        header = "time [s],acceleration [rad/s^2]"
-        np.savetxt(folder / name, table, delimiter=",", fmt=("%.3f", "%.5f"), header=header, comments="")
-        rows.append([name, f"{rpm:g}", f"{load:g}", f"{math.degrees(point.start_angle):.2f}", held_out])
-    with (folder / "records.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["file", "motor_speed_rpm", "load_torque", "start_angle_deg", "held_out"])
-        writer.writerows(rows)
+        rows.append((f"{rpm:.0f}rpm_{load:.0f}Nm.csv", noisy, rpm, load, point.start_angle, held_out))
+    write(folder, rows, 1000.0)
 
 
 if __name__ == "__main__":

@@ -8,15 +8,14 @@ the simulator of the twin, made the motion. docs/tutorials/twin.md finds out wha
 
 from __future__ import annotations
 
-import csv
-import dataclasses
 import math
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from indexer_env import Machine, OperatingPoint, load_machine, make_effect
+from examples.hidden_effect import real_machine, write
+from indexer_env import Machine, OperatingPoint, make_effect
 from indexer_env.effects import MachineEffect
 from indexer_env.reference import simulate_reference
 from indexer_env.units import RPM
@@ -39,21 +38,6 @@ NOISE = 0.1
 """Standard deviation of the measuring noise [rad/s²]: 1.5 % of the signal."""
 
 
-def real_machine(rng: np.random.Generator) -> Machine:
-    """The machine as it really is."""
-    nominal = load_machine("reference")
-
-    def off(value: float) -> float:
-        return value * (1.0 + 0.08 * rng.uniform(-1.0, 1.0))
-
-    joints = {
-        name: dataclasses.replace(joint, stiffness=off(joint.stiffness), damping=off(joint.damping))
-        for name, joint in (("input_joint", nominal.input_joint), ("output_joint", nominal.output_joint))
-    }
-    inertias = {name: off(getattr(nominal, name)) for name in ("table_inertia", "cam_inertia", "follower_inertia")}
-    return dataclasses.replace(nominal, **joints, **inertias).with_effects(make_effect("friction.coulomb", torque=5.0))
-
-
 def recorded(
     machine: Machine, rpm: float, load: float, turns: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
@@ -66,32 +50,19 @@ def recorded(
     return run.channels["table_acceleration"] + NOISE * rng.standard_normal(samples), point.start_angle
 
 
-def write(folder: Path, rows: list[tuple[str, np.ndarray, float, float, float, str]]) -> None:
-    """CSV files of records, and records.csv with what was known when they were taken."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "records.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["file", "motor_speed_rpm", "load_torque", "start_angle_deg", "held_out"])
-        for name, values, rpm, load, start, held_out in rows:
-            table = np.column_stack([np.arange(len(values)) / RATE, values])
-            header = "time [s],acceleration [rad/s^2]"
-            np.savetxt(folder / name, table, delimiter=",", fmt=("%.3f", "%.5f"), header=header, comments="")
-            writer.writerow([name, f"{rpm:g}", f"{load:g}", f"{math.degrees(start):.2f}", held_out])
-
-
 def make_bench(out: Path) -> None:
     """Write the healthy records and the days."""
     rng = np.random.default_rng(SEED)
-    machine = real_machine(rng)
+    machine = real_machine(rng, 0.08).with_effects(make_effect("friction.coulomb", torque=5.0))
     rows = []
     for rpm, load, held_out in HEALTHY:
         values, start = recorded(machine, rpm, load, 2.1, rng)
         rows.append((f"{rpm:.0f}rpm_{load:.0f}Nm.csv", values, rpm, load, start, held_out))
-    write(out / "healthy", rows)
+    write(out / "healthy", rows, RATE)
     for day, effects in DAYS.items():
         changed = machine.with_effects(*(effect for effect in effects if isinstance(effect, MachineEffect)))
         values, start = recorded(changed, 1400.0, 10.0, 1.1, rng)
-        write(out / "days" / day, [("today.csv", values, 1400.0, 10.0, start, "no")])
+        write(out / "days" / day, [("today.csv", values, 1400.0, 10.0, start, "no")], RATE)
 
 
 if __name__ == "__main__":

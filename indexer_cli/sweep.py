@@ -61,7 +61,7 @@ class SweepTable(Callback):
         if rows := _rows(folder):
             failed = sum(bool(row["reason"]) for row in rows)
             shutil.rmtree(folder / _ROWS, ignore_errors=True)
-            print(f"{len(rows)} jobs, {failed} failed: {folder / TABLE}")
+            print(f"{len(rows)} {'job' if len(rows) == 1 else 'jobs'}, {failed} failed: {folder / TABLE}")
 
 
 def _folder(config: DictConfig) -> Path:

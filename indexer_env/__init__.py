@@ -12,23 +12,23 @@ faults                     faults of the bench as severities, which stand for ef
 presets                    machines, operating points and sensors in YAML, each number with unit and reason
 coefficients               from these objects to the plain numbers of the kernels: the only door
 kernels                    the physics as plain scalar functions, compiled; the integrator
-compiled, engine           one compiled version of everything, told when it is made; all cores
+compiled, engine           one compiled version of everything, announced before it is compiled; all cores
 device, cuda               a GPU in their place: the same kernels once more, each machine a thread (extra [cuda])
 turns, run                 warm-up turn after turn; how to record
 simulate, trajectory       `simulate` one machine, `simulate_batch` thousands; what they return
 reference                  the slow, independent solver (SciPy DOP853 stopped at every edge) to check any item
 modes                      natural frequencies of the linearised machine, and the step that resolves them
-drive_sensors              motor torque, motor current and encoders beside it
+drive_sensors              motor torque, motor current and encoders, sampled with the record
 signal, sensors, filters   the record as a measuring chain gives it; sensor_stream reads it block by block
 fault_law                  how faults come into an episode: drawn, setting in, growing
 control, scenario, start   the control task; what an environment is made with; what an episode starts with
 fleet                      n machines, one kernel call per control period
-env, vector_env, film      the Gymnasium environment of one (film: its pictures) and of many, entered by registration
+env, vector_env, film      the Gymnasium environment of one machine and of many, registered on import; pictures
 variation                  the law of varied machines
-wrappers, spectrum         one-turn windows, spectra, varied machines and noise around it
+wrappers, spectrum         one-turn windows, spectra, varied machines and noise around an environment
 diagnosis_task, diagnosis  what may be measured and named at what price; what a measured turn shows
 diagnosis_env              the Gymnasium environment of active diagnosis
-stable_baselines           the many as stable-baselines3 takes them; imported by itself, as it needs the extra [rl]
+stable_baselines           the vector environment for stable-baselines3; imported by itself, as it needs the extra [rl]
 minari_export              episodes as a Minari data set; imported by itself, as it needs the extra [minari]
 render                     pictures of a running machine; imported by itself, as it needs the extra [render]
 

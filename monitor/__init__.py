@@ -9,12 +9,12 @@ In reading order, where it helps with its block of ISO 13374:
     pipeline      one machine: blocks in, what happened out; knows no clock, store or network
     store/        blocks, turns, trends, alarms in one database; whole turns as Parquet beside it
     leases        several processes on one store: which machine is whose
-    fleet         the machines that are this process'
+    fleet         the machines that this process looks after
     engine        the thread that takes blocks, runs the pipelines and commits each batch in one transaction
     physics       what the twin's physics says of the last turns, in a process of its own
     sources/      MQTT, OPC UA, a folder, a data set replayed, the demonstration
     outputs/      MQTT, signed webhook, Prometheus
-    web/          the page, its interface and who may use it (advisory generation)
+    web/          the page, its JSON interface, and who may use them (advisory generation)
     service       all of it started and stopped together
     __main__      the command                                       (indexer monitor)
 

@@ -8,7 +8,7 @@ In reading order:
     turns        a turn as the networks see it: what it differs by from the healthy machine, by cam angle
     data         simulated turns with faults: the campaign `own` of `datagen`
     network      layers on the modes of a turn, and the paper's network
-    learn        how they are taught
+    learn        how they are trained
     synthesis    what a turn with faults of some sizes would look like, beside a measured one
     refine       the sizes that fit a turn, from what the networks estimate
     growth       how wide such a fit may miss
@@ -26,17 +26,18 @@ In reading order:
     advice       what to record next, and why
     card         what twin.yaml says of calibration and networks
     make         the stages one after the other                          (indexer twin)
-    twin         a twin as it lies in its folder: `Twin.load`, `diagnose_turn`, `explain`
+    twin         a twin as it is stored in its folder: `Twin.load`, `diagnose_turn`, `explain`
     answer       one answer of networks and physics
     update       new healthy records of a twin                           (indexer twin-update)
     diagnose     records -> answer                                       (indexer twin-diagnose)
     report/      report.html
     __main__     the command that makes a twin
 
-Units are SI and rad, sizes of faults are shares of the largest, and in the shop's units where people read them. Arrays
-are (turn, station, cell); a cell is a part of the cam turn, counted from cam angle 0. x is in units of the noise of a
-cell.
+Units are SI and rad. Sizes of faults are shares of the largest, and in the shop's units where people read them. Arrays
+are (turn, station, cell); a cell is a part of the cam turn, counted from cam angle 0. The networks' inputs x are in
+units of the noise of a cell.
 
+    from discrepancy.records.conditions import Conditions
     from twin.twin import Twin
     twin = Twin.load("twin")
     twin.diagnose_turn(signal, Conditions(motor_speed=157.1, load_torque=2.0))    # tenths of a second

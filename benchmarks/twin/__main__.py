@@ -111,7 +111,7 @@ def measured(
     """A record and what is stated of it."""
     values, point = taken(truth, rpm, load, 1.1, rng, effects)
     signal = Signal(values, 1000.0, unit="rad/s^2", source=f"record {number}")
-    return signal, Conditions(point.motor_speed, load, point.start_angle, noise=truth.noise)
+    return signal, Conditions(point.motor_speed, load, start_angle=point.start_angle, noise=truth.noise)
 
 
 def row_of(

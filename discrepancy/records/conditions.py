@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,20 +19,18 @@ from indexer_records.measured import Reading
 TABLES = ("records.csv", "records.yaml")
 """Names under which the table is looked for beside the files."""
 
-_TEXTS = ("unit", "time_column", "signal_column")
+_TEXTS = ("machine", "unit", "time_column", "signal_column")
 _FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 
 
 @dataclass(frozen=True)
-class Conditions:
+class Conditions(RecordConditions):
     """What was known when a record was taken, and what its file leaves open.
 
     Attributes
     ----------
-    motor_speed : float
-        Mean speed of the motor shaft over the record [rad/s], > 0.
-    load_torque : float
-        Torque against the table's motion [N m].
+    motor_speed, load_torque, sensor_radius, machine
+        As in `RecordConditions`. Speed, the mean over the record, and load are needed here.
     start_angle : float or None
         Cam angle at the first sample [rad], counted from an index out of station 0; None: by the pulse, else by
         comparison with the nominal machine.
@@ -44,22 +42,20 @@ class Conditions:
         Cam angle at which the once-per-turn pulse stands [rad]; None: 0 where the pulse gives the start angle.
     noise : float or None
         Standard deviation of the measuring noise [the file's own numbers], > 0; None: estimated from the record.
-    sensor_radius : float or None
-        Radius of an accelerometer [m], > 0; None where the sensor has it or the record is in rad/s².
     held_out : bool
         Whether the record is kept from the fit, to judge it.
     sample_rate, unit, scale, time_column, signal_column
         As in `indexer_records.measured.Reading`.
     """
 
-    motor_speed: float
-    load_torque: float
+    motor_speed: float = field()
+    load_torque: float = field()
+    _: KW_ONLY
     start_angle: float | None = None
     start_uncertainty: float = 0.002
     speed_uncertainty: float | None = None
     pulse_angle: float | None = None
     noise: float | None = None
-    sensor_radius: float | None = None
     held_out: bool = False
     sample_rate: float | None = None
     unit: str | None = None
@@ -68,6 +64,8 @@ class Conditions:
     signal_column: str | None = None
 
     def __post_init__(self) -> None:
+        for name, unit in (("motor_speed", "rad/s"), ("load_torque", "N m")):
+            check_number("Conditions", name, getattr(self, name), unit=unit)
         for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), unit=unit)
@@ -77,7 +75,7 @@ class Conditions:
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)
         try:
-            RecordConditions(self.motor_speed, self.load_torque, self.sensor_radius)
+            super().__post_init__()
             self.reading  # noqa: B018  (checks the rest)
         except ParameterError as error:
             said = re.sub(r"^(read|known)\.", "Conditions.", str(error)).replace("read.", "known.")
@@ -105,7 +103,7 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
     Raises
     ------
     SignalError, ParameterError
-        A file without a row or with two, an unknown name, a value that breaks its rule.
+        A file without a row or with two, an unknown name, a value that breaks its rule, files of different machines.
     """
     rows = {} if table is None else _rows(table)
     found = {}
@@ -118,6 +116,10 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
             found[name] = from_mapping(Conditions, {**common, **row}, place)
         except ParameterError as error:
             raise SignalError(_owned(str(error), place, common)) from None
+    machines = sorted({told.machine for told in found.values() if told.machine is not None})
+    if len(machines) > 1:
+        got = ", ".join(machines)
+        raise SignalError(f"{table}: machine must be the same in all rows, got {got}; explain each machine by itself.")
     return found
 
 

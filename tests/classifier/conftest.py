@@ -1,6 +1,7 @@
 """A small data set, a classifier trained on it, and records of simulated machines."""
 
 import hashlib
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,6 +26,17 @@ from tests.ringing import ringing
 @pytest.fixture(scope="session")
 def dataset() -> Dataset:
     return ringing()
+
+
+@pytest.fixture
+def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are empty files: drawing them takes most of the time of a short training."""
+
+    def save(figure: object, file: str | Path | io.BytesIO, **_: object) -> None:
+        if isinstance(file, str | Path):
+            Path(file).touch()
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save)
 
 
 @pytest.fixture(scope="session")

@@ -72,7 +72,7 @@ def test_what_has_no_dwells_has_no_sign(record):
     ids=lambda recipe: recipe.name,
 )
 def test_how_often_the_sign_is_told(recipe, tmp_path):
-    """Shares of records whose sign is told rightly and wrongly, in white noise (docs/how-to/diagnosis.md); seed 0."""
+    """Shares of records whose sign is told rightly and wrongly, in white noise (docs/explanation/sign.md); seed 0."""
     records = read_shards(make(recipe, 0, tmp_path)).records.astype(np.float64)
     rng, told = np.random.default_rng(0), {}
     for decibels in (np.inf, 10, 0, -5, -10, -20):

@@ -14,6 +14,8 @@ from classifier.diagnose import __main__ as diagnosing
 from datagen.check import check
 from datagen.ingest import __main__ as ingesting
 
+pytestmark = pytest.mark.usefixtures("plain_pictures")
+
 RATE, PERIOD = 500.0, 1.0
 TONES = {"intact": 20.0, "worn": 45.0}
 

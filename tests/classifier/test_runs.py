@@ -15,6 +15,8 @@ from classifier.model import load_model
 from classifier.runs import RUNS, collect, write_runs
 from indexer_env.errors import ParameterError
 
+pytestmark = pytest.mark.usefixtures("plain_pictures")
+
 SMALL = ("features.maximum_hz=50", "features.resolution_hz=2", "net.hidden=6", "trainer.epochs=60", "restarts=2")
 
 
@@ -59,7 +61,13 @@ def test_a_run_leaves_its_row_and_its_curves(place, start):
 
 def test_a_sweep_has_one_table_of_all_runs(place, start):
     code, out, err = start(
-        training, "out=sweep", "trainer=traingdx,trainscg", "net.hidden=4,6", "trainer.epochs=30", flags=["-m"]
+        training,
+        "out=sweep",
+        "trainer=traingdx,trainscg",
+        "net.hidden=4,6",
+        "trainer.epochs=30",
+        "parts=[]",
+        flags=["-m"],
     )
     assert (code, err) == (0, "")
     assert "4 runs in " in out and "sweep/results.parquet" in out

@@ -28,6 +28,8 @@ from datagen.ingest import __main__ as ingesting
 from indexer_env.errors import ParameterError, SignalError
 from indexer_records.measured import Reading, read_recording
 
+pytestmark = pytest.mark.usefixtures("plain_pictures")
+
 SHORT = 1000
 """Samples of a file: a quarter of a second at 4 kHz."""
 
@@ -72,7 +74,7 @@ def test_what_is_given_wins(measured):
 
 
 def test_they_hold_better_on_a_sensor_that_was_not_seen(measured):
-    """The same method on both; docs/how-to/measured_data.md has more seeds and methods."""
+    """The same method on both; docs/explanation/classifier.md has more seeds and methods."""
     sensors = np.array([json.loads(text)["sensor"] for text in measured.table.column("groups").to_pylist()])
     found = {}
     for name, features in {"paper": Psd(), "measured": Auto().features_for(measured)}.items():

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
+from datagen import pictures
 from datagen.campaign import Base
 from datagen.campaigns import make_campaign
 from datagen.generate import generate
 from datagen.order import Order
+from datagen.schema import RECORD
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir, load_machine
 from indexer_env.sensors import Sensor
@@ -20,6 +24,23 @@ from indexer_env.simulate import Run
 
 SHORT = Run(samples=300, warmup_turns=1)
 """A third of a second is enough where the physics is not the matter."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def pictures_drawn_once() -> Iterator[None]:
+    """Hundreds of data sets are made of the same few rows, and a picture depends on its row alone."""
+    real, kept = pictures.picture, {}
+
+    def picture(row: dict[str, Any]) -> bytes:
+        shown = ("class", "class_name", "item", "sample_rate", "unit", "quantity", "source_channel")
+        key = (np.asarray(row[RECORD]).tobytes(), *(str(row.get(name)) for name in shown))
+        if key not in kept:
+            kept[key] = real(row)
+        return kept[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "picture", picture)
+        yield
 
 
 @pytest.fixture

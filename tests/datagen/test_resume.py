@@ -89,13 +89,23 @@ class Killed(BaseException):
     """Ends a run as a kill does: nothing of ours catches it."""
 
 
-@pytest.mark.parametrize("error", [OSError(errno.EIO, "Input/output error"), Killed()], ids=["error", "kill"])
-def test_every_step_that_fails_once_leaves_a_run_that_goes_on(small, tmp_path, monkeypatch, error):
-    """Two shards; the second run has a disk that works."""
+REFUSED = OSError(errno.EIO, "Input/output error")
+
+
+@pytest.mark.parametrize(
+    ("error", "every"),
+    [
+        pytest.param(REFUSED, 3, id="error"),
+        pytest.param(Killed(), 1, id="kill"),
+        pytest.param(REFUSED, 1, id="error, every step", marks=pytest.mark.slow),
+    ],
+)
+def test_every_step_that_fails_once_leaves_a_run_that_goes_on(small, tmp_path, monkeypatch, error, every):
+    """Two shards; the second run has a disk that works. A kill is the harder one, as nothing is tidied after it."""
     small, steps, stopped = replace(small, count=3), 0, 0
     generate(small, tmp_path / "whole", executor=ONE)
     whole = contents(tmp_path / "whole")
-    for fails_at in range(1, 1000):
+    for fails_at in range(1, 1000, every):
         folder = tmp_path / str(fails_at)
         with broken(monkeypatch, fails_at, error) as breaking:
             try:
@@ -108,7 +118,7 @@ def test_every_step_that_fails_once_leaves_a_run_that_goes_on(small, tmp_path, m
         with broken(monkeypatch, 0, error):
             generate(small, folder, executor=ONE)
         assert contents(folder) == whole, fails_at
-    assert 60 < steps < 1000 and stopped > 50
+    assert 60 < steps < 1000 and stopped > 50 // every
 
 
 def stop_after(monkeypatch, shards: int) -> None:

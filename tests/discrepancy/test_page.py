@@ -60,7 +60,8 @@ def test_a_newcomer_gets_from_csv_files_to_the_machine_with_what_was_found(tmp_p
     lines[0] += f" {TURNS}"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     for line in lines:
-        command = [sys.executable if part == ".venv/bin/python" else part for part in shlex.split(line)]
+        program, *arguments = shlex.split(line)
+        command = [Path(sys.executable).with_name(program), *arguments]
         done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{line}\n{done.stderr}"
     report = json.loads((tmp_path / "report" / "report.json").read_text())

@@ -18,7 +18,7 @@ def test_the_first_record(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", ["data_and_network", "policy", "missing_effect"])
+@pytest.mark.parametrize("page", ["data_and_network", "policy", "missing_effect", "drives"])
 def test_a_tutorial(page: str, tmp_path: Path) -> None:
     lessons.run(f"tutorials/{page}.md", tmp_path)
 

@@ -58,10 +58,10 @@ def test_a_sweep_over_its_own_folder_is_refused(tmp_path):
 
 
 def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path):
-    assert sweep(tmp_path, "seed=0,1,2", "out=sw").returncode == 0
-    done = sweep(tmp_path, "seed=7,8", "out=sw", "overwrite=true")
-    assert "2 jobs, 0 failed: sw/sweep.csv" in done.stdout
-    assert [row["seed"] for row in table(tmp_path / "sw" / TABLE)] == ["7", "8"]
+    assert sweep(tmp_path, "seed=0,1", "out=sw").returncode == 0
+    done = sweep(tmp_path, "seed=7", "out=sw", "overwrite=true")
+    assert "1 job, 0 failed: sw/sweep.csv" in done.stdout
+    assert [row["job"] for row in table(tmp_path / "sw" / TABLE)] == ["0"]
     assert not (tmp_path / "sw" / ".sweep").exists()
 
 

@@ -39,7 +39,7 @@ def place(result, dataset, write_dataset, tmp_path_factory):
 
 
 @pytest.fixture
-def diagnosed(place, monkeypatch, run_command):
+def diagnosed(place, monkeypatch, run_command, plain_pictures):
     """Run the command in the place; its exit code, what it printed and what it complained of."""
     monkeypatch.chdir(place)
     return partial(run_command, command, "model=model")

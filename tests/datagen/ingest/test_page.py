@@ -15,7 +15,7 @@ from indexer_env.presets import config_dir
 from indexer_records.formats import FORMATS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "measured_data.md").read_text(encoding="utf-8")
-LINES = re.findall(r"^\.venv/bin/indexer ingest (.+)$", PAGE, flags=re.MULTILINE)
+LINES = re.findall(r"^indexer ingest (.+)$", PAGE, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize("line", LINES)

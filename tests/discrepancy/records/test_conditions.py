@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from discrepancy.records.conditions import Conditions, conditions_of, table_beside
-from indexer_env.errors import SignalError
+from indexer_env.errors import ParameterError, SignalError
 
 NAMES = ("a.csv", "b/c.csv")
 
@@ -30,7 +30,7 @@ def test_csv_and_yaml_say_the_same(tmp_path: Path) -> None:
     listed = "- {file: a.csv, motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
     listed += "- {file: c.csv, motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
     assert found == conditions_of(NAMES, table(tmp_path, listed, "list.yaml"), {})
-    assert found["a.csv"] == Conditions(1500.0 * 2.0 * math.pi / 60.0, 2.0, math.pi / 2.0)
+    assert found["a.csv"] == Conditions(1500.0 * 2.0 * math.pi / 60.0, 2.0, start_angle=math.pi / 2.0)
     assert found["b/c.csv"].held_out and found["b/c.csv"].unit == "m/s^2"
 
 
@@ -40,6 +40,12 @@ def test_a_cell_goes_before_what_is_known_of_all_files(tmp_path: Path) -> None:
     assert found["a.csv"].motor_speed == 100.0
     assert found["b/c.csv"].motor_speed == pytest.approx(157.0796)
     assert conditions_of(["x"], None, {"motor_speed": 1.0, "load_torque": 0.0})["x"].noise is None
+
+
+@pytest.mark.parametrize(("speed", "load", "name"), [(None, 2.0, "motor_speed"), (157.0, None, "load_torque")])
+def test_speed_and_load_are_needed_here(speed, load, name: str) -> None:
+    with pytest.raises(ParameterError, match=rf"Conditions\.{name} must be a finite number .* got None"):
+        Conditions(speed, load)
 
 
 @pytest.mark.parametrize(
@@ -54,6 +60,10 @@ def test_a_cell_goes_before_what_is_known_of_all_files(tmp_path: Path) -> None:
         ),
         ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
         ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
+        (
+            "file,motor_speed,load_torque,machine\na.csv,1,2,M1\nc.csv,1,2,M2\n",
+            r"machine must be the same .* got M1, M2;",
+        ),
         ("motor_speed\n1\n", r"table of records .* must have one column 'file'"),
         ("file,motor_speed\na.csv,1\na.csv,2\n", r"line 3: a file must have one row, got a second for a\.csv"),
     ],

@@ -1,6 +1,7 @@
 """The report for each answer: its sentence, its keys, a page without the network, and whatever fails behind it."""
 
 import dataclasses
+import functools
 import json
 import re
 from collections.abc import Callable
@@ -28,6 +29,7 @@ KEYS = {
 TWINS = ("tone", "twin", "beat")
 
 Made = Callable[[str], Outcome]
+Filed = Callable[[str], dict[str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +51,12 @@ def made() -> Made:
         return kept[name]
 
     return make
+
+
+@pytest.fixture(scope="module")
+def filed(made: Made) -> Filed:
+    """The files of a case by its name, each drawn once."""
+    return functools.cache(lambda name: report_files(made(name)))
 
 
 @pytest.mark.parametrize(
@@ -86,8 +94,8 @@ def test_a_search_cut_short_says_so() -> None:
     assert json.loads(report_files(outcome)["report.json"])["search"]["complete"] is False
 
 
-def test_json_has_every_key_and_the_finding(made: Made) -> None:
-    files = report_files(made("found"))
+def test_json_has_every_key_and_the_finding(filed: Filed) -> None:
+    files = filed("found")
     report = json.loads(files["report.json"])
     assert report.keys() >= KEYS and (report["verdict"], report["seed"]) == ("found", 5)
     (finding,) = report["findings"]
@@ -105,8 +113,8 @@ def test_json_has_every_key_and_the_finding(made: Made) -> None:
     assert "NaN" not in files["report.json"] and "Infinity" not in files["report.json"]
 
 
-def test_json_holds_all_criteria_and_the_rule_table(made: Made) -> None:
-    report = json.loads(report_files(made("found"))["report.json"])
+def test_json_holds_all_criteria_and_the_rule_table(filed: Filed) -> None:
+    report = json.loads(filed("found")["report.json"])
     assert report["criteria"]["numbers"] == dataclasses.asdict(Criteria())
     assert [row["rule"] for row in report["criteria"]["rules"]] == [rule.name for rule in RULES]
     outcome = run_chain(ChordSubject({}), 5, criteria=Criteria(margin=44.0))
@@ -114,8 +122,8 @@ def test_json_holds_all_criteria_and_the_rule_table(made: Made) -> None:
 
 
 @pytest.mark.parametrize("name", ["found", "family", "stands in", "nothing", "remainder"])
-def test_every_ranking_has_none_of_these(made: Made, name: str) -> None:
-    for ranking in json.loads(report_files(made(name))["report.json"])["ranking"]:
+def test_every_ranking_has_none_of_these(filed: Filed, name: str) -> None:
+    for ranking in json.loads(filed(name)["report.json"])["ranking"]:
         rows = {row["name"]: row for row in ranking["rows"]}
         assert NONE_OF_THESE in rows
         shares = [row["probability"] for row in rows.values() if row["probability"] is not None]
@@ -123,9 +131,9 @@ def test_every_ranking_has_none_of_these(made: Made, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["found", "two", "family", "stands in", "nothing", "remainder"])
-def test_the_page_opens_offline_and_says_first_what_is_missing(made: Made, name: str) -> None:
+def test_the_page_opens_offline_and_says_first_what_is_missing(made: Made, filed: Filed, name: str) -> None:
     outcome = made(name)
-    page = report_files(outcome)["report.html"]
+    page = filed(name)["report.html"]
 
     class Links(HTMLParser):
         found: tuple[str, ...] = ()
@@ -153,11 +161,11 @@ def test_a_name_with_dollars_is_no_formula(made: Made, monkeypatch) -> None:
     assert "run_$1_{$2.csv" in report_files(outcome)["report.html"]
 
 
-def test_a_report_is_the_same_for_the_same_seed(made: Made) -> None:
+def test_a_report_is_the_same_for_the_same_seed(filed: Filed) -> None:
     seen: list[str] = []
     again = run_chain(ChordSubject({"tone": 10.0}), 5, seen.append)
     assert tuple(seen) == STAGES
-    assert report_files(again) == report_files(made("found"))
+    assert report_files(again) == filed("found")
 
 
 @pytest.mark.parametrize(
@@ -199,9 +207,9 @@ def test_a_torque_is_averaged_over_windows_with_its_spread() -> None:
     assert len(middle) == 3
 
 
-def test_the_machine_holds_what_is_established_and_no_hint(made: Made) -> None:
-    assert yaml.safe_load(report_files(made("found"))["machine.yaml"])["tone.size"] == pytest.approx(10.0, abs=0.3)
-    assert "tone.size" not in report_files(made("stands in"))["machine.yaml"]
+def test_the_machine_holds_what_is_established_and_no_hint(filed: Filed) -> None:
+    assert yaml.safe_load(filed("found")["machine.yaml"])["tone.size"] == pytest.approx(10.0, abs=0.3)
+    assert "tone.size" not in filed("stands in")["machine.yaml"]
 
 
 def test_what_is_said_of_the_machine_stands_in_its_file_and_on_the_page(made: Made) -> None:

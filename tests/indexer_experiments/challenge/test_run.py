@@ -132,7 +132,11 @@ def test_a_number_of_processes_for_a_cluster_is_refused(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "number"), [("none", 0), ("single", list(HIDDEN).index("sensor.gain"))], ids=["none", "sensor.gain"]
+    ("kind", "number"),
+    [
+        pytest.param("none", 0, id="none", marks=pytest.mark.slow),
+        pytest.param("single", list(HIDDEN).index("sensor.gain"), id="sensor.gain"),
+    ],
 )
 def test_short_challenge(kind: str, number: int) -> None:
     """Seed 3, 0.7 table turns a record, a gap of about 5: records through files, searched, scored, with intervals."""
