@@ -12,12 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
 import random
-import shutil
-import signal
-import socket
-import subprocess
 import sys
 import tempfile
 import threading
@@ -29,64 +24,23 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.monitor.machines import RADIUS_M, WORK, model
+from benchmarks.monitor.programs import (
+    MOSQUITTO,
+    PATIENCE_S,
+    POSTGRES,
+    Database,
+    Process,
+    broker_process,
+    free_port,
+    listening,
+    wait,
+)  # fmt: skip
 from monitor.intake.blocks import NANO
 from monitor.sources import demo
 from monitor.sources.mqtt import Broker
 from monitor.store import Store, StoreDown
 
-MOSQUITTO = shutil.which("mosquitto", path=os.environ.get("PATH", "") + ":/usr/sbin")
 TURN_S = 8.2
-_PATIENCE_S = 300.0
-
-
-def free_port() -> int:
-    """A port of this host that nobody uses."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-class Process:
-    """A program that can be killed and started again."""
-
-    def __init__(self, command: list[str], folder: Path, name: str) -> None:
-        self.command, self._log, self._folder = command, folder / f"{name}.log", folder
-        self.process: subprocess.Popen[bytes] | None = None
-
-    def start(self) -> None:
-        """Start it."""
-        with self._log.open("ab") as log:
-            self.process = subprocess.Popen(
-                self.command, stdout=log, stderr=log, cwd=self._folder, start_new_session=True,
-                env=os.environ | {"PYTHONPATH": os.getcwd()},
-            )  # fmt: skip
-
-    def kill(self) -> None:
-        """kill -9, and wait until it is gone."""
-        if self.process is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-
-    def end(self) -> None:
-        """Ask it to end."""
-        if self.process is not None:
-            self.process.terminate()
-            try:
-                self.process.wait(30)
-            except subprocess.TimeoutExpired:
-                self.kill()
-
-
-def broker_process(folder: Path, port: int, kept: bool = True) -> Process:
-    """Mosquitto; `kept`: it writes all that it holds with every message, so that its kill loses nothing."""
-    config = folder / "mosquitto.conf"
-    config.write_text(
-        f"listener {port} 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\nmax_inflight_messages 0\nuser root\n"
-        + f"persistence true\npersistence_location {folder}/\nautosave_interval 1\nautosave_on_changes true\n" * kept
-    )
-    assert MOSQUITTO is not None
-    return Process([MOSQUITTO, "-c", str(config)], folder, "broker")
 
 
 class Publisher:
@@ -138,16 +92,19 @@ class Publisher:
             self.sent += 1
 
 
-def measure(
-    target: str, kills: int, machines: int, speed: float, seed: int, url: str | None = None
-) -> dict[str, object]:
-    """Kill `target` (monitor or broker) so many times; the counts of what was lost, doubled or left out."""
+def measure(target: str, kills: int, machines: int, speed: float, seed: int) -> dict[str, object]:
+    """Kill `target` (monitor, broker or database) so many times; the counts of what was lost, doubled or left out."""
     model()
     with tempfile.TemporaryDirectory() as work, contextlib.ExitStack() as stack:
         folder = Path(work)
         port, page = free_port(), free_port()
         broker = broker_process(folder, port)
-        store_url = url or f"sqlite:///{folder}/kept/monitor.sqlite"
+        store_url = f"sqlite:///{folder}/kept/monitor.sqlite"
+        processes: dict[str, Process | Database] = {}
+        if target == "database":
+            folder.chmod(0o755)
+            processes["database"] = database = Database(folder / "database")
+            store_url = database.url
         monitor = Process(
             [
                 sys.executable, "-m", "monitor", f"source=mqtt://127.0.0.1:{port}/plant/+/acceleration",
@@ -156,7 +113,7 @@ def measure(
             ],
             folder, "monitor",
         )  # fmt: skip
-        processes = {"monitor": monitor, "broker": broker}
+        processes |= {"broker": broker, "monitor": monitor}
         for process in processes.values():
             process.start()
             stack.callback(process.end)
@@ -215,7 +172,7 @@ def _turns(store: Store) -> list[tuple[str, int, int]]:
             for turn in store.turns(one["machine"], count=100_000):
                 yield one["machine"], turn["number"], turn["start_ns"]
 
-    until = time.monotonic() + _PATIENCE_S
+    until = time.monotonic() + PATIENCE_S
     while True:
         try:
             return list(read())
@@ -224,27 +181,10 @@ def _turns(store: Store) -> list[tuple[str, int, int]]:
             time.sleep(0.2)
 
 
-def listening(port: int) -> bool:
-    """Whether something answers at a port of this host."""
-    try:
-        socket.create_connection(("127.0.0.1", port), 1.0).close()
-    except OSError:
-        return False
-    return True
-
-
-def wait(condition, what: str) -> None:
-    """Wait until it is so."""
-    until = time.monotonic() + _PATIENCE_S
-    while not condition():
-        assert time.monotonic() < until, f"{what} did not come"
-        time.sleep(0.1)
-
-
 def main(arguments: list[str]) -> None:
     """The command."""
     parser = argparse.ArgumentParser(prog="benchmarks.monitor kill")
-    parser.add_argument("--target", choices=("monitor", "broker"), default="monitor")
+    parser.add_argument("--target", choices=("monitor", "broker", "database"), default="monitor")
     parser.add_argument("--kills", type=int, default=30)
     parser.add_argument("--machines", type=int, default=4)
     parser.add_argument("--speed", type=float, default=3.0)
@@ -252,4 +192,6 @@ def main(arguments: list[str]) -> None:
     given = parser.parse_args(arguments)
     if MOSQUITTO is None:
         raise SystemExit("needs Mosquitto: apt-get install mosquitto")
+    if given.target == "database" and POSTGRES is None:
+        raise SystemExit("needs PostgreSQL: apt-get install postgresql")
     print(json.dumps(measure(given.target, given.kills, given.machines, given.speed, given.seed), indent=1))
