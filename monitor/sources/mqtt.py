@@ -7,9 +7,9 @@ store: what the monitor had not stored when it was killed is sent again.
 
 from __future__ import annotations
 
-import logging
 import re
 import ssl
+import sys
 import threading
 from dataclasses import dataclass, field
 from urllib.parse import unquote
@@ -23,8 +23,6 @@ from indexer_env.errors import SignalError, refuse
 from monitor.engine import Arrival, Engine
 from monitor.intake.payload import block_of
 from monitor.sources.base import Source
-
-_log = logging.getLogger(__name__)
 
 SESSION_S = 7 * 24 * 3600
 """How long the broker keeps messages for a monitor that is away."""
@@ -104,7 +102,8 @@ def read_url(url: str, tls: Tls = Tls(), version: int = 5, password: str | None 
     found = _URL.fullmatch(url)
     if found is None:
         rule = "demo, broker, mqtt[s]://HOST:PORT/TOPIC, opc.tcp://HOST:PORT, folder:PATH or replay:PATH"
-        raise refuse("monitor", "source", rule, "another")
+        # What may hold a password is not repeated.
+        raise refuse("monitor", "source", rule, "another" if "@" in url else url)
     secure = found["scheme"] == "mqtts"
     user = None if found["user"] is None else unquote(found["user"])
     given = password if found["password"] is None else unquote(found["password"])
@@ -145,6 +144,7 @@ class MqttSource(Source):
         """As `Source.run`."""
         client = self._broker.client(self._client_id, keep_session=True)
         client.on_connect = self._on_connect
+        client.on_connect_fail = self._on_connect_fail
         client.on_disconnect = self._on_disconnect
         client.on_subscribe = lambda *_: self.subscribed.set()
         client.on_message = lambda client, _, message: self._on_message(engine, client, message)
@@ -160,13 +160,26 @@ class MqttSource(Source):
 
     def _on_connect(self, client: paho.Client, _user: object, _flags: object, reason: object, _more: object) -> None:
         if getattr(reason, "is_failure", False):
-            _log.warning("the broker %s:%d refuses: %s", self._broker.host, self._broker.port, reason)
+            self.tell(f"the broker {self._at} refuses the connection ({reason}); trying again")
             return
         self.connected.set()
+        self.tell(None)
         client.subscribe(self._topic, qos=1)
 
+    def _on_connect_fail(self, *_: object) -> None:
+        # Paho calls this while it handles the exception, and hands over no reason.
+        reason = sys.exc_info()[1]
+        said = getattr(reason, "strerror", None) or str(reason)
+        self.tell(f"the broker {self._at} cannot be reached ({said}); trying again")
+
     def _on_disconnect(self, *_: object) -> None:
+        if self.connected.is_set():
+            self.tell(f"the connection to the broker {self._at} has ended; trying again")
         self.connected.clear()
+
+    @property
+    def _at(self) -> str:
+        return f"{self._broker.host}:{self._broker.port}"
 
     def _on_message(self, engine: Engine, client: paho.Client, message: paho.MQTTMessage) -> None:
         machine = self.machine_of(message.topic)

@@ -107,6 +107,21 @@ def test_a_dead_sensor_is_shown_as_such(tab):
     page.get_by_text("it is dead").wait_for(state="detached")
 
 
+def test_a_silent_machine_and_a_broker_that_is_away_are_shown_as_such(tab):
+    monitor, open_page = tab
+    troubles = monitor.api.troubles = ["the broker plant:1883 cannot be reached (no route); trying again"].copy
+    page = open_page()
+    page.get_by_text(troubles()[0]).wait_for()
+    monitor.send(1, 1.0)
+    page.get_by_role("heading", name="The machine runs as usual.").wait_for()
+    monitor.engine._stale_s = 0.2
+    page.get_by_text("no samples have come for").wait_for()
+    page.get_by_role("heading", name="One machine needs attention").wait_for()
+    monitor.api.troubles = list
+    monitor.hub.again()
+    page.get_by_text(troubles()[0]).wait_for(state="detached")
+
+
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("path", ["", "#/m/press-1", "#/m/press-1/f/backlash_deg", "#/m/press-1/t/2", "#/m/nobody"])
 def test_no_view_is_wider_than_the_screen(tab, path, width):

@@ -13,6 +13,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 import monitor.__main__ as command
+from benchmarks.monitor.programs import free_port
 from indexer_env.errors import ParameterError
 from indexer_env.presets import config_dir
 from indexer_records.measured import Reading
@@ -20,7 +21,7 @@ from monitor.outputs.outbox import Sender
 from monitor.outputs.webhook import WebhookDelivery
 from monitor.settings import settings_of
 from monitor.sources.folder import FolderSource, machine_of, time_of
-from monitor.sources.mqtt import MqttSource, Tls, read_url
+from monitor.sources.mqtt import Broker, MqttSource, Tls, read_url
 from monitor.sources.replay import blocks_of
 from tests.monitor.conftest import WAIT_S
 
@@ -117,8 +118,23 @@ def test_the_address_of_a_broker_is_read_and_its_password_not_repeated():
         with pytest.raises(ParameterError) as caught:
             read_url(url)
         assert "geheim" not in str(caught.value)
+    with pytest.raises(ParameterError, match="'brokr'"):
+        read_url("brokr")
     with pytest.raises(ParameterError, match="machine"):
         MqttSource(broker, "plant/one", "x")
+
+
+def test_a_broker_that_cannot_be_reached_is_told_once_until_it_can(monitor):
+    source, told = MqttSource(Broker("127.0.0.1", free_port()), "plant/+/acceleration", "x"), []
+    source.told = lambda: told.append(source.trouble)
+    source.start(monitor.engine)
+    wait_for(lambda: source.trouble is not None)
+    assert "127.0.0.1" in source.trouble and "refused" in source.trouble and "trying again" in source.trouble
+    time.sleep(1.5)  # it is tried again after a second
+    assert len(told) == 1
+    source._on_connect(source._broker.client("y", keep_session=False), None, None, 0, None)
+    source.stop()
+    assert told[1:] == [None]
 
 
 @pytest.mark.parametrize(
