@@ -71,7 +71,10 @@ class Service:
         self._settings, self._say = settings, say
         # A turn's network is far too small to be shared out among cores.
         torch.set_num_threads(1)
-        settings.out.mkdir(parents=True, exist_ok=True)
+        try:
+            settings.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise refuse("monitor", "out", f"a folder ({error.strerror})", str(settings.out)) from None
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
         diagnoser, settings = _diagnoser(settings)

@@ -46,13 +46,15 @@ class Tls:
     key: str | None = None
 
     def context(self) -> ssl.SSLContext:
-        """Checks the broker's certificate and name."""
+        """Checks the broker's certificate and name; raises ParameterError for files that cannot be used."""
+        key, rule = "authority", "a PEM file of authorities that can be read"
         try:
             context = ssl.create_default_context(cafile=self.authority)
             if self.certificate is not None:
+                key, rule = "certificate", "a PEM file that can be read, with that of its key in mqtt.key"
                 context.load_cert_chain(self.certificate, self.key)
         except (OSError, ssl.SSLError) as error:
-            raise refuse("mqtt", "tls", f"PEM files that can be read ({error})", self.authority) from None
+            raise refuse("mqtt", key, f"{rule} ({error.strerror or error})", getattr(self, key)) from None
         return context
 
 
@@ -125,7 +127,7 @@ class MqttSource(Source):
     Raises
     ------
     ParameterError
-        A topic without wildcard.
+        A topic without wildcard, or certificates that cannot be read.
     """
 
     def __init__(self, broker: Broker, topic: str, client_id: str) -> None:
@@ -133,6 +135,8 @@ class MqttSource(Source):
         if "+" not in topic and "#" not in topic:
             raise refuse("monitor", "source", "a topic with + in the place of the machine's name", topic)
         self.name = f"mqtt://{broker.host}:{broker.port}/{topic}"
+        if broker.secure:
+            broker.tls.context()
         self._broker, self._topic, self._client_id = broker, topic, client_id
         self._pattern = re.compile(
             re.escape(topic).replace(r"\+", "([^/]+)").replace("/\\#", "/(.+)").replace("\\#", "(.+)")
