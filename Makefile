@@ -20,7 +20,7 @@ export PYTHONDONTWRITEBYTECODE :=
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-slow bench docs wheel lint format types contract clean distclean
+.PHONY: help demo monitor test test-slow bench docs wheel lint format types contract clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -31,6 +31,7 @@ help: ## show this list
 
 BASE    := $(VENV)/base.stamp
 RUNTIME := $(VENV)/runtime.stamp
+MONITOR := $(VENV)/monitor.stamp
 DEV     := $(VENV)/dev.stamp
 BENCH   := $(VENV)/bench.stamp
 DOCS    := $(VENV)/docs.stamp
@@ -50,10 +51,14 @@ $(RUNTIME): pyproject.toml constraints.txt | $(BASE)
 	$(PIP) install --editable . $(PINS)
 	@touch $@
 
-# What tests need includes what the demo needs, so both stamps are fresh after it.
+$(MONITOR): pyproject.toml constraints.txt | $(BASE)
+	$(PIP) install --editable '.[monitor]' $(PINS)
+	@touch $(RUNTIME) $@
+
+# What tests need includes what the demo and the monitor need, so all three stamps are fresh after it.
 $(DEV): pyproject.toml constraints.txt | $(BASE)
 	$(PIP) install --editable '.[dev]' $(PINS)
-	@touch $(RUNTIME) $@
+	@touch $(RUNTIME) $(MONITOR) $@
 
 $(BENCH): pyproject.toml constraints.txt | $(BASE)
 	$(PIP) install --editable '.[bench]' $(PINS)
@@ -62,7 +67,7 @@ $(BENCH): pyproject.toml constraints.txt | $(BASE)
 # The API is written from docstrings, so all that the packages import must be there.
 $(DOCS): pyproject.toml constraints.txt | $(BASE)
 	$(PIP) install --editable '.[dev,docs]' $(PINS)
-	@touch $(RUNTIME) $(DEV) $@
+	@touch $(RUNTIME) $(MONITOR) $(DEV) $@
 
 # ---------------------------------------------------------------------------------------------- main job
 
@@ -81,7 +86,10 @@ demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record;
 	@echo "The twin: demo/twin/report.html"
 	@echo "Pictures:"
 	@find demo -name '*.png' | sort | sed 's/^/  /'
-	@echo "Next, a machine that wears out before your eyes: $(PIP) install -e '.[monitor]' -c constraints.txt && $(BIN)/indexer monitor"
+	@echo "Next, machines that wear out before your eyes: make monitor"
+
+monitor: $(MONITOR) ## watch simulated machines wear out on a page of this host; Ctrl-C ends
+	$(BIN)/indexer monitor
 
 bench: $(BENCH) ## measure speed and accuracy beside other solvers; fills the table in benchmarks/README.md
 	$(RUN) -m benchmarks

@@ -30,7 +30,12 @@ def turns(count: int) -> np.ndarray:
 def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:
     """Send them."""
     client = mqtt.Client(CallbackAPIVersion.VERSION2, "logger")
-    client.connect(host, int(port))
+    try:
+        client.connect(host, int(port))
+    except (OSError, ValueError) as error:
+        raise SystemExit(
+            f"error: no broker can be reached at {host}:{port} ({error}); start the monitor first."
+        ) from None
     client.loop_start()
     samples, start = turns(count), time.time()
     for sequence, first in enumerate(range(0, len(samples), 1000)):

@@ -71,7 +71,10 @@ class Service:
         self._settings, self._say = settings, say
         # A turn's network is far too small to be shared out among cores.
         torch.set_num_threads(1)
-        settings.out.mkdir(parents=True, exist_ok=True)
+        try:
+            settings.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise refuse("monitor", "out", f"a folder ({error.strerror})", str(settings.out)) from None
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
         diagnoser, settings = _diagnoser(settings)
@@ -97,9 +100,12 @@ class Service:
         self._sources = self._make_sources()
         self._make_senders()
         gate = Gate(settings.access)
+        for source in self._sources:
+            source.told = self._hub.again
         api = Api(
-            self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None
-        )
+            self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None,
+            troubles=lambda: [source.trouble for source in self._sources if source.trouble is not None],
+        )  # fmt: skip
         app = make_app(api, Metrics(self.engine, self._store), settings.local)
         config = uvicorn.Config(
             app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, ws="none",
@@ -195,7 +201,9 @@ class Service:
     def _with_demo(self, settings: Settings) -> Settings:
         model = settings.out / "demo-model"
         if not (model / "model.yaml").is_file():
-            self._say(f"making the demonstration's model: {_DEMO_RECORDS} simulated turns, one network (once, ~40 s) …")
+            self._say(
+                f"making the demonstration's model: {_DEMO_RECORDS} simulated turns, one network (once, some 40 s) …"
+            )
             demo.make_model(model, _DEMO_RECORDS)
         return replace(settings, models=(model,), plan=replace(settings.plan, sensor_radius=_DEMO_RADIUS_M))
 
@@ -252,6 +260,10 @@ def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
     if settings.twin is None:
         diagnoser = ClassifierDiagnoser([load_model(path) for path in settings.models])
         _check_limits(settings, diagnoser)
+        if diagnoser.needs_radius and settings.plan.sensor_radius is None:
+            remedy = "give sensor_radius=NUMBER"
+            rule = "the accelerometers' distance from the table's axis in m, as the model was taught at a known one"
+            raise refuse("monitor", "sensor_radius", rule, None, remedy)
         return diagnoser, settings
     diagnoser = TwinDiagnoser(Twin.load(settings.twin), settings.load_torque, settings.motor_speeds)
     unknown = {name: limits for name, limits in settings.plan.limits.items() if name == CHANGE}

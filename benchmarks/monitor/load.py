@@ -2,7 +2,8 @@
 
 All of it as it is used: 1 s blocks as JSON go to Mosquitto, `indexer monitor` fetches them, and a client of the page's
 events sees the turns. The time from a turn's last sample is that from the publication of the block that holds it to the
-event with the turn's number.
+event with the turn's number. Memory is the resident set of the process that listens, once a second; after the run the
+store is asked which turns have no diagnosis.
 """
 
 from __future__ import annotations
@@ -16,15 +17,17 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.monitor.kill import MOSQUITTO, Process, broker_process, free_port, listening, wait
 from benchmarks.monitor.machines import RADIUS_M, WORK, model
+from benchmarks.monitor.programs import MOSQUITTO, Process, broker_process, free_port, listening, wait
 from monitor.intake.blocks import NANO
 from monitor.sources import demo
 from monitor.sources.mqtt import Broker
+from monitor.store import Store
 
 _BLOCK = 1000
 _SETTLING_S = 60.0
@@ -52,7 +55,7 @@ class Page:
                 self._newest[summary["machine"]] = summary["turns"]
 
 
-def measure(machines: int, seconds: int) -> dict[str, float]:
+def measure(machines: int, seconds: int) -> dict[str, object]:
     """Send 1 s blocks of so many machines in real time."""
     model()
     turn = demo.records("press-1", 2)[1]
@@ -82,6 +85,7 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
         handed: dict[tuple[str, int], float] = {}
         used, began, start_ns = _processor_s(pid), time.monotonic(), int(time.time()) * NANO
         memory: list[float] = []
+        spent: list[float] = []
         for second in range(seconds):
             done = _BLOCK * (second + 1) // len(turn)
             for number in range(machines):
@@ -94,6 +98,9 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
                 text = json.dumps(head)[:-1] + ', "values": ' + texts[second % len(texts)] + "}"
                 client.publish(f"plant/{name}/acceleration", text, 1)
             memory.append(_memory_mib(pid))
+            spent.append(_processor_s(pid))
+            if second % 60 == 59:
+                print(f"{second + 1} s: {len(page.seen)} turns, {memory[-1]:.0f} MiB", file=sys.stderr, flush=True)
         settled = len(page.seen)
         used, wall = _processor_s(pid) - used, time.monotonic() - began
         expected = machines * (_BLOCK * seconds // len(turn))
@@ -102,21 +109,39 @@ def measure(machines: int, seconds: int) -> dict[str, float]:
             time.sleep(0.05)
         client.disconnect()
         client.loop_stop()
+        kept = _kept(f"sqlite:///{folder}/kept/monitor.sqlite")
         delays = [page.seen[key] - at for key, at in handed.items() if key in page.seen]
         return {
             "machines": machines,
             "seconds": seconds,
             "turns_expected": expected,
             "turns": len(page.seen),
+            **kept,
             "turns_when_the_last_was_sent": settled,
             "processor_share_of_a_core": used / wall,
             "delay_median_ms": 1000 * float(np.median(delays)),
             "delay_99_ms": 1000 * float(np.quantile(delays, 0.99)),
-            "memory_mib_first_tenth": memory[len(memory) // 10],
-            "memory_mib_half_way": memory[len(memory) // 2],
-            "memory_mib_end": memory[-1],
+            "processor_share_by_tenths": [float(np.mean(np.diff(part))) for part in np.array_split(spent, 10)],
+            "memory_mib_by_tenths": [float(np.median(part)) for part in np.array_split(memory, 10)],
             "memory_mib_most": max(memory),
+            "memory_slope_mib_per_h_second_half": _slope_per_h(memory[len(memory) // 2 :]),
         }
+
+
+def _kept(url: str) -> dict[str, object]:
+    """What the store says after the run: turns, those without a diagnosis, and states of the machines."""
+    store = Store(url)
+    turns = [turn for one in store.machines() for turn in store.turns(one["machine"], count=1_000_000)]
+    states: Counter[str] = Counter()
+    for one in store.machines():
+        states.update({name: state["count"] for name, state in one["states"].items()})
+    store.close()
+    problems = Counter(turn["problem"] for turn in turns if turn["problem"])
+    return {"turns_in_store": len(turns), "not_diagnosed": dict(problems), "states": dict(states)}
+
+
+def _slope_per_h(memory: list[float]) -> float:
+    return 3600.0 * float(np.polyfit(range(len(memory)), memory, 1)[0]) if len(memory) > 1 else float("nan")
 
 
 def _memory_mib(pid: int) -> float:

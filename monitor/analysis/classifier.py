@@ -56,6 +56,11 @@ class ClassifierDiagnoser:
             quantities += [name for name in part.names if name not in quantities]
         self.modes, self.quantities = tuple(modes), tuple(quantities)
 
+    @property
+    def needs_radius(self) -> bool:
+        """Whether turns can be compared only where the radius of the accelerometer is known."""
+        return any(model.conditions.sensor_radius is not None for model in self._models.values())
+
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str] | None:
         """The state that keeps a turn from being diagnosed, and a sentence; None: sound."""
         if turn.record is None:

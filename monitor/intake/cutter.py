@@ -15,6 +15,9 @@ from monitor.intake.blocks import NANO, Block
 SPEED_TOLERANCE = 0.02
 """By which share a stated speed may differ from that of a mode, as a turn between two pulses may."""
 
+_TURNS_BACK = 4
+"""Turns for which it is known when each block was taken: a turn is told before another of its length has passed."""
+
 
 @dataclass(frozen=True)
 class Mode:
@@ -75,7 +78,7 @@ class Cutter:
         self._modes, self._pulse_range, self._pulse = tuple(modes), pulse_range, pulse
         self._streams: dict[str, TurnStream] = {}
         self._kind: tuple[float, bool, str] | None = None
-        self._places: deque[tuple[int, int, float]] = deque(maxlen=4096)
+        self._places: deque[tuple[int, int, float]] = deque()
         self._count = 0
 
     def feed(self, block: Block, restart: bool) -> list[CutTurn]:
@@ -96,6 +99,9 @@ class Cutter:
         if restart or kind != self._kind:
             self._begin(looking, block, kind)
         self._places.append((self._count, block.start_ns, block.rate))
+        needed = self._count - _TURNS_BACK * max(mode.duration for mode in self._modes) * block.rate
+        while len(self._places) > 1 and self._places[1][0] <= needed:
+            self._places.popleft()
         self._count += block.values.size
         turns = [
             CutTurn(mode, self.time_of(turn.start), turn, block.pulse is not None)

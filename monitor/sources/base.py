@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 from monitor.engine import Engine
 
@@ -18,11 +19,17 @@ class Source(ABC):
     ----------
     name : str
         As /metrics and messages call it, without passwords.
+    trouble : str or None
+        Why no samples can come at present, as a sentence for the page.
+    told : callable
+        Called when that has changed.
     """
 
     name: str
 
     def __init__(self) -> None:
+        self.trouble: str | None = None
+        self.told: Callable[[], None] = lambda: None
         self.stopping = threading.Event()
         self.failure: BaseException | None = None
         self._thread: threading.Thread | None = None
@@ -42,9 +49,19 @@ class Source(ABC):
     def run(self, engine: Engine) -> None:
         """Hand over blocks until `stopping` is set or there are no more."""
 
+    def tell(self, trouble: str | None) -> None:
+        """What keeps samples from coming, in the log and on the page; None: nothing any more."""
+        if trouble == self.trouble or self.stopping.is_set():
+            return
+        self.trouble = trouble
+        if trouble is not None:
+            _log.warning("%s", trouble)
+        self.told()
+
     def _guarded(self, engine: Engine) -> None:
         try:
             self.run(engine)
         except BaseException as error:
             self.failure = error
             _log.exception("the source %s has stopped", self.name)
+            self.tell(f"the source {self.name} has stopped: {error}")

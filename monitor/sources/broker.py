@@ -24,14 +24,13 @@ class BuiltInBroker:
 
     def start(self) -> None:
         """Begin; raises ParameterError where the port is taken."""
-        for name in ("amqtt", "transitions"):
-            logging.getLogger(name).setLevel(logging.ERROR)
+        # A port that is taken is told below; its own words for it are a traceback.
+        _listen_to_it(logging.CRITICAL)
         self._thread.start()
         self._ready.wait(timeout=30.0)
         if self._failure is not None:
-            raise refuse(
-                "monitor", "broker_port", "a free port of this host", self.port, "choose another"
-            ) from self._failure
+            raise refuse("monitor", "broker_port", "a free port of this host", self.port, "choose another") from None
+        _listen_to_it(logging.ERROR)
 
     def stop(self) -> None:
         """End."""
@@ -61,3 +60,8 @@ class BuiltInBroker:
         self._ready.set()
         await self._stop.wait()
         await broker.shutdown()
+
+
+def _listen_to_it(level: int) -> None:
+    for name in ("amqtt", "transitions"):
+        logging.getLogger(name).setLevel(level)

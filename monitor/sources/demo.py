@@ -33,7 +33,7 @@ from monitor.sources.base import Source
 from monitor.sources.mqtt import Broker
 
 TURNS = 240
-PERIOD_S = 0.4
+PERIOD_S = 0.25
 HOURS = 6.0
 
 MACHINES = ("press-1", "press-2", "press-3")

@@ -7,9 +7,9 @@ store: what the monitor had not stored when it was killed is sent again.
 
 from __future__ import annotations
 
-import logging
 import re
 import ssl
+import sys
 import threading
 from dataclasses import dataclass, field
 from urllib.parse import unquote
@@ -23,8 +23,6 @@ from indexer_env.errors import SignalError, refuse
 from monitor.engine import Arrival, Engine
 from monitor.intake.payload import block_of
 from monitor.sources.base import Source
-
-_log = logging.getLogger(__name__)
 
 SESSION_S = 7 * 24 * 3600
 """How long the broker keeps messages for a monitor that is away."""
@@ -48,13 +46,15 @@ class Tls:
     key: str | None = None
 
     def context(self) -> ssl.SSLContext:
-        """Checks the broker's certificate and name."""
+        """Checks the broker's certificate and name; raises ParameterError for files that cannot be used."""
+        key, rule = "authority", "a PEM file of authorities that can be read"
         try:
             context = ssl.create_default_context(cafile=self.authority)
             if self.certificate is not None:
+                key, rule = "certificate", "a PEM file that can be read, with that of its key in mqtt.key"
                 context.load_cert_chain(self.certificate, self.key)
         except (OSError, ssl.SSLError) as error:
-            raise refuse("mqtt", "tls", f"PEM files that can be read ({error})", self.authority) from None
+            raise refuse("mqtt", key, f"{rule} ({error.strerror or error})", getattr(self, key)) from None
         return context
 
 
@@ -104,7 +104,8 @@ def read_url(url: str, tls: Tls = Tls(), version: int = 5, password: str | None 
     found = _URL.fullmatch(url)
     if found is None:
         rule = "demo, broker, mqtt[s]://HOST:PORT/TOPIC, opc.tcp://HOST:PORT, folder:PATH or replay:PATH"
-        raise refuse("monitor", "source", rule, "another")
+        # What may hold a password is not repeated.
+        raise refuse("monitor", "source", rule, "another" if "@" in url else url)
     secure = found["scheme"] == "mqtts"
     user = None if found["user"] is None else unquote(found["user"])
     given = password if found["password"] is None else unquote(found["password"])
@@ -126,7 +127,7 @@ class MqttSource(Source):
     Raises
     ------
     ParameterError
-        A topic without wildcard.
+        A topic without wildcard, or certificates that cannot be read.
     """
 
     def __init__(self, broker: Broker, topic: str, client_id: str) -> None:
@@ -134,6 +135,8 @@ class MqttSource(Source):
         if "+" not in topic and "#" not in topic:
             raise refuse("monitor", "source", "a topic with + in the place of the machine's name", topic)
         self.name = f"mqtt://{broker.host}:{broker.port}/{topic}"
+        if broker.secure:
+            broker.tls.context()
         self._broker, self._topic, self._client_id = broker, topic, client_id
         self._pattern = re.compile(
             re.escape(topic).replace(r"\+", "([^/]+)").replace("/\\#", "/(.+)").replace("\\#", "(.+)")
@@ -145,6 +148,7 @@ class MqttSource(Source):
         """As `Source.run`."""
         client = self._broker.client(self._client_id, keep_session=True)
         client.on_connect = self._on_connect
+        client.on_connect_fail = self._on_connect_fail
         client.on_disconnect = self._on_disconnect
         client.on_subscribe = lambda *_: self.subscribed.set()
         client.on_message = lambda client, _, message: self._on_message(engine, client, message)
@@ -160,13 +164,26 @@ class MqttSource(Source):
 
     def _on_connect(self, client: paho.Client, _user: object, _flags: object, reason: object, _more: object) -> None:
         if getattr(reason, "is_failure", False):
-            _log.warning("the broker %s:%d refuses: %s", self._broker.host, self._broker.port, reason)
+            self.tell(f"the broker {self._at} refuses the connection ({reason}); trying again")
             return
         self.connected.set()
+        self.tell(None)
         client.subscribe(self._topic, qos=1)
 
+    def _on_connect_fail(self, *_: object) -> None:
+        # Paho calls this while it handles the exception, and hands over no reason.
+        reason = sys.exc_info()[1]
+        said = getattr(reason, "strerror", None) or str(reason)
+        self.tell(f"the broker {self._at} cannot be reached ({said}); trying again")
+
     def _on_disconnect(self, *_: object) -> None:
+        if self.connected.is_set():
+            self.tell(f"the connection to the broker {self._at} has ended; trying again")
         self.connected.clear()
+
+    @property
+    def _at(self) -> str:
+        return f"{self._broker.host}:{self._broker.port}"
 
     def _on_message(self, engine: Engine, client: paho.Client, message: paho.MQTTMessage) -> None:
         machine = self.machine_of(message.topic)

@@ -21,8 +21,6 @@ from monitor.engine import Arrival, Engine
 from monitor.intake.blocks import NANO, Block
 from monitor.sources.base import Source
 
-_log = logging.getLogger(__name__)
-
 SCHEME = "opc.tcp://"
 
 _PUBLISH_MS = 100.0
@@ -130,7 +128,7 @@ class OpcUaSource(Source):
                 await self._listen(engine)
             except Exception as reason:
                 # Whatever a server answers: it is tried again, and told.
-                _log.warning("the OPC UA server %s cannot be used (%s); trying again", self.name, _said(reason))
+                self.tell(f"the OPC UA server {self.name} cannot be used ({_said(reason)}); trying again")
             self.subscribed = False
             await self._wait(_RETRY_S)
 
@@ -147,6 +145,7 @@ class OpcUaSource(Source):
                 if not isinstance(handle, int):
                     raise ConnectionError(f"it has no such node for {machine}: {handle.name}")
             self.subscribed = True
+            self.tell(None)
             while not self.stopping.is_set():
                 await self._wait(_WATCH_S)
                 await client.check_connection()

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from sqlalchemy import delete, func, insert, select
 
 from indexer_cli.places.local import whole_file
-from monitor.store.schema import ARCHIVE, EXPLANATION, RAW, TURN
+from monitor.store.schema import ARCHIVE, EXPLANATION, MACHINE, RAW, TURN
 from monitor.store.store import Store
 
 FILE_TURNS = 256
@@ -38,7 +38,9 @@ def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
     with store.transaction() as connection:
         old = connection.execute(select(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns)).all()
         connection.execute(delete(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns))
-        connection.execute(delete(TURN).where(TURN.c.start_ns < turns_before_ns))
+        # By machine, so that the index finds them: all turns of a year are too many to look through.
+        for machine in connection.execute(select(MACHINE.c.name)).scalars().all():
+            connection.execute(delete(TURN).where(TURN.c.machine == machine, TURN.c.start_ns < turns_before_ns))
         connection.execute(delete(EXPLANATION).where(EXPLANATION.c.time_ns < turns_before_ns))
     for row in old:
         Path(row.file).unlink(missing_ok=True)

@@ -33,7 +33,8 @@ LARGEST_BODY = 8192
 
 @dataclass(eq=False)
 class Api:
-    """The handlers and what they need; `physical`: whether physics is asked about machines."""
+    """The handlers and what they need; `physical`: whether physics is asked about machines; `troubles`: what keeps
+    samples from coming."""
 
     store: Store
     engine: Engine
@@ -42,6 +43,7 @@ class Api:
     hub: Hub
     gate: Gate
     physical: bool = False
+    troubles: Callable[[], list[str]] = list
 
     def routes(self) -> list[Route]:
         """All routes of the interface."""
@@ -71,6 +73,7 @@ class Api:
                 "physics": self.physical,
                 "states": WORDS,
                 "person": {"name": person.name, "operator": person.operator},
+                "troubles": self.troubles(),
                 "engine": {"waiting": self.engine.waiting, "failed": self.engine.failure is not None},
             }
         )

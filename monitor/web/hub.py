@@ -13,6 +13,7 @@ from monitor.store.codec import finite
 MOST_PAGES = 100
 _WAITING = 200
 _ALIVE_S = 15.0
+_AGAIN = "event: again\ndata: {}\n\n"
 
 
 class Hub:
@@ -46,6 +47,11 @@ class Hub:
         for page in self._pages:
             _put(page, text)
 
+    def again(self) -> None:
+        """Something beside the machines has changed, from any thread: all pages load anew."""
+        if self._loop is not None and not self._loop.is_closed() and self._pages:
+            self._loop.call_soon_threadsafe(self._spread, _AGAIN)
+
     async def listen(self) -> AsyncIterator[str]:
         """The stream of one page."""
         page: asyncio.Queue[str | None] = asyncio.Queue(_WAITING)
@@ -68,7 +74,7 @@ def _put(page: asyncio.Queue[str | None], text: str | None) -> None:
     if page.full():
         while not page.empty():
             page.get_nowait()
-        page.put_nowait("event: again\ndata: {}\n\n")
+        page.put_nowait(_AGAIN)
     page.put_nowait(text)
 
 

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from indexer_cli.manual import keys_of
 from indexer_cli.verbs import VERBS
@@ -43,6 +44,8 @@ def known(verb: str) -> set[str]:
 def test_a_command_has_a_verb_and_keys_that_exist(page: str, line: str) -> None:
     verb, *words = shlex.split(line, comments=True)[1:]
     assert verb in VERBS or verb.startswith("--"), page
+    # Signs that the command line's grammar does not take must be in quotes.
+    OverridesParser.create().parse_overrides([word for word in words if "=" in word])
     for word in words:
         key, sign, _ = word.partition("=")
         if sign and not re.match(r"[+~]|hydra", key):

@@ -62,6 +62,13 @@ def trend_of(ask: Callable[[str], Any], machine: str) -> list[float]:
     return [value for mode in told["modes"].values() for value in mode.get("backlash_deg", {}).get("value", [])]
 
 
+def level_of(ask: Callable[[str], Any], machine: str) -> str:
+    """Level of the alarm of a machine's reducer."""
+    machines = (ask("/api/fleet") or {"machines": []})["machines"]
+    alarms = {one["machine"]: one["alarms"] for one in machines}
+    return alarms.get(machine, {}).get("backlash_deg", {}).get("level_name", "normal")
+
+
 @pytest.mark.slow
 def test_the_monitor_s_tutorial(tmp_path: Path) -> None:
     shell = "\n".join(text for language, text in blocks("tutorials/monitor.md") if language == "sh")
@@ -69,10 +76,11 @@ def test_the_monitor_s_tutorial(tmp_path: Path) -> None:
     with monitor(tmp_path) as (ask, _):
         wait_for(lambda: all(f"press-{number}" in json.dumps(ask("/api/fleet")) for number in (1, 2, 3)))
         wait_for(lambda: max(trend_of(ask, "press-2"), default=0.0) > 3.0)
+        wait_for(lambda: level_of(ask, "press-2") != "normal")
 
     (line,) = re.findall(r"^\.venv/bin/indexer monitor (source=broker .*) out=first &$", shell, re.MULTILINE)
     with monitor(tmp_path, *line.split(), "out=first") as (ask, port):
         wait_for(lambda: ask("/api/fleet") is not None)
         sender = [sys.executable, str(ROOT / "examples" / "send_turns.py"), "127.0.0.1", str(port)]
         subprocess.run(sender, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
-        wait_for(lambda: len(trend_of(ask, "press-9")) > 0)
+        wait_for(lambda: level_of(ask, "press-9") in ("alarm", "danger"))

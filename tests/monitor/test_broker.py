@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from benchmarks.monitor.kill import MOSQUITTO, free_port
+from benchmarks.monitor.programs import MOSQUITTO, free_port
 from monitor.sources.broker import BuiltInBroker
 from monitor.sources.mqtt import Broker, MqttSource, Tls
 from tests.monitor.conftest import WAIT_S

@@ -137,6 +137,13 @@ def test_samples_without_any_pulse_are_told_and_not_kept_for_ever():
 
 
 @pytest.mark.parametrize("pulse", [False, True], ids=["period", "pulse"])
+def test_what_a_cutter_knows_of_blocks_does_not_grow_with_their_number(pipeline, pulse):
+    turns, _ = feed(pipeline, 0, 5000, step=10, pulse=pulse)
+    assert len(pipeline._cutter._places) <= 4 * 10 + 2
+    assert starts(turns)[-5:] == pytest.approx(np.arange(starts(turns)[-1] - 4, starts(turns)[-1] + 1), abs=0.02)
+
+
+@pytest.mark.parametrize("pulse", [False, True], ids=["period", "pulse"])
 @pytest.mark.parametrize("cut", range(1, 22, 3))
 def test_a_restart_anywhere_gives_the_turns_of_an_unbroken_run(pulse, cut):
     """The store keeps what the pipeline says of itself and the blocks from `first_needed_ns` on; nothing more."""

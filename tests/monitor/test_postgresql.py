@@ -1,27 +1,18 @@
 """PostgreSQL as the store, and its kill -9 while samples come."""
 
-import os
 import random
-import shutil
-import signal
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
 import pytest
 
-from benchmarks.monitor.kill import free_port
+from benchmarks.monitor.programs import INITDB, POSTGRES, Database
 from monitor.engine import Arrival, Engine
 from monitor.store import Store
 from tests.monitor.conftest import WAIT_S
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
 from tests.monitor.test_leases import lives_and_deaths
-
-_PLACES = os.pathsep.join([os.environ.get("PATH", ""), *map(str, sorted(Path("/usr/lib/postgresql").glob("*/bin")))])
-INITDB, POSTGRES = (shutil.which(name, path=_PLACES) for name in ("initdb", "postgres"))
-# PostgreSQL does not run as root.
-USER = "nobody" if os.geteuid() == 0 else None
 
 pytestmark = [
     pytest.mark.slow,
@@ -29,49 +20,14 @@ pytestmark = [
 ]
 
 
-class Database:
-    """A PostgreSQL of its own in a folder of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.port = folder, free_port()
-        if USER is not None:
-            shutil.chown(folder, USER)
-        self.run([INITDB, "-D", str(folder / "data"), "-U", "me", "-A", "trust"]).wait(WAIT_S)
-        self.server = self.start()
-
-    def run(self, command):
-        return subprocess.Popen(command, user=USER, cwd=self.folder, stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
-
-    def start(self):
-        data = str(self.folder / "data")
-        return self.run([POSTGRES, "-D", data, "-p", str(self.port), "-h", "127.0.0.1", "-k", str(self.folder)])
-
-    def kill(self) -> None:
-        os.killpg(self.server.pid, signal.SIGKILL)
-        self.server.wait(WAIT_S)
-        # As long as its children hold the shared memory a new server ends at once.
-        until = time.monotonic() + WAIT_S
-        while time.monotonic() < until:
-            self.server = self.start()
-            try:
-                self.server.wait(1.0)
-            except subprocess.TimeoutExpired:
-                return
-
-    @property
-    def url(self) -> str:
-        return f"postgresql://me@127.0.0.1:{self.port}/postgres"
-
-
 @pytest.fixture
 def database():
     with tempfile.TemporaryDirectory() as folder:
         Path(folder).chmod(0o755)
         one = Database(Path(folder))
+        one.start()
         yield one
-        one.server.terminate()
-        one.server.wait(WAIT_S)
+        one.end()
 
 
 def reached(url) -> Store:
@@ -106,6 +62,7 @@ def test_kills_of_the_database_lose_and_double_no_turn(database, monkeypatch):
                 sent += 1
             time.sleep(0.005)
         database.kill()
+        database.start()
     until = time.monotonic() + WAIT_S
     while len(kept) < sent:
         assert time.monotonic() < until and engine.failure is None

@@ -6,6 +6,7 @@ import json
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,14 +14,16 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 import monitor.__main__ as command
+from benchmarks.monitor.programs import free_port
 from indexer_env.errors import ParameterError
 from indexer_env.presets import config_dir
 from indexer_records.measured import Reading
 from monitor.outputs.outbox import Sender
 from monitor.outputs.webhook import WebhookDelivery
+from monitor.service import Service
 from monitor.settings import settings_of
 from monitor.sources.folder import FolderSource, machine_of, time_of
-from monitor.sources.mqtt import MqttSource, Tls, read_url
+from monitor.sources.mqtt import Broker, MqttSource, Tls, read_url
 from monitor.sources.replay import blocks_of
 from tests.monitor.conftest import WAIT_S
 
@@ -96,6 +99,18 @@ def test_a_wrong_setting_gets_one_sentence(overrides, word):
     assert "\n" not in str(caught.value)
 
 
+def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_file(monkeypatch, tmp_path):
+    models = SimpleNamespace(needs_radius=True, quantities=("crack",))
+    monkeypatch.setattr("monitor.service.ClassifierDiagnoser", lambda _: models)
+    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
+    given = ["source=broker", "model=m", f"out={tmp_path}/kept"]
+    with pytest.raises(ParameterError, match="sensor_radius=NUMBER"):
+        Service(settings_of(config(*given)))
+    (tmp_path / "file").touch()
+    with pytest.raises(ParameterError, match=r"monitor\.out must be a folder"):
+        Service(settings_of(config(*given, f"out={tmp_path}/file")))
+
+
 def test_monitors_that_share_a_store_ask_the_broker_under_names_of_their_own():
     settings = settings_of(config("source=mqtt://broker/+", "model=m", "lease.owner=north"))
     assert settings.owner == "north" and settings.client_id == "indexer-monitor-north"
@@ -117,8 +132,27 @@ def test_the_address_of_a_broker_is_read_and_its_password_not_repeated():
         with pytest.raises(ParameterError) as caught:
             read_url(url)
         assert "geheim" not in str(caught.value)
+    with pytest.raises(ParameterError, match="'brokr'"):
+        read_url("brokr")
     with pytest.raises(ParameterError, match="machine"):
         MqttSource(broker, "plant/one", "x")
+    with pytest.raises(ParameterError, match=r"mqtt\.authority must be a PEM file"):
+        MqttSource(read_url("mqtts://b/+", Tls(authority="no.pem"))[0], "+", "x")
+    with pytest.raises(ParameterError, match=r"mqtt\.certificate must be a PEM file"):
+        MqttSource(read_url("mqtts://b/+", Tls(certificate="no.pem"))[0], "+", "x")
+
+
+def test_a_broker_that_cannot_be_reached_is_told_once_until_it_can(monitor):
+    source, told = MqttSource(Broker("127.0.0.1", free_port()), "plant/+/acceleration", "x"), []
+    source.told = lambda: told.append(source.trouble)
+    source.start(monitor.engine)
+    wait_for(lambda: source.trouble is not None)
+    assert "127.0.0.1" in source.trouble and "refused" in source.trouble and "trying again" in source.trouble
+    time.sleep(1.5)  # it is tried again after a second
+    assert len(told) == 1
+    source._on_connect(source._broker.client("y", keep_session=False), None, None, 0, None)
+    source.stop()
+    assert told[1:] == [None]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import { h, morph } from "./dom.js";
 import { T, quantity, setUnits } from "./text.js";
 import * as views from "./views.js";
 
-const state = { fleet: new Map(), limits: {}, words: {}, person: { operator: false }, connected: false };
+const state = { fleet: new Map(), limits: {}, words: {}, person: { operator: false }, troubles: [], connected: false };
 const content = document.getElementById("content"), path = document.getElementById("path"), status = document.getElementById("link");
 const dialog = document.getElementById("dialog");
 let shown = "", drawing = false, refreshed = 0, later = 0, listening = false;
@@ -13,7 +13,7 @@ const route = () => location.hash.replace(/^#\/?/, "").split("/").filter(Boolean
 
 async function load() {
   const fleet = await api.fleet();
-  Object.assign(state, { limits: fleet.limits, words: fleet.states, person: fleet.person, failed: fleet.engine.failed });
+  Object.assign(state, { limits: fleet.limits, words: fleet.states, person: fleet.person, failed: fleet.engine.failed, troubles: fleet.troubles });
   setUnits(fleet.units);
   state.physical = fleet.physics;
   state.fleet = new Map(fleet.machines.map((one) => [one.machine, one]));

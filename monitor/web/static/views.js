@@ -32,10 +32,11 @@ function sensorLine(machine, words) {
 
 export function fleet(state) {
   const machines = [...state.fleet.values()].sort((a, b) => rank(b) - rank(a) || a.machine.localeCompare(b.machine));
-  if (!machines.length) return [h("h1", {}, T.none), h("p.quiet", {}, T.noneHelp)];
+  const troubles = state.troubles.map((trouble) => h("p.state", {}, trouble));
+  if (!machines.length) return [h("h1", {}, T.none), troubles, h("p.quiet", {}, T.noneHelp)];
   const wrong = machines.filter((one) => rank(one) > 0);
   return [
-    h("h1", {}, wrong.length ? T.wrong(wrong.length) : T.allWell(machines.length)),
+    h("h1", {}, wrong.length ? T.wrong(wrong.length) : T.allWell(machines.length)), troubles,
     h("ul.cards", {}, machines.map((machine) => {
       const worst = machine.worst;
       return h(`li.card.${machine.level}`, {},
