@@ -25,7 +25,7 @@ _COARSE = 4.0
 _TAKEN = 2
 """Lines of each joint that are looked at."""
 
-_RESONANCES = np.geomspace(4.0, 90.0, 16)
+_RESONANCES = np.geomspace(4.0, 90.0, 32)
 _DAMPINGS = (0.03, 0.1)
 """Resonances [Hz] and damping ratios."""
 

@@ -36,6 +36,10 @@ _BLUR = 0.1
 true law, so that evidence grows with what all of them miss."""
 
 
+_ALIKE = 1.0 / 3.0
+"""Share of the first place's probability above which another one is told beside it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Form:
     """A cause with free sizes.
@@ -100,7 +104,7 @@ class Origin:
     @property
     def alike(self) -> tuple[Place, ...]:
         """Places that the records hardly tell from the first one."""
-        return tuple(place for place in self.others if place.probability > 0.5 * self.first.probability)
+        return tuple(place for place in self.others if place.probability > _ALIKE * self.first.probability)
 
 
 _PARTS = {"input": 5.0, "output": 11.0, "base": 1.0, "sensor": 5.0}

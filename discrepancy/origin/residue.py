@@ -172,7 +172,7 @@ class Residue:
         """Whitened rows (w n, k) without what the windows' start states explain."""
         white = self._whitened(rows)
         white -= self._local @ (np.swapaxes(self._local, 1, 2) @ white)
-        return white.reshape(-1, rows.shape[2])
+        return white.reshape(rows.shape[0] * rows.shape[1], rows.shape[2])
 
     def _off_global(self, rows: np.ndarray) -> np.ndarray:
         return rows - self._global @ (self._global.T @ rows)
