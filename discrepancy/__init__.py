@@ -22,6 +22,7 @@ In reading order:
     drives/    any drive as such a model, by a Python function of its owner
     subjects/  what the chain needs of a machine beyond its model
     locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
+    origin/    the joint at which what remains enters, and what it varies with
     table      what remains as a spline over one variable: a table, not a law
     gap        the gap before and after on records never fitted, with intervals
     next_measurement  which measurement would settle what is open

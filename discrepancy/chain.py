@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
 from discrepancy.explain import Explanation, explain
 from discrepancy.gap import Gap, gap_of
 from discrepancy.locate import Where, locate
 from discrepancy.next_measurement import Question, Separation, question_of, separations
+from discrepancy.origin import Origin
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.subjects.base import Subject
@@ -53,6 +55,9 @@ class Outcome:
     seed : int
     table : Table or None
         What remains as a table; None where nothing does, or no table earns a hint.
+    origin : Origin or None
+        The joint at which what remains beside what is accepted enters, and what it varies with; None where nothing
+        shows, or the subject cannot tell.
     """
 
     subject: Subject
@@ -65,6 +70,7 @@ class Outcome:
     failures: tuple[str, ...]
     seed: int
     table: Table | None = None
+    origin: Origin | None = None
 
     @property
     def extended(self) -> bool:
@@ -99,6 +105,8 @@ def run_chain(
     left = where
     if answer.names:
         left = attempted(STAGES[1], lambda: locate(model, answer.accepted.place, subject.view(model), streams[1]), None)
+    with threadpool_limits(limits=1, user_api="blas"):
+        origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
@@ -106,7 +114,8 @@ def run_chain(
     begin(STAGES[4])
     question = question_of(answer)
     following = attempted(STAGES[4], lambda: separations(subject, answer, question) if question else (), ())
-    return Outcome(subject, answer, where, left, gap, question, following, tuple(dict.fromkeys(failures)), seed, table)
+    told = tuple(dict.fromkeys(failures))
+    return Outcome(subject, answer, where, left, gap, question, following, told, seed, table, origin)
 
 
 def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap:

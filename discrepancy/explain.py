@@ -93,13 +93,6 @@ class Remains:
     looks_like: str
 
     @property
-    def joint(self) -> str:
-        """Where that effect acts: "input", "output", "base" or "sensor"; "" where none looks like it. A sensor on the
-        table cannot tell a torque on the table from one of the joint before it."""
-        family = self.looks_like.partition(".")[0]
-        return {"": "", "drive": "input", "input": "input", "base": "base", "sensor": "sensor"}.get(family, "output")
-
-    @property
     def times_noise(self) -> float:
         """rms over what does not repeat."""
         return self.level / self.noise

@@ -8,6 +8,9 @@ library     the effect library as hypotheses
 reading     what a sensor makes of them, and how far that is from what was measured
 advance     windows side by side, advanced by the kernel
 model       IndexerModel, which simulates windows in batches
+response    what torques at the joints would add to the readings, linearised
+causes      what may be missing at each joint, free over one variable
+scans       lines, resonances and bursts, which have to be looked for
 extend      the machine extended by what was found, as YAML that every command loads
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -23,21 +24,21 @@ _MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
 
 
 def advanced(
-    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, channel: int | np.integer, samples: int
+    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, rows: Sequence[int | np.integer], samples: int
 ) -> np.ndarray:
-    """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; the workspace row `channel`
-    (n, samples), without meaning behind an item's end, NaN where a run left the physical range."""
+    """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; these rows of the workspace
+    (n, rows, samples), without meaning behind an item's end, NaN where a run left the physical range."""
     prepare_kernel()
     every, n = _every(sample_rates), len(counts)
-    out = np.empty((n, 1, samples))
+    out = np.empty((n, len(rows), samples))
     status, when = np.zeros(n, dtype=np.int64), np.zeros(n)
     run_kernel((
         pack.model, pack.features, pack.states, pack.coefficients, pack.pieces,
         counts.astype(np.int64) * every - 1, 1.0 / (sample_rates * every), np.zeros(n),
-        every, np.array([channel], dtype=np.int64), LARGEST_DEFLECTION, out, status, when,
+        every, np.array(rows, dtype=np.int64), LARGEST_DEFLECTION, out, status, when,
     ))  # fmt: skip
     out[status != layout.RUNNING] = np.nan
-    return out[:, 0]
+    return out
 
 
 def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.ndarray) -> None:
@@ -57,7 +58,7 @@ def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.
         states[:, _MOTOR_RATE], states[:, _COMMAND] = rate, command
         start = states[:, _MOTOR_ANGLE].copy()
         trial = Pack(pack.model, pack.features, states, pack.coefficients[one], pack.pieces)
-        advanced(trial, counts[one], sample_rates[one], layout.TABLE_ACC, 0)
+        advanced(trial, counts[one], sample_rates[one], (layout.TABLE_ACC,), 0)
         lost = mean - (states[:, _MOTOR_ANGLE] - start) / time
         failed = ~np.isfinite(lost + states[:, _MOTOR_RATE])
         command, rate = command + lost, states[:, _MOTOR_RATE]

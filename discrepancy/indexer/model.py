@@ -97,7 +97,7 @@ class IndexerModel(Model):
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
         self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
-        self._sample_rate = float(self._sample_rates[0])
+        self.sample_rate = float(self._sample_rates[0])
         self._noise = np.array([e.noise_level for e in self.experiments])
         self._begun = np.array([e.begun for e in self.experiments])
         self._periods = 2.0 * math.pi * self._sample_rates / self._rates
@@ -111,7 +111,7 @@ class IndexerModel(Model):
         for i, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
             measured[i, :count] = self.experiments[record].signal.values[first : first + count]
         self._inside = np.arange(measured.shape[1]) < w.count[:, None]
-        self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self._sample_rate)
+        self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self.sample_rate)
 
     def part(self, windows: int) -> IndexerModel:
         """Successive cam turns of each record, each record going on at the station where the one before ends."""
@@ -127,7 +127,7 @@ class IndexerModel(Model):
         orders, hums = ((), ()) if residual is None else self._lines(residual)
         fastest = float(self._rates.max()) / self.machine.reduction
         seen = Seen(
-            measures(self.machine, fastest, self.sensor.radius), self._sample_rate, self.sensor.unit, orders, hums
+            measures(self.machine, fastest, self.sensor.radius), self.sample_rate, self.sensor.unit, orders, hums
         )
         return library(self.machine, self._has() | set(self.without), seen)
 
@@ -139,7 +139,7 @@ class IndexerModel(Model):
         """Orders and frequencies at which lines stand in residuals (w, n) of every record, its windows end to end."""
         groups = range(len(self.experiments))
         rows = [residual[self.groups == k][self._inside[self.groups == k]] for k in groups]
-        return lines(rows, self._sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
+        return lines(rows, self.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """Points whose inertias, stiffnesses and torques are all larger or smaller by one factor: the motion stays, but
@@ -183,7 +183,7 @@ class IndexerModel(Model):
         """What `reading` makes of the jobs' true accelerations (n, samples), over the noise; 0 beyond a window's
         end."""
         extended = self._extended(hypothesis, jobs.points)
-        out = self._simulate(jobs, [machine for machine, _ in extended])
+        out = self.simulated(jobs, [machine for machine, _ in extended], (self.channel,))[:, 0]
         sensors: dict[Sensor, list[int]] = {}
         for p, (_, sensor) in enumerate(extended):
             sensors.setdefault(sensor, []).append(p)
@@ -229,8 +229,8 @@ class IndexerModel(Model):
                 sensor = effect.extend_sensor(sensor)
         return machine, sensor
 
-    def _simulate(self, jobs: Jobs, machines: list[Machine]) -> np.ndarray:
-        """True accelerations (n, samples) of the jobs' windows."""
+    def simulated(self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer]) -> np.ndarray:
+        """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, a machine for each point."""
         w, n_records = self.windows, len(self.experiments)
         record = w.record[jobs.window]
         used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
@@ -245,7 +245,7 @@ class IndexerModel(Model):
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
         order = np.argsort(-counts, kind="stable")
-        out = np.empty((len(kind), self._inside.shape[1]))
+        out = np.empty((len(kind), len(channels), self._inside.shape[1]))
         groups: dict[tuple[int, int], list[int]] = {}
         for k, item in enumerate(items):
             groups.setdefault((item.model, item.features), []).append(k)
@@ -257,9 +257,9 @@ class IndexerModel(Model):
             sample_rates = rates[mine]
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
-                turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[1])
+                turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[2])
                 let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
-            out[mine] = advanced(pack, counts[mine], sample_rates, self.channel, out.shape[1])
+            out[mine] = advanced(pack, counts[mine], sample_rates, channels, out.shape[2])
         return out
 
     def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:

@@ -14,8 +14,9 @@ from discrepancy.explain import Finding
 from discrepancy.gap import Gap, Share
 from discrepancy.grades import NAMED, RULES
 from discrepancy.locate import Cell, Spot, Where
+from discrepancy.origin import Origin
 from discrepancy.report.ranking import rankings
-from discrepancy.report.words import headline, remaining, where_in_short
+from discrepancy.report.words import comes_from, headline, remaining, where_in_short
 from discrepancy.subjects.base import Subject
 from discrepancy.table import Table
 
@@ -96,6 +97,17 @@ def _remains(outcome: Outcome) -> dict[str, Any]:
         "looks_like": answer.remains.looks_like,
         "most": where_in_short(outcome.left).removeprefix(", "),
         "where_in_words": [] if outcome.left is None else list(outcome.left.sentences),
+        "origin": None if outcome.origin is None else _origin(outcome.origin),
+    }
+
+
+def _origin(origin: Origin) -> dict[str, Any]:
+    return {
+        "in_words": comes_from(origin),
+        **dataclasses.asdict(origin.first),
+        "share": origin.share,
+        "others": [dataclasses.asdict(place) for place in origin.others],
+        "beside": [place.name for place in origin.beside],
     }
 
 

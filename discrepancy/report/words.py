@@ -11,6 +11,13 @@ from discrepancy.explain import Finding
 from discrepancy.grades import FAMILY, NAMED
 from discrepancy.locate import Where
 from discrepancy.locate.sentences import shortly
+from discrepancy.origin import Origin
+
+JOINT_WORDS = {
+    "input": "the drive or the input joint", "output": "the output joint or the table", "base": "the base",
+    "sensor": "the measuring chain",
+}  # fmt: skip
+"""Where something is missing, to a reader."""
 
 
 def headline(outcome: Outcome) -> str:
@@ -62,6 +69,18 @@ def where_in_short(where: Where | None) -> str:
     """ ", most at …", or nothing."""
     said = "" if where is None else shortly(where.cells, where.spots)
     return f", {said}" if said else ""
+
+
+def comes_from(origin: Origin) -> str:
+    """Where what remains comes from, how sure that is, and what is hardly told from it."""
+    first = origin.first
+    said = f"Of all that could be missing, {first.name} explains it best"
+    said += f" ({percent(first.probability)} sure that it is {JOINT_WORDS[first.joint]}, varying with {first.kind})"
+    if origin.alike:
+        said += f"; these records hardly tell it from {joined([place.name for place in origin.alike])}"
+    if origin.beside:
+        said += f"; beside it they show {joined(list(dict.fromkeys(place.name for place in origin.beside)))}"
+    return f"{said}."
 
 
 def described(finding: Finding) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discrepancy.model import Model
+from discrepancy.origin import Origin
 from discrepancy.place import Point
 from discrepancy.table import Form
 
@@ -180,6 +181,11 @@ class Subject(ABC):
     @abstractmethod
     def measurements(self) -> tuple[Measurement, ...]:
         """Measurements that could be made next."""
+
+    def origin(self, model: Model, place: Point) -> Origin | None:
+        """Where what a fitted place of `model` leaves comes from; None where nothing shows, or nothing is known of
+        what could be missing at which joint."""
+        return None
 
     def forms(self) -> tuple[Form, ...]:
         """Variables over which what remains may be tabulated; none where it cannot be."""

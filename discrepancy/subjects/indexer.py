@@ -9,8 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
+from discrepancy.indexer.scans import origin_at
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
+from discrepancy.origin import Origin
 from discrepancy.place import Point
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
@@ -178,6 +180,10 @@ class IndexerSubject(Subject):
 
     def measurements(self) -> tuple[Measurement, ...]:
         return imagined(self.model)
+
+    def origin(self, model: Model, place: Point) -> Origin | None:
+        assert isinstance(model, IndexerModel)
+        return origin_at(model, place)
 
     def forms(self) -> tuple[Form, ...]:
         """Over the table's speed, over turns of table and cam, over the output joint's deflection."""

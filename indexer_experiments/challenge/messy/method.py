@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimate
 from discrepancy.explain import Explanation, explain
-from discrepancy.locate import Where, locate
-from discrepancy.locate.result import Cell
+from discrepancy.origin import Origin
 from discrepancy.records.experiments import experiments
 from discrepancy.records.quality import check_records
 from discrepancy.records.reading import read_records
@@ -21,12 +18,6 @@ from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.messy.answer import CaseAnswer, Finding, Interval, Remains, Solved
 from indexer_records.conditions import Pulse
-
-_KINDS = {
-    "cam phase": "phase", "sign of the torque": "phase", "station": "station", "motor speed": "speed", "load": "speed",
-    "time": "time", "fixed frequency": "frequency", "table": "station", "cam": "phase", "motor shaft": "frequency",
-}  # fmt: skip
-"""Axes of cells and kinds of lines in the challenge's words."""
 
 
 def solved_by_explain(
@@ -42,12 +33,12 @@ def solved_by_explain(
     subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
     answer = explain(subject.model, subject.held_out, criteria)
     model, place = subject.model, answer.written.place
-    where = locate(model, answer.accepted.place, subject.view(model), np.random.default_rng(0))
+    origin = subject.origin(model, answer.accepted.place)
     machine, sensor = model.machine_at(place.hypothesis, place.z)
-    return Solved(_neutral(answer, where), machine, sensor)
+    return Solved(_neutral(answer, origin), machine, sensor)
 
 
-def _neutral(answer: Explanation, where: Where) -> CaseAnswer:
+def _neutral(answer: Explanation, origin: Origin | None) -> CaseAnswer:
     findings = []
     for finding in answer.findings:
         first = finding.effects[0]
@@ -58,18 +49,17 @@ def _neutral(answer: Explanation, where: Where) -> CaseAnswer:
         ))  # fmt: skip
     machine = tuple(_interval(e.name, e) for e in answer.calibration.estimates)
     why = " ".join(finding.why for finding in answer.findings)
-    return CaseAnswer(answer.verdict, why, tuple(findings), _remains(answer, where), machine)
+    return CaseAnswer(answer.verdict, why, tuple(findings), _remains(answer, origin), machine)
 
 
 def _interval(name: str, estimate: Estimate) -> Interval:
     return Interval(name, estimate.low, estimate.high)
 
 
-def _remains(answer: Explanation, where: Where) -> Remains | None:
-    """The joint at which the effect acts that looks most like what is left, and the kind of the most extreme cell or
-    line."""
+def _remains(answer: Explanation, origin: Origin | None) -> Remains | None:
+    """Where what is left comes from."""
+    if origin is not None:
+        return Remains(origin.first.joint, origin.first.kind)
     if answer.remains.times_noise**2 - 1.0 < answer.criteria.at_noise:
         return None
-    first = where.significant[0] if where.significant else None
-    kind = "" if first is None else _KINDS.get(first.axis if isinstance(first, Cell) else first.kind, "")
-    return Remains(answer.remains.joint, kind)
+    return Remains("", "")

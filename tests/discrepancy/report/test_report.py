@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import json
+import math
 import re
 from collections.abc import Callable
 from html.parser import HTMLParser
@@ -16,11 +17,16 @@ from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.grades import RULES
 from discrepancy.judging import Written
+from discrepancy.origin import Origin, Place
 from discrepancy.report import headline, report_files, to_do
 from discrepancy.report.figures import averaged
 from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
 from tests.discrepancy.toy import ChordSubject
+
+PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
+          Place("input", "phase", "a torque on the cam shaft that follows the cam's phase", 0.3)]  # fmt: skip
+FLOOR = Place("base", "time", "blows to the base, which rings at 31 Hz", math.nan)
 
 KEYS = {
     "verdict", "headline", "findings", "effects", "remains", "ranking", "gap", "where", "where_after", "calibration",
@@ -225,3 +231,18 @@ def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert ranged(Estimate("k", "N m/rad", 8113.27, 7914.2, 8316.1, 8000.0, 0.1)) == "8110 N m/rad, 7910 to 8320"
     assert ranged(Estimate("c", "N s/m", 198.27, 172.0, 226.4, 0.0, None)) == "200 N s/m, 170 to 230"
     assert (percent(0.0432), percent(0.5), percent(0.996), percent(0.0)) == ("4.3 %", "50 %", "99.6 %", "0 %")
+
+
+def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -> None:
+    origin = Origin(PLACES[0], 0.7, (PLACES[1],), (FLOOR,))
+    files = report_files(dataclasses.replace(made("remainder"), origin=origin))
+    said = (
+        "Of all that could be missing, a torque on the table that follows the cam's phase explains it best (60 % sure "
+        "that it is the output joint or the table, varying with phase); these records hardly tell it from a torque on "
+        "the cam shaft that follows the cam's phase; beside it they show blows to the base, which rings at 31 Hz."
+    )
+    told = json.loads(files["report.json"])["remains"]["origin"]
+    assert told["in_words"] == said and (told["joint"], told["kind"], told["share"]) == ("output", "phase", 0.7)
+    assert [other["joint"] for other in told["others"]] == ["input"] and told["beside"] == [FLOOR.name]
+    assert said.replace("'", "&#39;") in files["report.html"]
+    assert json.loads(report_files(made("remainder"))["report.json"])["remains"]["origin"] is None

@@ -1,0 +1,217 @@
+"""What may be missing at each joint of an indexing machine, as forms: free in size, free over one variable.
+
+joint    a torque over cam phase, table angle, speed or time, alone or in proportion to what the joint carries
+sensor   a gain or an offset that changes with time
+scans    lines of fixed frequency, resonances, bursts that ring (`scans`)
+
+Nothing here is a law of the library. A torque that varies freely over its variable holds all laws over it, so what is
+compared is the variable and the joint alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.indexer.model import IndexerModel
+from discrepancy.indexer.response import Response, motion_of
+from discrepancy.indexer.windows import START_PHASE
+from discrepancy.origin import Form, Laid, Residue
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from indexer_env.machine import Machine
+
+_RATE = 320.0
+"""Hz to which records are averaged: machines move below 100 Hz."""
+
+_PHASES = 48
+"""Places of a torque over the cam turn, 7.5° apart: half as many miss a quarter of what a pulse of 15° shakes."""
+
+_PLACES = 9
+"""Places of a torque over a speed, as many as a table has."""
+
+_SLOW = 4
+"""Places of what changes slowly over a record."""
+
+_FREE = 0.1
+"""s between the places of a torque that is free over time."""
+
+_STILL = 0.03
+"""Of the table's largest speed: below it friction is undecided."""
+
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A simulated motion and what it is linearised to.
+
+    Attributes
+    ----------
+    machine : Machine
+    laid : Laid
+        Residuals, averaged to `_RATE`.
+    motion : mapping of str to ndarray (w, n)
+        As of `response.ROWS`.
+    response : Response
+    unit : ndarray (w,)
+        Reading over the noise per acceleration.
+    """
+
+    machine: Machine
+    laid: Laid
+    motion: dict[str, np.ndarray]
+    response: Response
+    unit: np.ndarray
+
+    def readings(self, torque: np.ndarray, joint: str) -> np.ndarray:
+        """What torques (w, n, k) add to what is read, over the noise."""
+        return self.unit[:, None, None] * self.response(torque, joint)
+
+    def rms(self, row: np.ndarray) -> float:
+        """Of a row (w, n) over all windows."""
+        return math.sqrt(float((row[self.laid.inside] ** 2).mean())) or 1.0
+
+
+def setting_of(model: IndexerModel, place: Point) -> Setting:
+    """The records of a model at a fitted place."""
+    problem = Problem(model, place.hypothesis)
+    r, by_global, by_local = problem.linearised(place)
+    machine, motion = motion_of(model, place)
+    every = max(1, round(model.sample_rate / _RATE))
+    counts = model.counts // every
+    inside = np.asarray(np.arange(int(counts.max())) < counts[:, None])
+    inside &= np.isfinite(motion["table_acc"][:, :1])
+
+    def averaged(rows: np.ndarray) -> np.ndarray:
+        n = inside.shape[1]
+        missing = n * every - rows.shape[-1]
+        if missing > 0:
+            rows = np.concatenate([rows, np.zeros((*rows.shape[:-1], missing))], axis=-1)
+        blocks = rows[..., : n * every].reshape(*rows.shape[:-1], n, every)
+        return np.where(inside, np.nan_to_num(blocks).mean(axis=-1), 0.0)
+
+    motion = {name: averaged(row) for name, row in motion.items()}
+    rate = model.sample_rate / every
+    time = (model.windows.first[:, None] / every + np.arange(inside.shape[1]) + 0.5) / rate
+    step = np.full(len(counts), 1.0 / rate)
+    free = problem.movable
+    laid = Laid(
+        averaged(r), np.moveaxis(averaged(by_global[free]), 0, 2), np.moveaxis(averaged(by_local), 0, 2),
+        problem.known[free].astype(float), place.z[free], inside, model.groups, time, step,
+    )  # fmt: skip
+    noise = np.array([e.noise_level for e in model.experiments])[model.groups]
+    unit = model.machine_at(place.hypothesis, place.z)[1].scale / noise
+    return Setting(machine, laid, motion, Response(machine, motion, inside, step), unit)
+
+
+def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple[Form, float]]]:
+    """All forms but those that must be looked for, and torques free over time with their ln E."""
+    motion, laid, machine = setting.motion, setting.laid, setting.machine
+    w, n = laid.inside.shape
+    carried_2, carried_1 = (motion[name] / setting.rms(motion[name]) for name in ("torque_2", "torque_1"))
+    rate = motion["cam_rate"] / setting.rms(motion["cam_rate"])
+    speed = motion["table_rate"] / np.abs(motion["table_rate"]).max()
+    friction = speed / np.sqrt(speed**2 + _STILL**2)
+    twisting = motion["rate_2"] / max(float(np.quantile(np.abs(motion["rate_2"][laid.inside]), 0.99)), 1e-300)
+    force = machine.table_inertia * motion["table_acc"] / setting.rms(motion["torque_2"])
+    phase = _spline(motion["cam"] / _TURN, _PHASES)
+    angle = _spline(motion["table"] / _TURN, 2 * machine.stations)
+    station = _stations(motion["cam"], laid.inside, machine.stations)
+    slow = _over(_share(laid), _SLOW)
+    moments = np.arange(n)[None, :] * laid.step[:, None] / _FREE
+    free = _places(moments[..., None] - np.arange(math.ceil(float(moments.max())) + 1))
+    one = np.ones((w, n))[..., None]
+
+    table = setting.readings(np.concatenate([
+        phase, phase * rate[..., None] ** 2, station * force[..., None], angle, angle * friction[..., None],
+        _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), one * friction[..., None], free,
+    ], axis=2), "table")  # fmt: skip
+    sizes = [phase.shape[2]] * 2 + [station.shape[2]] + [angle.shape[2]] * 2 + [_PLACES, 1]
+    by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _split(table, sizes)
+    joint = setting.readings(np.concatenate([
+        phase * carried_2[..., None], station * carried_2[..., None], slow * carried_2[..., None],
+        _over(0.5 + 0.5 * np.clip(twisting, -1.0, 1.0), _PLACES), one * carried_2[..., None],
+    ], axis=2), "joint 2")  # fmt: skip
+    softer, uneven, slowly, damping, turning = _split(
+        joint, [phase.shape[2], station.shape[2], _SLOW, _PLACES]
+    )  # fmt: skip
+    cam = setting.readings(np.concatenate([
+        phase, phase * rate[..., None] ** 2, phase * carried_1[..., None], np.abs(carried_1)[..., None],
+        slow * carried_1[..., None], free,
+    ], axis=2), "cam")  # fmt: skip
+    at_cam, at_cam_2, softer_1, loss, slowly_1, free_cam = _split(cam, [_PHASES] * 3 + [1, _SLOW])
+    read = (setting.unit[:, None] * motion["table_acc"])[..., None]
+    own = np.eye(w)
+    records = (laid.groups[:, None] == np.unique(laid.groups)).astype(float)
+    rows = [
+        ("output", "phase", "a torque on the table that follows the cam's phase", by_phase),
+        ("output", "phase", "a torque on the table that follows the cam's phase and grows with speed", by_phase_2),
+        ("output", "phase", "a stiffness of the output joint that follows the cam's phase", softer),
+        ("output", "station", "a table inertia that differs between stations", inertia),
+        ("output", "station", "a stiffness of the output joint that differs between stations", uneven),
+        ("output", "station", "a torque on the table that follows its angle", by_angle),
+        ("output", "station", "a friction of the table that follows its angle", dry),
+        ("output", "speed", "a torque on the table that follows its speed", by_speed),
+        ("output", "speed", "a torque in the output joint that follows the rate of its deflection", damping),
+        ("output", "time", "a stiffness of the output joint that changes slowly", _spread(slowly, records)),
+        ("output", "time", "a stiffness of the output joint that differs from turn to turn", _spread(turning, own)),
+        ("output", "time", "a friction of the table that differs from turn to turn", _spread(rubbing, own)),
+        ("input", "phase", "a torque on the cam shaft that follows the cam's phase", at_cam),
+        ("input", "phase", "a torque on the cam shaft that follows the cam's phase and grows with speed", at_cam_2),
+        ("input", "phase", "a stiffness of the input joint that follows the cam's phase", softer_1),
+        ("input", "phase", "a friction in proportion to what the input joint carries", loss),
+        ("input", "time", "a stiffness of the input joint that changes slowly", _spread(slowly_1, records)),
+        ("sensor", "time", "a gain of the sensor that changes slowly", _spread(read * slow, records)),
+        ("sensor", "time", "a gain of the sensor that differs from turn to turn", _spread(read, own)),
+        ("sensor", "time", "an offset of the sensor that changes slowly", _spread(slow, records)),
+    ]  # fmt: skip
+    forms = [Form(joint, kind, name, residue.clean(x)) for joint, kind, name, x in rows]
+    nothing = np.zeros((0, 0))
+    at_any_time = [
+        (Form("output", "time", "a torque on the table that follows nothing but time", nothing), free_table),
+        (Form("input", "time", "a torque on the cam shaft that follows nothing but time", nothing), free_cam),
+    ]
+    return forms, [(form, residue.evidence_by_window(x)) for form, x in at_any_time]
+
+
+def _split(readings: np.ndarray, sizes: list[int]) -> list[np.ndarray]:
+    return np.split(readings, np.cumsum(sizes), axis=2)
+
+
+def _places(distance: np.ndarray) -> np.ndarray:
+    """Cubic B-splines at distances from their places, in distances between places."""
+    d = np.abs(distance)
+    return np.where(d < 1.0, 2.0 / 3.0 - d**2 + 0.5 * d**3, np.clip(2.0 - d, 0.0, None) ** 3 / 6.0)
+
+
+def _spline(turns: np.ndarray, count: int) -> np.ndarray:
+    """Splines (w, n, k) at even places of a turn that is closed."""
+    distance = (turns[..., None] * count - np.arange(count) + 0.5 * count) % count - 0.5 * count
+    return _places(distance)
+
+
+def _over(share: np.ndarray, count: int) -> np.ndarray:
+    """Splines (w, n, k) at even places from 0 to 1."""
+    return _places(share[..., None] * (count - 1) - np.arange(count))
+
+
+def _share(laid: Laid) -> np.ndarray:
+    """Time (w, n) in parts of its record's length."""
+    ends = {g: float(laid.time[laid.groups == g].max()) for g in np.unique(laid.groups).tolist()}
+    return laid.time / np.array([ends[g] for g in laid.groups.tolist()])[:, None]
+
+
+def _stations(cam: np.ndarray, inside: np.ndarray, stations: int) -> np.ndarray:
+    """1 (w, n, stations) where a window leaves a station, else 0."""
+    middle = cam[np.arange(len(cam)), inside.sum(axis=1) // 2] / _TURN
+    leaves = np.floor(middle + 1.0 - START_PHASE).astype(int) % stations
+    return np.repeat(np.eye(stations)[leaves][:, None], cam.shape[1], axis=1)
+
+
+def _spread(readings: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Readings (w, n, k) with sizes of each owner's own (w, n, k owners); owner (w, owners) is 1 where it is that."""
+    spread = readings[..., None] * owner[:, None, None, :]
+    return spread.reshape(*readings.shape[:2], -1)

@@ -1,0 +1,13 @@
+"""Where what a model has left comes from: the joint at which something is missing, and what it varies with.
+
+In reading order:
+    residue   residuals from which everything that a fit may move is projected out, their noise white
+    choose    sums of few causes, by their evidence
+
+The causes of a machine are its own: `indexer.causes`.
+"""
+
+from discrepancy.origin.choose import JOINTS, KINDS, Form, Origin, Place, origin_of
+from discrepancy.origin.residue import Laid, Residue
+
+__all__ = ["JOINTS", "KINDS", "Form", "Laid", "Origin", "Place", "Residue", "origin_of"]

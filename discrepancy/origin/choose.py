@@ -1,0 +1,203 @@
+"""Which cause explains best what a fit has left: sums of few causes, by their evidence.
+
+Each form says: this much may be missing at that joint, varying freely with this variable. The leading ones each begin
+a sum, to which the form that wins most is added while it wins `MARGIN`. The sum of most evidence is the answer, the
+largest of its causes comes first, and the joint and kind of that one is where the remainder comes from. A torque that
+is free at each moment explains whatever there is, and takes part as a sum of its own: it wins where nothing orders the
+remainder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.origin.residue import Residue
+
+JOINTS = ("input", "output", "base", "sensor")
+"""Where it may come from: drive, reducer and input shaft; indexer, output shaft and table; what the machine stands on;
+the measuring chain. One accelerometer on the table cannot tell a torque on the table from one of the joint before it,
+so the two are one."""
+
+KINDS = ("phase", "station", "speed", "time", "frequency")
+"""What it may vary with."""
+
+MARGIN = 10.0
+"""ln E by which a cause must win: forms, frequencies and dampings are chosen among some hundred."""
+
+_LEADERS, _MOST = 3, 3
+"""Causes that begin a sum, and causes of a sum."""
+
+_BLUR = 0.1
+"""Share of the best evidence by which a form falls behind another one before it is e times less likely: no form is the
+true law, so that evidence grows with what all of them miss."""
+
+
+_ALIKE = 1.0 / 3.0
+"""Share of the first place's probability above which another one is told beside it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A cause with free sizes.
+
+    Attributes
+    ----------
+    joint, kind : str
+        Of JOINTS and of KINDS.
+    name : str
+        In words, as a sentence may hold it: "a gain of the sensor that changes slowly".
+    columns : ndarray (m, k)
+        What each size adds, cleaned.
+    price : float
+        ln of the number of forms among which it was chosen.
+    """
+
+    joint: str
+    kind: str
+    name: str
+    columns: np.ndarray
+    price: float = 0.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A joint and a kind, and how probable it is that the remainder comes from there in this way.
+
+    Attributes
+    ----------
+    joint, kind, name : str
+        As of `Form`, of its best form.
+    probability : float
+        Among all places that were compared.
+    """
+
+    joint: str
+    kind: str
+    name: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a remainder comes from.
+
+    Attributes
+    ----------
+    first : Place
+    share : float
+        Of what remains above the noise, what its first cause explains.
+    others : tuple of Place
+        All other places, the most probable first.
+    beside : tuple of Place
+        Further causes that the records show beside it, the largest first.
+    """
+
+    first: Place
+    share: float
+    others: tuple[Place, ...]
+    beside: tuple[Place, ...]
+
+    @property
+    def alike(self) -> tuple[Place, ...]:
+        """Places that the records hardly tell from the first one."""
+        return tuple(place for place in self.others if place.probability > _ALIKE * self.first.probability)
+
+
+_PARTS = {"input": 5.0, "output": 11.0, "base": 1.0, "sensor": 5.0}
+"""Effects of the indexer's library at each joint: what is probable before the records are seen. It decides where they
+hardly tell two joints apart."""
+
+Scan = Callable[[Residue], Sequence[Form]]
+"""Forms that have to be looked for: their frequencies or moments follow from what is left."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    forms: tuple[Form, ...]
+    scales: tuple[float, ...]
+    evidence: float
+    residue: Residue
+
+
+def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequence[tuple[Form, float]]) -> Origin | None:
+    """Where the remainder comes from; None where no cause is more likely than none.
+
+    Parameters
+    ----------
+    residue : Residue
+    forms : sequence of Form
+    scan : callable
+    free : sequence of (Form, float)
+        Torques that are free at each moment, without columns, with their ln E.
+    """
+    ranked = _ranked(residue, [*forms, *scan(residue)])
+    free = sorted(free, key=lambda pair: -pair[1])
+    if max([won for won, _, _ in ranked[:1]] + [won for _, won in free[:1]], default=0.0) < MARGIN:
+        return None
+    leaders: dict[tuple[str, str], tuple[float, float, Form]] = {}
+    for row in ranked:
+        leaders.setdefault((row[2].joint, row[2].kind), row)
+    begun = [row for row in list(leaders.values())[:_LEADERS] if row[0] > 0.0]
+    sums = [_grown(residue, row, forms, scan) for row in begun]
+    best = max(sums, key=lambda one: one.evidence, default=None)
+    evidence = {place: row[0] for place, row in leaders.items()}
+    names = {place: row[2].name for place, row in leaders.items()}
+    for one in sums:
+        # a cause is as likely as the best sum that it leads
+        largest = one.forms[int(np.argmax(_energies(residue, one)))]
+        evidence[largest.joint, largest.kind] = max(evidence[largest.joint, largest.kind], one.evidence)
+    for form, won in free:
+        if won > evidence.get((form.joint, form.kind), -math.inf):
+            evidence[form.joint, form.kind], names[form.joint, form.kind] = won, form.name
+    most = max(evidence.values())
+    blur = max(_BLUR * most, 1.0)
+    weights = {place: _PARTS[place[0]] * math.exp((won - most) / blur) for place, won in evidence.items()}
+    total = sum(weights.values())
+    places = sorted(
+        (Place(*place, names[place], weight / total) for place, weight in weights.items()), key=lambda p: -p.probability
+    )
+    first, *others = places
+    whole = max(float(residue.y @ residue.y) - residue.samples * residue.noise, 1e-9)
+    beside, share = (), math.nan
+    if best is not None and best.evidence >= most:
+        energies = _energies(residue, best)
+        share = min(max(energies) / whole, 1.0)
+        order = np.argsort(energies)[::-1][1:]
+        beside = tuple(Place(best.forms[k].joint, best.forms[k].kind, best.forms[k].name, math.nan) for k in order)
+    return Origin(first, share, tuple(others), beside)
+
+
+def _ranked(residue: Residue, forms: Sequence[Form]) -> list[tuple[float, float, Form]]:
+    """ln E less the price, λ and form, the best first."""
+    rows = []
+    for form in forms:
+        won, scale = residue.evidence(residue.seen_through(form.columns))
+        rows.append((won - form.price, scale, form))
+    return sorted(rows, key=lambda row: -row[0])
+
+
+def _grown(residue: Residue, first: tuple[float, float, Form], forms: Sequence[Form], scan: Scan) -> _Sum:
+    """The sum that begins with a form."""
+    won, scale, form = first
+    one = _Sum((form,), (scale,), won, residue.without(form.columns, scale))
+    while len(one.forms) < _MOST:
+        ranked = _ranked(one.residue, [*forms, *scan(one.residue)])
+        won, scale, form = ranked[0]
+        if won < MARGIN:
+            break
+        other = one.residue.without(one.residue.seen_through(form.columns), scale)
+        one = _Sum((*one.forms, form), (*one.scales, scale), one.evidence + won, other)
+    return one
+
+
+def _energies(residue: Residue, one: _Sum) -> list[float]:
+    """Sum of squares of what each cause of a sum explains, its sizes at their posterior mean."""
+    pairs = zip(one.forms, one.scales, strict=True)
+    laid = np.concatenate([math.sqrt(scale) * form.columns for form, scale in pairs], axis=1)
+    found = laid * np.linalg.solve(laid.T @ laid + np.eye(laid.shape[1]), laid.T @ residue.y)
+    ends = np.cumsum([form.columns.shape[1] for form in one.forms])[:-1]
+    return [float((part.sum(axis=1) ** 2).sum()) for part in np.split(found, ends, axis=1)]

@@ -1,0 +1,81 @@
+"""Which of several causes is said to be where a remainder comes from."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from discrepancy.origin import Form, Origin, Residue, origin_of
+from tests.discrepancy.origin.test_residue import laid
+
+SHAPE = (10, 320)
+
+
+def rows(seed: int) -> np.ndarray:
+    """Readings (w, n, 2) of a cause: slow waves, each window with its own phases."""
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(1.0, 6.0, (SHAPE[0], 1, 2)) * np.linspace(0.0, 1.0, SHAPE[1])[:, None]
+    return np.sin(2.0 * np.pi * (turns + rng.uniform(0.0, 1.0, (SHAPE[0], 1, 2))))
+
+
+def form(name: str, columns: np.ndarray, price: float = 0.0) -> Form:
+    joint, kind = name.split(".")
+    return Form(joint, kind, name, columns, price)
+
+
+def asked(
+    residual: np.ndarray, causes: dict[str, np.ndarray], free: Sequence[tuple[str, float]] = (), **price
+) -> Origin | None:
+    """Where a residual comes from, of causes by "joint.kind"."""
+    residue = Residue(laid(residual))
+    forms = [form(name, residue.clean(x), price.get(name.split(".")[0], 0.0)) for name, x in causes.items()]
+    at_any_time = [(form(name, np.zeros((0, 0))), won) for name, won in free]
+    return origin_of(residue, forms, lambda left: (), at_any_time)
+
+
+CAUSES = {"input.phase": rows(1), "output.station": rows(2), "sensor.time": rows(3)}
+NOISE = np.random.default_rng(9).standard_normal(SHAPE)
+
+
+def test_the_cause_that_acts_is_found_and_its_share() -> None:
+    found = asked(NOISE + 0.7 * CAUSES["sensor.time"].sum(axis=2), CAUSES)
+    assert found is not None and (found.first.joint, found.first.kind) == ("sensor", "time")
+    assert found.first.probability > 0.95 and 0.8 < found.share <= 1.0 and not found.alike and not found.beside
+
+
+def test_noise_comes_from_nowhere() -> None:
+    assert asked(NOISE, CAUSES) is None
+
+
+def test_of_several_causes_the_largest_is_first_and_the_others_are_told() -> None:
+    small, large = CAUSES["input.phase"].sum(axis=2), CAUSES["output.station"].sum(axis=2)
+    found = asked(NOISE + 0.3 * small + 0.6 * large, CAUSES)
+    assert found is not None and found.first.kind == "station"
+    assert [place.name for place in found.beside] == ["input.phase"]
+    assert 0.6 < found.share < 0.95
+
+
+def test_where_two_joints_look_alike_the_one_with_more_parts_is_said_and_the_other_told() -> None:
+    same = rows(4)
+    found = asked(NOISE + 0.5 * same.sum(axis=2), {"base.time": same, "input.time": same, "output.time": same})
+    assert found is not None and found.first.joint == "output"
+    assert 0.4 < found.first.probability < 0.8
+    close = asked(NOISE + 0.5 * same.sum(axis=2), {"input.time": same, "sensor.time": same})
+    assert close is not None and [place.joint for place in close.alike] == ["sensor"]
+
+
+def test_a_form_that_was_chosen_among_many_pays_for_that() -> None:
+    """Seed 5: two rows that are the same, the output's of a price that outweighs its parts."""
+    same = rows(5)
+    causes = {"input.phase": same, "output.phase": same}
+    residual = NOISE + 0.15 * same.sum(axis=2)
+    free, paid = asked(residual, causes), asked(residual, causes, output=20.0)
+    assert free is not None and free.first.joint == "output"
+    assert paid is not None and paid.first.joint == "input"
+
+
+def test_a_torque_free_over_time_wins_where_nothing_orders_the_remainder() -> None:
+    residual = NOISE + 0.2 * CAUSES["input.phase"].sum(axis=2)
+    unordered = asked(residual, CAUSES, [("output.time", 1000.0)])
+    assert unordered is not None and (unordered.first.joint, unordered.first.kind) == ("output", "time")
+    ordered = asked(residual, CAUSES, [("output.time", 5.0)])
+    assert ordered is not None and ordered.first.kind == "phase"

@@ -1,0 +1,219 @@
+"""Torques and readings that no effect has, on the indexer: what they add, and where they are said to come from."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from discrepancy.indexer import IndexerModel
+from discrepancy.indexer.response import JOINTS, Response, motion_of
+from discrepancy.indexer.scans import origin_at
+from discrepancy.model import NONE, Jobs
+from discrepancy.origin import Origin
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from indexer_env import Sensor, load_machine
+from indexer_env.machine import Machine
+
+LEVEL = 2.0
+"""What a disturbance adds to the readings, over the noise."""
+
+
+def tight() -> Machine:
+    """The reference machine without play."""
+    machine = load_machine("reference")
+    return dataclasses.replace(machine, input_joint=dataclasses.replace(machine.input_joint, backlash=0.0))
+
+
+@dataclasses.dataclass
+class Scene:
+    """Records of that machine and its motion, window by window; rows are (w, n)."""
+
+    model: IndexerModel
+    place: Point
+    motion: dict[str, np.ndarray]
+    response: Response
+    inside: np.ndarray
+    time: np.ndarray
+    rng: np.random.Generator
+
+    def row(self, name: str) -> np.ndarray:
+        return self.motion[name]
+
+    @property
+    def phase(self) -> np.ndarray:
+        return self.motion["cam"] / (2.0 * math.pi) % 1.0
+
+    def at(self, torque: np.ndarray, joint: str) -> np.ndarray:
+        return self.response(torque[..., None], joint)[..., 0]
+
+    def resonance(self, hertz: float, damping: float, derivative: int) -> np.ndarray:
+        """The acceleration through a resonator, record by record, by small steps."""
+        omega, out = 2.0 * math.pi * hertz, np.zeros(self.inside.shape)
+        for g in np.unique(self.model.groups):
+            mine = self.model.groups == g
+            series = self.motion["table_acc"][mine][self.inside[mine]]
+            x = v = 0.0
+            swung = []
+            for value in series:
+                for _ in range(4):
+                    a = value - 2.0 * damping * omega * v - omega**2 * x
+                    v += a * 2.5e-4
+                    x += v * 2.5e-4
+                swung.append((omega**2 * x, omega * v, a)[derivative])
+            part = np.zeros(self.inside[mine].shape)
+            part[self.inside[mine]] = swung
+            out[mine] = part
+        return out
+
+
+@pytest.fixture(scope="module")
+def scene(one_record) -> Scene:
+    """Seed 6: 1.2 turns each at 1500 and 1200 rpm."""
+    rng = np.random.default_rng(6)
+    machine = tight()
+    records = [one_record(machine, Sensor(), rng, rpm, 2.0, 1.2) for rpm in (1500.0, 1200.0)]
+    model = IndexerModel(machine, records)
+    problem = Problem(model, NONE)
+    states = np.zeros((len(model.counts), model.local_count(NONE)))
+    place = problem.point(np.zeros(len(problem.parameters)), states)
+    inside = np.arange(int(model.counts.max())) < model.counts[:, None]
+    motion = {name: np.where(inside, row, 0.0) for name, row in motion_of(model, place)[1].items()}
+    time = 1e-3 * (model.windows.first[:, None] + np.arange(inside.shape[1]))
+    response = Response(machine, motion, inside, np.full(len(inside), 1e-3))
+    return Scene(model, place, motion, response, inside, time, rng)
+
+
+def added(scene: Scene, machine: Machine, size: float) -> np.ndarray:
+    """What another machine adds to the accelerations, per unit of its size."""
+    other = IndexerModel(machine, scene.model.experiments)
+    accelerations = [motion_of(model, scene.place)[1]["table_acc"] for model in (scene.model, other)]
+    return np.where(scene.inside, accelerations[1] - accelerations[0], 0.0) / size
+
+
+def stiffer(machine: Machine, joint: str, share: float) -> Machine:
+    """Stiffness and damping of a joint, and so all of its torque, larger by this share."""
+    old = getattr(machine, joint)
+    more = dataclasses.replace(old, stiffness=old.stiffness * (1.0 + share), damping=old.damping * (1.0 + share))
+    return dataclasses.replace(machine, **{joint: more})
+
+
+@pytest.mark.parametrize(
+    ("joint", "place"), [("input_joint", "cam"), ("output_joint", "joint 2")]
+)  # fmt: skip
+def test_the_response_is_what_a_small_change_of_a_joint_adds(scene: Scene, joint: str, place: str) -> None:
+    """A joint whose stiffness and damping grow by a share carries that share of its torque more."""
+    simulated = added(scene, stiffer(tight(), joint, 1e-4), 1e-4)
+    torque = scene.row("torque_1" if place == "cam" else "torque_2")
+    # a window of the stiffer joint also starts where its load holds it: seen by the response as no torque at the start
+    torque = np.where(scene.inside, torque - (torque[:, :1] if place != "cam" else 0.0), 0.0)
+    linear = scene.at(torque, place)
+    assert np.abs(linear - simulated)[scene.inside].max() < 0.05 * np.abs(simulated).max()
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_backwards_is_the_transpose(scene: Scene, joint: str) -> None:
+    rng = np.random.default_rng(7)
+    torque, row = rng.standard_normal((2, *scene.inside.shape))
+    forwards = float((scene.at(torque, joint) * row).sum())
+    assert float((scene.response.backwards(row, joint) * torque).sum()) == pytest.approx(forwards, rel=1e-8)
+
+
+def saw(scene: Scene) -> np.ndarray:
+    return scene.at(np.where(scene.phase < 0.4, scene.phase % 0.1, 0.0), "table")
+
+
+def two_stations(scene: Scene) -> np.ndarray:
+    station = np.floor(scene.row("cam").max(axis=1) / (2.0 * math.pi)).astype(int) % 8
+    return scene.at(np.isin(station, (2, 5))[:, None] * scene.row("torque_2"), "joint 2")
+
+
+def windage(scene: Scene) -> np.ndarray:
+    return scene.at(np.abs(scene.row("table_rate")) ** 3, "table")
+
+
+def warming_seal(scene: Scene) -> np.ndarray:
+    return scene.at(np.sign(scene.row("table_rate")) * (np.abs(scene.row("table_rate")) > 0.02) * scene.time, "table")
+
+
+def mixer(scene: Scene) -> np.ndarray:
+    return scene.at(np.sign(np.sin(2.0 * math.pi * 21.0 * scene.time)), "table")
+
+
+def brake(scene: Scene) -> np.ndarray:
+    return scene.at(np.exp(-(((scene.phase - 0.2) / 0.04) ** 2)), "cam")
+
+
+def inverter(scene: Scene) -> np.ndarray:
+    return scene.at(scene.row("cam_rate") ** 2 * np.sin(2.0 * math.pi * 13.0 * scene.time), "cam")
+
+
+def loose_plug(scene: Scene) -> np.ndarray:
+    return scene.row("table_acc") * (scene.time > 5.0)
+
+
+def blows(scene: Scene) -> np.ndarray:
+    out = np.zeros(scene.inside.shape)
+    for moment in (1.3, 4.1, 6.6):
+        later = np.maximum(scene.time - moment, 0.0)
+        out += np.exp(-later / 0.08) * np.sin(2.0 * math.pi * 38.0 * later)
+    return out
+
+
+def whipping_cable(scene: Scene) -> np.ndarray:
+    return scene.resonance(55.0, 0.04, 2)
+
+
+def rocking_floor(scene: Scene) -> np.ndarray:
+    return scene.resonance(6.0, 0.05, 0) * np.sin(scene.row("table") + 1.0)
+
+
+@pytest.mark.parametrize(
+    ("made", "joint", "kinds"),
+    [
+        (saw, "output", ("phase",)),
+        (two_stations, "output", ("station",)),
+        (windage, "output", ("speed", "phase")),
+        (warming_seal, "output", ("time",)),
+        (mixer, "output", ("frequency",)),
+        (inverter, "input", ("frequency",)),
+        (loose_plug, "sensor", ("time",)),
+        (blows, "base", ("time",)),
+        (whipping_cable, "sensor", ("frequency",)),
+        (rocking_floor, "base", ("station",)),
+    ],
+)
+def test_what_no_effect_describes_is_traced_to_joint_and_kind(
+    scene: Scene, made: Callable[[Scene], np.ndarray], joint: str, kinds: tuple[str, ...]
+) -> None:
+    """Seed 6."""
+    found = traced(scene, made)
+    assert found is not None and (found.first.joint, found.first.kind) in [(joint, kind) for kind in kinds], found
+
+
+def traced(scene: Scene, made: Callable[[Scene], np.ndarray]) -> Origin | None:
+    """Where a disturbance of twice the noise is said to come from; seed 8."""
+    noise_levels = np.array([e.noise_level for e in scene.model.experiments])[scene.model.groups]
+    shape = np.where(scene.inside, made(scene), 0.0) / noise_levels[:, None]
+    windows = np.arange(len(scene.inside))
+    jobs = Jobs(scene.place.z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
+    read = scene.model.readings(NONE, jobs) + LEVEL * shape / np.sqrt((shape[scene.inside] ** 2).mean())
+    noise = np.random.default_rng(8).standard_normal(read.shape)
+    return origin_at(scene.model.recording(read + noise), scene.place)
+
+
+def test_what_two_joints_explain_alike_is_said_of_both(scene: Scene) -> None:
+    """A brake's pulse on the cam shaft, which a torque on the table can do nearly as well at two speeds."""
+    found = traced(scene, brake)
+    assert found is not None
+    places = {(place.joint, place.kind) for place in (found.first, *found.alike)}
+    assert places == {("input", "phase"), ("output", "phase")}
+
+
+def test_noise_is_traced_to_nothing(scene: Scene) -> None:
+    windows = np.arange(len(scene.inside))
+    jobs = Jobs(scene.place.z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
+    noise = np.random.default_rng(8).standard_normal(scene.inside.shape)
+    assert origin_at(scene.model.recording(scene.model.readings(NONE, jobs) + noise), scene.place) is None

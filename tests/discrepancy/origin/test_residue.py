@@ -1,0 +1,76 @@
+"""What a fit has left: cleaned, white, and weighed against causes."""
+
+import numpy as np
+import pytest
+
+from discrepancy.origin.residue import Laid, Residue
+
+STEP = 1.0 / 320.0
+
+
+def laid(residual: np.ndarray, by_global: np.ndarray | None = None, by_local: np.ndarray | None = None) -> Laid:
+    """Residuals (w, n) of one record with what a fit may move, nothing where it is not given."""
+    w, n = residual.shape
+    by_global = np.zeros((w, n, 0)) if by_global is None else by_global
+    time = STEP * np.arange(w * n).reshape(w, n)
+    return Laid(
+        residual, by_global, np.zeros((w, n, 0)) if by_local is None else by_local, np.zeros(by_global.shape[2]),
+        np.zeros(by_global.shape[2]), np.ones((w, n), dtype=bool), np.zeros(w, dtype=int), time, np.full(w, STEP),
+    )  # fmt: skip
+
+
+def coloured(rng: np.random.Generator, shape: tuple[int, int], colour: float) -> np.ndarray:
+    noise = rng.standard_normal(shape)
+    for k in range(1, shape[1]):
+        noise[:, k] = colour * noise[:, k - 1] + noise[:, k]
+    return noise
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.5, 0.9])
+def test_the_colour_of_noise_is_read_where_the_machine_is_quiet(colour: float) -> None:
+    """Seed 1; for a third of each window the residual also swings, far above the noise."""
+    noise = coloured(np.random.default_rng(1), (20, 320), colour)
+    moves = np.where(np.arange(320) < 107, 30.0 * np.sin(0.2 * np.arange(320)), 0.0)
+    found = Residue(laid(noise + moves))
+    assert found.colour == pytest.approx(colour, abs=0.15)
+    assert found.noise == pytest.approx(1.0, rel=0.5)
+
+
+def test_what_the_fit_may_move_explains_nothing() -> None:
+    """Seed 2: a parameter's derivative and a start state are in the residual, ten times the noise."""
+    rng = np.random.default_rng(2)
+    by_global, by_local = rng.standard_normal((10, 200, 1)), rng.standard_normal((10, 200, 1))
+    sizes = rng.standard_normal((10, 1))
+    residual = rng.standard_normal((10, 200)) + 10.0 * by_global[..., 0] + 10.0 * sizes * by_local[..., 0]
+    residue = Residue(laid(residual, by_global, by_local))
+    assert residue.variance == pytest.approx(1.0, rel=0.1)
+    assert residue.evidence(residue.clean(by_global))[0] < 1.0
+
+
+def test_evidence_prefers_the_variable_that_orders_the_residual() -> None:
+    """Seed 3: by phase within the window, not by window; chance earns nothing."""
+    rng = np.random.default_rng(3)
+    by_phase = np.tile(np.repeat(np.eye(8), 40, axis=0), (10, 1, 1))
+    by_window = np.repeat(np.eye(10)[:, None], 320, axis=1)
+    noise = rng.standard_normal((10, 320))
+    sizes = rng.standard_normal(8)
+    residue = Residue(laid(noise + by_phase @ (sizes - sizes.mean())))
+    assert residue.evidence(residue.clean(by_phase))[0] > 100.0
+    assert residue.evidence(residue.clean(by_window))[0] < 5.0
+    assert residue.evidence_by_window(by_window[:, :, :1] + 1.0) < 5.0
+    alone = Residue(laid(noise))
+    assert alone.evidence(alone.clean(by_phase))[0] < 3.0
+
+
+def test_a_cause_that_is_a_part_of_the_noise_is_not_found_again() -> None:
+    """Seed 4; the products by which lines are looked for are those of what is left."""
+    rng = np.random.default_rng(4)
+    first, second = rng.standard_normal((8, 200, 3)), rng.standard_normal((8, 200, 2))
+    residue = Residue(laid(rng.standard_normal((8, 200)) + 2.0 * first[..., 0] + 0.5 * second[..., 0]))
+    columns = residue.clean(first)
+    won, scale = residue.evidence(columns)
+    left = residue.without(columns, scale)
+    assert won > 100.0 and left.evidence(left.seen_through(columns))[0] < 3.0
+    other = left.seen_through(left.clean(second))
+    assert left.evidence(other)[0] > 50.0
+    assert np.einsum("wn,wnk->k", left.before(), second) == pytest.approx(other.T @ left.y)
