@@ -5,8 +5,8 @@ loose base and play of any size diagnosed, a few also by physics; further record
 paper's network is asked beside, taught on the same turns. Other rows, methods=twin,oracle,nominal,point,unextended: the
 true machine, machines of the drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks.
 
-Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method, so a run that was stopped
-goes on, and only=0,1 makes a part of it. The table holds all rows that are there.
+Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
+goes on, also within a twin, and only=0,1 makes a part of it. The table holds all rows that are there.
 """
 
 from __future__ import annotations
@@ -26,13 +26,15 @@ from benchmarks.twin.pipelines import make_twin, of_paper
 from benchmarks.twin.records import records_of
 from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.truth import Truth, machine_of, write_bench
+from twin.settings import Settings
 
 DEFAULTS = {
     "machines": 20, "only": "", "records": 160, "physics": 8, "at_size": 40, "seed": 5, "noise": 0.015, "spread": 0.1,
-    "out": "benchmarks/twin/out", "methods": "twin",
+    "simulated": Settings().simulated, "out": "benchmarks/twin/out", "methods": "twin",
 }  # fmt: skip
 """Machines, numbers of those to be done (all), records of each, those that physics judges too, those with a fault of
-the stated smallest size, seed, noise over signal, spread of the drawing, folder, methods joined by commas."""
+the stated smallest size, seed, noise over signal, spread of the drawing, turns that a twin simulates, folder, methods
+joined by commas."""
 
 OF_PAPER = "paper's network"
 """Row of the paper's network."""
@@ -44,11 +46,11 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
     seed = settings["seed"] + number
     records = records_of(truth, settings["records"], seed, out / "truth" / f"{name}.npz")
     work = out / f"work-{name}-{method}"
-    shutil.rmtree(work, ignore_errors=True)
-    write_bench(truth, work / "bench", seed)
-    begun, spent = time.perf_counter(), time.process_time()
-    twin = make_twin(method, truth, work)
-    made = {"wall_s": time.perf_counter() - begun, "cpu_s": time.process_time() - spent}
+    if not (work / "bench" / "records.csv").exists():
+        write_bench(truth, work / "bench", seed)
+    fresh, spent = not (work / "twin").exists(), time.process_time()
+    twin = make_twin(method, truth, work, simulated=settings["simulated"])
+    made = time.process_time() - spent if fresh else None
     ways = ways_of(twin)
     if method == "twin":
         ways[OF_PAPER] = of_paper(twin)
@@ -59,7 +61,7 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
     shutil.rmtree(work)
     about = twin.about
     return {
-        "kind": truth.kind, "made": made, "headline": about["calibration"]["headline"], "matters": twin.matters,
+        "kind": truth.kind, "made_cpu_s": made, "headline": about["calibration"]["headline"], "matters": twin.matters,
         "trusted": about["check"]["trusted"], "scores": about["scores"],
         "rows": {name: [row.plain() for row in rows] for name, rows in found.items()},
     }  # fmt: skip
@@ -86,7 +88,7 @@ def main(arguments: Sequence[str]) -> None:
             found = done(truth, number, method, settings, out)
             file.write_text(json.dumps(found))
             told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
-            print(number, method, truth.kind, found["made"], told, flush=True)
+            print(number, method, truth.kind, found["made_cpu_s"], told, flush=True)
     print(markdown(table_of(sorted((out / "rows").glob(f"{law}-*.json")))))
 
 
