@@ -12,8 +12,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from safetensors.numpy import load_file, save_file
 
 from indexer_env import OperatingPoint
 from twin.synthesis import Synthesis
@@ -28,10 +30,10 @@ _MOST = 4
 _ROUNDS = ((3, 3), (2, 3))
 """Starts that go on, and for how many steps."""
 
-_JOINT = 5
-"""Steps of the fit with the machine's own parameters."""
+_JOINT = 10
+"""Steps of the fit with the machine's own parameters; with 5 of them a third of the turns with play are not there."""
 
-TOGETHER = 64
+TOGETHER = 32
 """Turns fitted at once, which bounds the memory."""
 
 
@@ -54,15 +56,29 @@ class Fits:
 
 def fitted(
     of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told: Mapping[str, np.ndarray],
-    advance: Callable[[int], None] = lambda turns: None,
+    advance: Callable[[int], None] = lambda turns: None, folder: Path | None = None,
 ) -> Fits:  # fmt: skip
-    """Turns x (n, stations, cells) fitted from what networks say of them."""
+    """Turns x (n, stations, cells) fitted from what networks say of them; parts that `folder` holds are read."""
     parts = []
     for first in range(0, len(x), TOGETHER):
         part = slice(first, first + TOGETHER)
-        parts.append(_fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()}))
+        file = None if folder is None else folder / f"{first:05d}.safetensors"
+        if file is not None and file.exists():
+            found = Fits(**load_file(file))
+        else:
+            found = _fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()})
+            if file is not None:
+                _keep(file, found)
+        parts.append(found)
         advance(len(x[part]))
     return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("size", "error", "left")))
+
+
+def _keep(file: Path, found: Fits) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    fresh = file.with_suffix(".part")
+    save_file({name: np.ascontiguousarray(value) for name, value in vars(found).items()}, fresh)
+    fresh.rename(file)
 
 
 def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told: Mapping[str, np.ndarray]) -> Fits:

@@ -71,7 +71,7 @@ def learned(
     )
     weights = weights_by_control(
         networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))),
-        view, s.coverage, s.seed,
+        view, s.coverage, s.seed, out / "data" / "fits",
     )  # fmt: skip
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
@@ -117,13 +117,13 @@ def _modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 def weights_by_control(
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, control: Turns, sound: Turns, view: View,
-    coverage: float, seed: int,
+    coverage: float, seed: int, folder: Path,
 ) -> Weights:  # fmt: skip
-    """What fits are worth, from control turns that raise an alarm and from healthy ones."""
+    """What fits are worth, from control turns that raise an alarm and from healthy ones; `folder` keeps the fits."""
     x, told, points = noisy(networks, control, view, seed + 4)
     seen = np.flatnonzero(told["any"] > judge.alarm)
     told = {name: value[seen] for name, value in told.items()}
     with progress("weighing", len(seen), "turns") as advance:
-        fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance)
+        fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
     quiet, said, _ = noisy(networks, sound, view, seed + 5)
     return weights_of(told, fits, control.there[seen], control.size[seen], said, synthesis.unexplained(quiet), coverage)

@@ -6,7 +6,7 @@ paper's network is asked beside, taught on the same turns. Other rows, methods=t
 true machine, machines of the drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks.
 
 Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
-goes on, also within a twin, and only=0,1 makes a part of it. The table holds all rows that are there.
+goes on where it was, and only=0,1 makes a part of it. The table holds all rows that are there.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
     ways = ways_of(twin)
     if method == "twin":
         ways[OF_PAPER] = of_paper(twin)
-    found = judged(ways, truth, records)
+    found = judged(ways, truth, records, work / "rows.jsonl")
     if method == "twin":
         found[PHYSICS] = by_physics(twin, truth, records[: settings["physics"]])
         found[next(iter(ways))] += at_stated_size(twin, truth, settings["at_size"], np.random.default_rng(seed))

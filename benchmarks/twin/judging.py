@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -26,16 +28,21 @@ def ways_of(twin: Twin) -> dict[str, Twin]:
     return alone if twin.synthesis is None else {**alone, REFINED: twin}
 
 
-def judged(ways: Mapping[str, Twin], truth: Truth, records: Sequence[Recorded]) -> dict[str, list[Judged]]:
-    """Each record by each way."""
-    rows: dict[str, list[Judged]] = {name: [] for name in ways}
-    for one in records:
-        for name, twin in ways.items():
-            begun = time.process_time()
-            seen = twin.diagnose_turn(one.signal, one.stated)
-            spent = time.process_time() - begun
-            rows[name].append(row_of(one, seen.faults, seen.verdict, twin, truth, spent))
-    return rows
+def judged(ways: Mapping[str, Twin], truth: Truth, records: Sequence[Recorded], file: Path) -> dict[str, list[Judged]]:
+    """Each record by each way; `file` keeps them, a line for each record."""
+    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    with file.open("a") as kept:
+        for one in records[len(done) :]:
+            rows = {}
+            for name, twin in ways.items():
+                begun = time.process_time()
+                seen = twin.diagnose_turn(one.signal, one.stated)
+                spent = time.process_time() - begun
+                rows[name] = row_of(one, seen.faults, seen.verdict, twin, truth, spent).plain()
+            kept.write(json.dumps(rows) + "\n")
+            kept.flush()
+            done.append(rows)
+    return {name: [Judged.restore(rows[name]) for rows in done] for name in ways}
 
 
 def by_physics(twin: Twin, truth: Truth, records: Sequence[Recorded]) -> list[Judged]:
