@@ -20,6 +20,7 @@ from indexer_env.units import RPM
 from twin.faults import Fault
 from twin.learn import View
 from twin.network import NETWORKS as KINDS
+from twin.nuisance import Nuisance
 from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
 
@@ -77,4 +78,8 @@ def view_of(about: Mapping[str, Any], remains: Remains) -> View:
 def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: View) -> Synthesis:
     """The simulator as it is fitted to turns."""
     held = load_file(folder / "synthesis.safetensors")
-    return Synthesis(healthy, faults, view.remains.noise, held["axes"], held["covariance"], held["growth"], view.shapes)
+    nuisance = Nuisance.of(folder / "posterior.parquet")
+    return Synthesis(
+        healthy, faults, view.remains.noise, held["axes"], held["covariance"], held["open"], held["growth"],
+        view.shapes, nuisance,
+    )  # fmt: skip

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from indexer_env import OperatingPoint
-from twin.refine import BAD, TOGETHER, Work
+from twin.refine import TOGETHER
 from twin.synthesis import Synthesis
+from twin.work import BAD, Work
 
 _USUAL = 0.9
 """Share of turns that tell it: in play some come out otherwise altogether, which their own chance covers."""
@@ -30,7 +31,7 @@ def growth_of(
     for first in range(0, len(mine), TOGETHER):
         part = mine[first : first + TOGETHER]
         work = Work(of, m[part], [points[k] for k in part], size[part] != 0.0, station[part])
-        t = np.concatenate([size[part], np.zeros((len(part), len(work.phased)))], axis=1)
+        t = np.concatenate([size[part], np.zeros((len(part), len(work.phased) + of.nuisance.count))], axis=1)
         found = work.at(t, np.arange(len(part)))
         rows.append(found.off[found.q < BAD] / np.sqrt(strength[part][found.q < BAD])[:, None])
     off = np.concatenate(rows) if rows else np.zeros((0, m.shape[1]))

@@ -29,6 +29,10 @@ MODES, STATION_MODES = 64, 24
 """Principal components of the mean cam turn and of a station's difference from it: those that simulated faults excite
 above the noise (the 65th of the mean is at 0.7 of it)."""
 
+_LARGE = 8.0
+"""Noises from which on a component is squeezed in the second of its two squeezed forms: the first one's middle is a
+small fault's, the second's a large one's."""
+
 
 @dataclass
 class Told:
@@ -66,14 +70,14 @@ class Modes(nn.Module):
     exact = True
     """Noise may be added to what is seen, as that is linear in x."""
 
-    def __init__(self, faults: int, cells: int, stations: int, width: int = 256) -> None:
+    def __init__(self, faults: int, cells: int, stations: int, width: int = 128) -> None:
         super().__init__()
         self.stations = stations
         kept = min(MODES, cells), min(STATION_MODES, cells)
         self.register_buffer("mean_axes", torch.eye(cells)[:, : kept[0]].contiguous())
         self.register_buffer("mean_rms", torch.ones(kept[0]))
         self.register_buffer("own_axes", torch.eye(cells)[:, : kept[1]].contiguous())
-        seen = 2 * kept[0] + 2 * kept[1] + 3
+        seen = 3 * kept[0] + 2 * kept[1] + 3
         self.layers = nn.Sequential(
             nn.BatchNorm1d(seen), nn.Linear(seen, width), nn.SiLU(), nn.Linear(width, width), nn.SiLU(),
             nn.Linear(width, width), nn.SiLU(), nn.Linear(width, 3 * faults + 1),
@@ -99,8 +103,9 @@ class Modes(nn.Module):
         mean, own = z[:, :k], z[:, k:].reshape(len(z), self.stations, -1)
         squeezed = torch.asinh(own)
         heads = self.layers(torch.cat([
-            mean / self.mean_rms, torch.asinh(mean), torch.log(own.pow(2).mean(dim=1) + 0.3),
-            squeezed.abs().amax(dim=1), torch.log1p(mean.pow(2).mean(dim=1).sqrt())[:, None], conditions,
+            mean / self.mean_rms, torch.asinh(mean), torch.asinh(mean / _LARGE),
+            torch.log(own.pow(2).mean(dim=1) + 0.3), squeezed.abs().amax(dim=1),
+            torch.log1p(mean.pow(2).mean(dim=1).sqrt())[:, None], conditions,
         ], dim=1))  # fmt: skip
         f = (heads.shape[1] - 1) // 3
         level = own.pow(2).mean(dim=(1, 2), keepdim=True).sqrt()

@@ -31,8 +31,12 @@ from discrepancy.problem import Problem
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 
+_STEP = 1e-4
+"""Change of a scaled parameter, to both sides, by which derivatives are taken: the error of one-sided or larger
+differences, squared, looks like information."""
+
 _NUDGE = 1e-2
-"""Relative change of the load by which its derivative is taken: the motion is nearly linear in it."""
+"""Relative change of the load, to both sides, by which its derivative is taken: the motion is nearly linear in it."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +65,12 @@ class Joint:
 def joint_of(model: IndexerModel, place: Point, uncertain: Uncertain) -> Joint:
     """The posterior at a fitted place; one Gauss–Newton step moves it where the loads or the gain are off."""
     problem = Problem(model, place.hypothesis)
-    r, by_global, by_local = problem.linearised(place)
-    heavier = Problem(_with_loads(model, 1.0 + _NUDGE), place.hypothesis)
-    by_load = (heavier.left(place) - r) / _NUDGE * uncertain.load
+    r, ahead, by_local = problem.linearised(place, _STEP)
+    by_global = 0.5 * (ahead + problem.linearised(place, -_STEP)[1])
+    heavier, lighter = (
+        Problem(_with_loads(model, 1.0 + nudge), place.hypothesis).left(place) for nudge in (_NUDGE, -_NUDGE)
+    )
+    by_load = (heavier - lighter) / (2.0 * _NUDGE) * uncertain.load
     reading = model.readings(place.hypothesis, problem._everywhere(place.z[None], place.states[None])).reshape(r.shape)
     columns = np.concatenate([by_global, by_load[None], reading[None] * uncertain.gain])
     weights = np.minimum(1.0, 2.0 * problem.weights((r**2).sum(axis=1)))

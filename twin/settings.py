@@ -44,9 +44,9 @@ class Settings:
     faults: Sequence[str] = tuple(FAULTS)
     motor_speed_rpm: Sequence[float] | None = None
     load_torque: Sequence[float] | None = None
-    simulated: int = 10000
+    simulated: int = 36000
     draws: int = 1024
-    epochs: int = 24
+    epochs: int = 16
     false_alarms: float = 0.01
     power: float = 0.95
     coverage: float = 0.9

@@ -3,11 +3,12 @@
 Of a turn, m is its mean cam turn in the principal axes of simulated turns; at sizes t the simulator gives m(t). The
 remainder is
 
-    q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k,   C = C_healthy + |m|²/k C_faulty + C_chance
+    q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k,   C = C_noise + C_open + |m|²/k C_faulty + C_chance
 
-C_healthy is the covariance of healthy turns (noise, shift, what the posterior leaves open), C_faulty what the posterior
+C_noise is the covariance of noise and shift, C_open what the posterior leaves open of healthy turns, C_faulty what it
 leaves open besides in turns with faults, which grows with them, C_chance that among the cam turns of the simulated turn
-itself, which rattles where there is play.
+itself, which rattles where there is play. Where the machine's own parameters are fitted beside the sizes (`work`),
+C_open and C_faulty have no part.
 
 At the sizes that fit best it tells a turn that no fault of the table makes from one that some fault does.
 """
@@ -24,6 +25,7 @@ import numpy as np
 from indexer_env import Machine, make_effect
 from indexer_env.effects import Effect
 from twin.faults import Fault
+from twin.nuisance import Nuisance
 from twin.turns import Healthy
 
 
@@ -39,10 +41,12 @@ class Synthesis:
         σ of a cell [unit of the sensor].
     axes : ndarray (cells, k)
         Of the mean cam turn.
-    covariance, growth : ndarray (k, k)
-        Of healthy turns along them in units of the noise, and what is added for turns of strength 1.
+    covariance, open, growth : ndarray (k, k)
+        C_noise, C_open and C_faulty along them in units of the noise.
     shapes : callable
         A turn of reference -> what shifts add to it, in units of the noise.
+    nuisance : Nuisance
+        The machine's own parameters.
     """
 
     healthy: Healthy
@@ -50,26 +54,31 @@ class Synthesis:
     noise: float
     axes: np.ndarray
     covariance: np.ndarray
+    open: np.ndarray
     growth: np.ndarray
     shapes: Any
+    nuisance: Nuisance
 
     def seen(self, x: np.ndarray) -> np.ndarray:
         """m (n, k) of turns x (n, stations, cells)."""
         return math.sqrt(x.shape[1]) * x.mean(axis=1) @ self.axes
 
     def open_at(self, m: np.ndarray) -> np.ndarray:
-        """C_healthy + |m|²/k C_faulty (n, k, k) of turns m (n, k)."""
-        return self.covariance + (m**2).mean(axis=1)[:, None, None] * self.growth
+        """C_noise + C_open + |m|²/k C_faulty (n, k, k) of turns m (n, k)."""
+        return self.covariance + self.open + (m**2).mean(axis=1)[:, None, None] * self.growth
 
     def unexplained(self, x: np.ndarray) -> np.ndarray:
         """q (n,) of turns with no fault."""
         m = self.seen(x)
-        return np.einsum("ni,ij,nj->n", m, np.linalg.inv(self.covariance), m) / m.shape[1]
+        return np.einsum("ni,ij,nj->n", m, np.linalg.inv(self.covariance + self.open), m) / m.shape[1]
 
 
-def effect_of(fault: Fault, size: float, machine: Machine, phase: float, station: int) -> Effect:
-    """The effect that a fault of this size is, on top of what the healthy machine has of it."""
-    there = next((effect for effect in machine.effects if effect.name == fault.effect), None)
+def effect_of(
+    fault: Fault, size: float, machine: Machine, phase: float, station: int, on: Machine | None = None
+) -> Effect:
+    """The effect that a fault of this size of `machine`'s largest is, on top of what the healthy machine, or another
+    one, `on`, has of it."""
+    there = next((effect for effect in (on or machine).effects if effect.name == fault.effect), None)
     given: dict[str, Any] = {} if there is None else dict(vars(there))
     given[fault.parameter] = float(given.get(fault.parameter, 0.0)) + fault.value(size, machine)
     for name, law in fault.others.items():

@@ -22,6 +22,7 @@ from twin.folder import NETWORKS, PAPER, networks_of, synthesis_of
 from twin.growth import growth_of
 from twin.judge import Judge, ensemble, judge_of, looked_at
 from twin.learn import Feed, View, trained
+from twin.nuisance import Nuisance
 from twin.refine import fitted
 from twin.settings import Settings
 from twin.synthesis import Synthesis
@@ -31,9 +32,9 @@ from twin.weigh import Weights, weights_of
 GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
 
-FITTED, LEAST_FITTED = 1.0 / 30.0, 120
+FITTED, LEAST_FITTED = 1.0 / 200.0, 120
 """Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones and how
-many at least; 0.2 to 0.4 s of a core each."""
+many at least; some tenths of a second of a core each."""
 
 
 def learned(
@@ -70,7 +71,7 @@ def learned(
     )
     weights = weights_by_control(
         networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))),
-        view, s.coverage, s.seed,
+        view, s.coverage, s.seed, out / "data" / "fits",
     )  # fmt: skip
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
@@ -97,26 +98,32 @@ def _synthesis(
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
     axes = networks[0].mean_axes.double().numpy()  # type: ignore[operator, union-attr]
-    x, _, _ = noisy(networks, sound, view, seed + 3)
-    m = np.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
-    covariance = np.ascontiguousarray(m.T @ m / len(m))
-    plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, np.zeros_like(covariance), view.shapes)
+    feed = Feed(sound, view)
+    rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
+    both = (_modes(part.double().numpy(), axes) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
+    covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
+    nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet")
+    plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, open_, nothing, view.shapes, nuisance)
     clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
     growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
-    held = {"axes": np.ascontiguousarray(axes), "covariance": covariance, "growth": np.ascontiguousarray(growth)}
-    save_file(held, out / "synthesis.safetensors")
+    held = {"axes": axes, "covariance": covariance, "open": open_, "growth": growth}
+    save_file({name: np.ascontiguousarray(value) for name, value in held.items()}, out / "synthesis.safetensors")
     return synthesis_of(out, faults, healthy, view)
+
+
+def _modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    return np.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
 
 
 def weights_by_control(
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, control: Turns, sound: Turns, view: View,
-    coverage: float, seed: int,
+    coverage: float, seed: int, folder: Path,
 ) -> Weights:  # fmt: skip
-    """What fits are worth, from control turns that raise an alarm and from healthy ones."""
+    """What fits are worth, from control turns that raise an alarm and from healthy ones; `folder` keeps the fits."""
     x, told, points = noisy(networks, control, view, seed + 4)
     seen = np.flatnonzero(told["any"] > judge.alarm)
     told = {name: value[seen] for name, value in told.items()}
     with progress("weighing", len(seen), "turns") as advance:
-        fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance)
+        fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
     quiet, said, _ = noisy(networks, sound, view, seed + 5)
     return weights_of(told, fits, control.there[seen], control.size[seen], said, synthesis.unexplained(quiet), coverage)

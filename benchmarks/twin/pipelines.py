@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -15,15 +16,15 @@ from discrepancy.indexer import machine_yaml
 from discrepancy.subjects.from_config import indexer_subject
 from indexer_env.errors import refuse
 from indexer_env.presets import load_yaml
+from twin.folder import PAPER, networks_of
 from twin.judge import Judge
 from twin.make import Bench, Maker
 from twin.settings import Settings
 from twin.twin import Twin
 
-METHODS = ("twin", "oracle", "nominal", "point", "unextended", "paper")
+METHODS = ("twin", "oracle", "nominal", "point", "unextended")
 """twin: as a user makes it; oracle: the true machine as drawing, known to 0.2 %; nominal: the drawing ±10 % without a
-fit; point: no posterior, one machine; unextended: nothing is added that the drawing lacks; paper: the paper's network
-on the twin's data."""
+fit; point: no posterior, one machine; unextended: nothing is added that the drawing lacks."""
 
 FAULTS = ("crack", "loose_base", "reducer_play")
 _KNOWN = 2e-3
@@ -57,8 +58,8 @@ class _Fixed(Maker):
         self.work.write("calibration", {**about, "load_factor": 1.0})
 
 
-def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int) -> Twin:
-    """The twin of a bench in `work` by one of METHODS."""
+def make_twin(method: str, truth: Truth, work: Path, **more: Any) -> Twin:
+    """The twin of a bench in `work` by one of METHODS; `more` are settings other than the usual ones."""
     if method not in METHODS:
         raise refuse("benchmarks.twin", "methods", "some of " + ", ".join(METHODS), method)
     drawing = load_yaml("machine", "reference")
@@ -69,15 +70,15 @@ def make_twin(method: str, truth: Truth, work: Path, simulated: int, epochs: int
         }
     keys = {"sensor": load_yaml("sensor", "ideal"), "records": None, "held_out": [], "known": {}, "pulse": {}}
     bench = Bench(indexer_subject({**keys, "machine": drawing, "measured": str(work / "bench")}))
-    settings = Settings(faults=FAULTS, simulated=simulated, epochs=epochs)
+    settings = Settings(faults=FAULTS, **more)
     maker = _Fixed(bench, settings, work / "twin")
     maker.method, maker.extend = method, method != "unextended"
     maker.make()
-    twin = Twin.load(work / "twin")
-    if method == "paper":
-        from twin.folder import PAPER, networks_of
+    return Twin.load(work / "twin")
 
-        networks = networks_of(work / "twin", [PAPER], len(FAULTS), twin.healthy.cells)
-        judge = Judge.restore(twin.about["paper_judge"])
-        twin = dataclasses.replace(twin, networks=networks, judge=judge, synthesis=None, weights=None)
-    return twin
+
+def of_paper(twin: Twin) -> Twin:
+    """The twin with the paper's network, taught on the same turns, in place of its own."""
+    networks = networks_of(twin.folder, [PAPER], len(twin.faults), twin.healthy.cells)
+    judge = Judge.restore(twin.about["paper_judge"])
+    return dataclasses.replace(twin, networks=networks, judge=judge, synthesis=None, weights=None)

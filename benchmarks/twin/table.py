@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,10 @@ class Judged:
         Of a record with one fault of the stated smallest size: whether an alarm was raised.
     left_out : bool
         Whether the fault is in no table.
+    sizes : mapping
+        Share of the largest of each fault that is there.
+    cpu : float
+        Processor time [s].
     """
 
     true: frozenset[str]
@@ -37,6 +43,18 @@ class Judged:
     held: tuple[bool, ...] = ()
     left_out: bool = False
     at_size: bool | None = None
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    cpu: float = 0.0
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON knows it."""
+        return {k: sorted(v) if isinstance(v, frozenset) else v for k, v in dataclasses.asdict(self).items()}
+
+    @classmethod
+    def restore(cls, given: Mapping[str, Any]) -> Judged:
+        """What gave these values."""
+        sets = {name: frozenset(given[name]) for name in ("true", "named", "large")}
+        return cls(**{**given, **sets, "held": tuple(given["held"])})
 
     @property
     def wrong(self) -> bool:
@@ -44,43 +62,58 @@ class Judged:
         return self.refused or self.true != self.named
 
 
-def summary(rows: Sequence[Judged]) -> dict[str, Any]:
-    """Shares over records; None where there is no record to count."""
-    sized = [row.at_size for row in rows if row.at_size is not None]
+COUNTS = (
+    "misnamed", "misnamed above", "healthy called faulty", "intervals hold", "alone", "beside others",
+    "detected at the stated size", "left out refused",
+)  # fmt: skip
+"""Columns; see `flags`."""
+
+
+def flags(rows: Sequence[Judged]) -> dict[str, list[bool]]:
+    """What is counted in each column, record by record; of intervals, fault by fault."""
     known = [row for row in rows if not row.left_out and row.at_size is None]
-    above = [row for row in known if row.above and row.true]
-    healthy = [row for row in known if not row.true]
-    strangers = [row for row in rows if row.left_out]
-    held = [one for row in known for one in row.held]
     return {
-        "records": len(rows),
-        "misnamed": share([row.wrong for row in known]),
-        "misnamed above": share([row.refused or row.true != row.large for row in above]),
-        "healthy called faulty": share([bool(row.named) or row.refused for row in healthy]),
-        "intervals hold": share(held),
-        "alone": share([one for row in known if len(row.named) == 1 for one in row.held]),
-        "beside others": share([one for row in known if len(row.named) > 1 for one in row.held]),
-        "detected at the stated size": share(sized),
-        "left out refused": share([row.refused for row in strangers]),
+        "misnamed": [row.wrong for row in known],
+        "misnamed above": [row.refused or row.true != row.large for row in known if row.above and row.true],
+        "healthy called faulty": [bool(row.named) or row.refused for row in known if not row.true],
+        "intervals hold": [one for row in known for one in row.held],
+        "alone": [one for row in known if len(row.named) == 1 for one in row.held],
+        "beside others": [one for row in known if len(row.named) > 1 for one in row.held],
+        "detected at the stated size": [row.at_size for row in rows if row.at_size is not None],
+        "left out refused": [row.refused for row in rows if row.left_out],
     }
 
 
-def share(flags: Sequence[bool]) -> float | None:
-    """Share of true ones."""
-    return float(np.mean(flags)) if len(flags) else None
+def summary(rows: Sequence[Judged]) -> dict[str, float | None]:
+    """Shares over records; None where there is no record to count."""
+    return {name: float(np.mean(given)) if given else None for name, given in flags(rows).items()}
 
 
-def markdown(rows: dict[tuple[str, str], list[dict[str, Any]]]) -> str:
-    """A table with a line for each method and kind of machine: mean and range over machines, in per cent."""
-    columns = [
-        "misnamed", "misnamed above", "healthy called faulty", "intervals hold", "alone", "beside others",
-        "detected at the stated size", "left out refused",
-    ]  # fmt: skip
-    lines = ["| method | machine | machines | " + " | ".join(columns) + " |", "|---|---|---|" + "---|" * len(columns)]
+def interval(machines: Sequence[Sequence[bool]], seed: int = 0, draws: int = 2000) -> tuple[float, float]:
+    """95 % interval of a share over machines: Wilson's of all records, or, where it is wider, that of the bootstrap
+    which draws whole machines; records of one machine err together."""
+    held = [given for given in machines if len(given)]
+    wrong, count = np.array([sum(given) for given in held]), np.array([len(given) for given in held])
+    wilson = binomtest(int(wrong.sum()), int(count.sum())).proportion_ci(method="wilson")
+    rows = np.random.default_rng(seed).integers(0, len(held), (draws, len(held)))
+    low, high = np.quantile(wrong[rows].sum(axis=1) / count[rows].sum(axis=1), (0.025, 0.975))
+    return min(float(wilson.low), float(low)), max(float(wilson.high), float(high))
+
+
+def markdown(rows: Mapping[tuple[str, str], Sequence[Sequence[Judged]]]) -> str:
+    """A table with a line for each method and kind of machine: share over all records of its machines and its 95 %
+    interval, in per cent."""
+    lines = ["| method | machine | machines | " + " | ".join(COUNTS) + " |", "|---|---|---|" + "---|" * len(COUNTS)]
     for (method, kind), machines in rows.items():
+        found = [flags(given) for given in machines]
         cells = []
-        for column in columns:
-            values = [100.0 * one[column] for one in machines if one[column] is not None]
-            cells.append(f"{np.mean(values):.1f} ({min(values):.1f}–{max(values):.1f})" if values else "–")
+        for column in COUNTS:
+            each = [one[column] for one in found]
+            whole = [flag for given in each for flag in given]
+            if not whole:
+                cells.append("–")
+                continue
+            low, high = interval(each)
+            cells.append(f"{100.0 * np.mean(whole):.1f} ({100.0 * low:.1f}–{100.0 * high:.1f})")
         lines.append(f"| {method} | {kind} | {len(machines)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)

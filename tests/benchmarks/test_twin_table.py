@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
-from benchmarks.twin.__main__ import drawn
-from benchmarks.twin.table import Judged, markdown, summary
+from benchmarks.twin import records
+from benchmarks.twin.records import drawn, records_of
+from benchmarks.twin.table import Judged, interval, markdown, summary
 from benchmarks.twin.truth import Truth
 from indexer_env import load_machine
 
@@ -33,7 +36,7 @@ def test_records_of_the_stated_size_and_strangers_have_rows_of_their_own():
     found = summary(rows)
     assert found["detected at the stated size"] == 0.5 and found["left out refused"] == 1.0
     assert found["misnamed"] == 0.0 and found["healthy called faulty"] == 0.0
-    assert "| twin | as modelled | 1 |" in markdown({("twin", "as modelled"): [found]})
+    assert "| twin | as modelled | 1 |" in markdown({("twin", "as modelled"): [rows]})
 
 
 def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
@@ -43,3 +46,27 @@ def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
     makes = {type(real.machine.motion_law).__name__ for real, _, effects, _ in strangers if not effects}
     assert 10 < len(strangers) < 60 and len(makes) >= 2
     assert any(effects and effects[0].name == "cam.profile_error" for _, _, effects, _ in strangers)
+
+
+def test_an_interval_is_as_wide_as_machines_differ():
+    alike, apart = [[True] + [False] * 9] * 10, [[True] * 10] + [[False] * 10] * 9
+    (low, high), (other_low, other_high) = interval(alike), interval(apart)
+    assert 0.04 < low < 0.1 < high < 0.18
+    assert other_low == 0.0 and other_high > high
+    assert interval([[False] * 50])[1] > 0.05
+
+
+def test_records_are_solved_once_and_come_back_as_they_were(tmp_path, monkeypatch):
+    truth, file = Truth(load_machine("reference"), "as modelled", 0.1, 1.05), tmp_path / "records.npz"
+    made = records_of(truth, 3, 7, file)
+    monkeypatch.setattr(records, "taken", None)
+    again = records_of(truth, 3, 7, file)
+    for one, other in zip(made, again, strict=True):
+        np.testing.assert_array_equal(one.signal.values, other.signal.values)
+        assert (one.stated, one.sizes, one.stranger) == (other.stated, other.sizes, other.stranger)
+    assert len(records_of(truth, 2, 7, file)) == 2
+
+
+def test_a_judged_record_comes_back_from_a_file():
+    row = Judged(BOTH, CRACK, CRACK, False, True, (True, False), sizes={"crack": 0.2, "loose_base": 0.1}, cpu=0.3)
+    assert Judged.restore(json.loads(json.dumps(row.plain()))) == row

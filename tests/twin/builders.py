@@ -16,6 +16,7 @@ from twin.faults import chosen
 from twin.judge import Judge
 from twin.learn import View
 from twin.network import Told
+from twin.nuisance import Nuisance
 from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
 from twin.weigh import Weights
@@ -76,9 +77,14 @@ WEIGHTS = Weights(np.array([-1.0, 0.0, 1.0, 0.0]), np.full((10, 2), 2.0), np.zer
 """Named where a size is above 1.2 standard deviations; strange where four times the noise's power is left."""
 
 
+KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+"""Nothing is open of the machine."""
+
+
 def synthesis(names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), modes: int = 32) -> Synthesis:
     """Cosines as axes, white noise as covariance."""
     cell = (np.arange(CELLS.count) + 0.5) / CELLS.count
     axes = np.cos(np.pi * np.arange(modes) * cell[:, None])
     axes /= np.sqrt((axes**2).sum(axis=0))
-    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), np.zeros((modes, modes)), view().shapes)
+    nothing = np.zeros((modes, modes))
+    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), nothing, nothing, view().shapes, KNOWN)

@@ -12,12 +12,14 @@ from indexer_env import OperatingPoint, Run, make_effect, simulate
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, MACHINE, NOISE, WEIGHTS, healthy, record, synthesis, view
 from twin import refine as module
+from twin import work as work_module
 from twin.diagnosis import FAULTY, HEALTHY, UNKNOWN
 from twin.faults import FAULTS
 from twin.growth import growth_of
 from twin.refine import Fits, fitted
 from twin.synthesis import effect_of
 from twin.weigh import Weights, reaches, spread, weights_of
+from twin.work import BAD, Work
 
 POINT = OperatingPoint(1400.0 * RPM, 5.0)
 NAMES = ("crack", "loose_base", "reducer_play")
@@ -63,7 +65,7 @@ def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):
     x = turn({"reducer_play": 0.5})
     low = told([-9.0, -9.0, 3.0], [0.1, 0.1, 0.4])
     assert fitted(synthesis(), x, [POINT], low).size[0, 2] == pytest.approx(0.5, abs=0.02)
-    monkeypatch.setattr(module, "_FACTORS", (1.0,))
+    monkeypatch.setattr(work_module, "_FACTORS", (1.0,))
     assert fitted(synthesis(), x, [POINT], low).size[0, 2] < 0.45
 
 
@@ -145,16 +147,16 @@ def test_weights_are_stored_and_come_back():
 def test_what_cannot_be_simulated_is_never_the_best():
     given = synthesis()
     object.__setattr__(given, "healthy", dataclasses.replace(healthy()))
-    work = module.Work(given, given.seen(turn({"crack": 0.4})), [POINT], np.ones((1, 3), bool), np.zeros(1, int))
+    work = Work(given, given.seen(turn({"crack": 0.4})), [POINT], np.ones((1, 3), bool), np.zeros(1, int))
     q = work.at(np.array([[0.4, 0.0, 0.0], [0.4, 1e-9, 0.0]]), np.array([0, 0])).q
-    assert q[0] < 3.0 and q[1] == module.BAD
+    assert q[0] < 3.0 and q[1] == BAD
 
 
 def test_a_sensor_so_little_loose_that_the_rate_cannot_show_it_is_never_the_best():
     """At 500 Hz a bracket above 225 Hz is refused: the fit goes on without such a size."""
     of = synthesis(("crack", "sensor_loose"))
     of = dataclasses.replace(of, healthy=dataclasses.replace(of.healthy, cells=dataclasses.replace(CELLS, rate=500.0)))
-    work = module.Work(of, np.zeros((1, of.axes.shape[1])), [POINT], np.array([[True, True]]), np.zeros(1, int))
+    work = Work(of, np.zeros((1, of.axes.shape[1])), [POINT], np.array([[True, True]]), np.zeros(1, int))
     sizes = np.array([[0.0, 0.005], [0.0, 0.5]])
     x = work.simulated(sizes, np.zeros(2, int))
     assert np.isnan(x[0]).all() and np.isfinite(x[1]).all()

@@ -1,0 +1,84 @@
+"""The machine's own parameters as nuisance of a fit: what the posterior leaves open, in standard normal coordinates.
+
+    values(z) = ŵ + s V Λ^½ z,   z ~ N(0, 1)
+
+ŵ are the values of the twin's machine, s the standard deviations of the posterior's draws, V Λ Vᵀ the correlation among
+them; directions without any spread are left out. Values stay within the draws' own range.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet
+
+from datagen.campaigns.own import LOAD_FACTOR
+from datagen.changes import value_at, with_changes
+from indexer_env.machine import Machine
+from indexer_env.sensors import Sensor
+
+_LEAST = 1e-6
+"""Least eigenvalue of the correlation, over the largest, of a direction that is kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Nuisance:
+    """Attributes
+    ----------
+    paths : tuple of str
+        Quantities, as the posterior's columns have them.
+    axes : ndarray (k, g)
+        What one standard deviation of each coordinate adds to them [SI].
+    low, high : ndarray (k,)
+        Range of each over its value in the twin's machine, as a difference [SI].
+    """
+
+    paths: tuple[str, ...]
+    axes: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Coordinates g."""
+        return self.axes.shape[1]
+
+    @classmethod
+    def of(cls, posterior: Path) -> Nuisance:
+        """Of the joint draws in a file."""
+        table = pyarrow.parquet.read_table(posterior)
+        values = {name: table.column(name).to_numpy() for name in table.column_names}
+        free = {name: column for name, column in values.items() if column.std() > 1e-9 * max(1e-9, abs(column.mean()))}
+        if not free:
+            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+        draws = np.column_stack(list(free.values()))
+        off, size = draws - draws.mean(axis=0), draws.std(axis=0)
+        share, along = np.linalg.eigh(np.atleast_2d(np.cov((off / size).T)))
+        kept = share > _LEAST * share[-1]
+        axes = size[:, None] * along[:, kept] * np.sqrt(share[kept])
+        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))
+
+    def at(self, z: np.ndarray, machine: Machine, sensor: Sensor, load_factor: float) -> tuple[Machine, Sensor, float]:
+        """The twin's machine and sensor at coordinates z (g,), and loads over loads as stated."""
+        if not np.any(z):
+            return machine, sensor, load_factor
+        off = dict(zip(self.paths, np.clip(self.axes @ z, self.low, self.high).tolist(), strict=True))
+        load_factor += off.pop(LOAD_FACTOR, 0.0)
+        machine = _moved(machine, {p.partition(".")[2]: v for p, v in off.items() if p.startswith("machine.")})
+        sensor = _moved(sensor, {p.partition(".")[2]: v for p, v in off.items() if p.startswith("sensor.")})
+        effects = tuple(_moved(effect, _within(off, f"effects.{effect.name}.")) for effect in machine.effects)
+        return dataclasses.replace(machine, effects=effects), sensor, load_factor
+
+
+def _within(off: Mapping[str, float], prefix: str) -> dict[str, float]:
+    return {path.removeprefix(prefix): value for path, value in off.items() if path.startswith(prefix)}
+
+
+def _moved(target: Any, off: Mapping[str, float]) -> Any:
+    """A copy with the fields at these dotted paths changed by so much."""
+    return with_changes(target, {path: value_at(target, path) + change for path, change in off.items()})
