@@ -128,6 +128,7 @@ def measure(target: str, kills: int, machines: int, speed: float, seed: int) -> 
             time.sleep(1.0)
         wait(lambda: listening(page), "the page")
         store = Store(store_url)
+        stack.callback(store.close)
         publisher = Publisher(port, machines, speed)
         stack.callback(publisher.close)
         publisher.start()

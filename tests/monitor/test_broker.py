@@ -9,6 +9,7 @@ import time
 import pytest
 
 from benchmarks.monitor.programs import MOSQUITTO, free_port
+from monitor.outputs.publish import MqttDelivery
 from monitor.sources.broker import BuiltInBroker
 from monitor.sources.mqtt import Broker, MqttSource, Tls
 from tests.monitor.conftest import WAIT_S
@@ -62,6 +63,44 @@ def test_the_built_in_broker_brings_what_is_sent(monitor):
     broker = BuiltInBroker(free_port())
     broker.start()
     passes(monitor, Broker("127.0.0.1", broker.port, version=3))
+    broker.stop()
+
+
+def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
+    monkeypatch.setattr("monitor.outputs.publish._TIMEOUT_S", 5.0)
+    port, got = free_port(), []
+    delivery = MqttDelivery(Broker("127.0.0.1", port, version=3), "plant/alarms/", "monitor")
+    message = {"machine": "press+1", "quantity": "crack", "level": "alarm", "value": float("nan")}
+    with pytest.raises(OSError):
+        delivery(1, message)
+    broker = BuiltInBroker(port)
+    broker.start()
+    client = Broker("127.0.0.1", port, version=3).client("listener", keep_session=False)
+    client.on_message = lambda client, _, told: (
+        got.append((told.topic, json.loads(told.payload))),
+        client.ack(told.mid, told.qos),
+    )
+    client.on_connect = lambda client, *_: client.subscribe("plant/alarms/#", 1)
+    subscribed = []
+    client.on_subscribe = lambda *_: subscribed.append(True)
+    Broker("127.0.0.1", port, version=3).connect(client, keep_session=False)
+    wait_for(lambda: subscribed)
+
+    def taken() -> bool:
+        try:
+            delivery(2, message)
+        except OSError:
+            return False
+        return True
+
+    wait_for(taken)
+    wait_for(lambda: 2 in {told["delivery"] for _, told in got})
+    topic, told = next(one for one in got if one[1]["delivery"] == 2)
+    assert topic == "plant/alarms/press_1/crack" and told["level"] == "alarm" and told["value"] is None
+    delivery.close()
+    client.disconnect()
+    client.loop_stop()
+    time.sleep(0.5)  # the broker closes their connections first
     broker.stop()
 
 
