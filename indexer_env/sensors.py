@@ -189,7 +189,6 @@ class Sensor:
         rate = float(sample_rate) / every
         sections = self.sections(sample_rate)
         generators = self._generators(rngs, len(rows))
-
         y = rows * self.scale
         for section in sections:
             y = filtered(section, y)
