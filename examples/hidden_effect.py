@@ -80,4 +80,6 @@ def make_records(folder: Path, turns: float = 2.0, accelerated: Accelerated = wi
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("error: the folder to write is missing; python examples/hidden_effect.py OUT [turns]")
     make_records(Path(sys.argv[1]), *(float(turns) for turns in sys.argv[2:3]))

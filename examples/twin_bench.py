@@ -66,4 +66,6 @@ def make_bench(out: Path) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("error: the folder to write is missing; python -m examples.twin_bench OUT")
     make_bench(Path(sys.argv[1]))

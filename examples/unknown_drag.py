@@ -26,4 +26,6 @@ def with_drag(machine: Machine, point: OperatingPoint, samples: int) -> np.ndarr
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("error: the folder to write is missing; python -m examples.unknown_drag OUT [turns]")
     make_records(Path(sys.argv[1]), *(float(turns) for turns in sys.argv[2:3]), accelerated=with_drag)

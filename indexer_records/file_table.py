@@ -31,7 +31,7 @@ def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
         remedy = f"known endings are {', '.join(SUFFIXES)}"
     else:
         paths = [path for path in map(Path, glob.glob(files, recursive=True)) if path.is_file()]
-        remedy = f"quote a pattern with signs such as * and [: {key}='\"bench/**/*.tdms\"'"
+        remedy = f"a pattern is quoted: {key}='\"bench/**/*.tdms\"'" if glob.has_magic(files) else "check the path"
     if not paths:
         raise refuse(command, key, "a folder or pattern with measured files", files, remedy)
     root = folder if folder.is_dir() else common_folder(paths)

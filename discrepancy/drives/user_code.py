@@ -19,7 +19,8 @@ def executed(path: Path) -> dict[str, Any]:
         There is no such file, or it raises.
     """
     if not path.is_file():
-        raise refuse("discrepancy", "system", "'indexer' or a Python file that describes a drive", str(path))
+        rule = "'indexer' or a Python file that describes a drive"
+        raise refuse("discrepancy", "system", rule, str(path), "there is no such file; check the path")
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     try:

@@ -17,7 +17,7 @@ def run(run_command):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["measured=gone", "out=x"], "measured must be a folder or pattern with measured files, got 'gone'"),
+        (["measured=gone", "out=x"], "a folder or pattern with measured files, got 'gone'; check the path"),
         (["measured=[gone.csv]", "out=x"], "must be files that exist"),
         (["measured=gone", "out=x", "machine=gone.yaml"], "There is no machine preset or YAML file 'gone.yaml'"),
         (["measured=gone", "out=x", "seed=-1"], "seed must be a whole number >= 0"),
