@@ -5,13 +5,13 @@ Intervals come from the normal equations with the windows' start states eliminat
     95 % interval = value at z ± t √max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/D + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/D²
 
 I is the information of the records, P that of what was known beforehand, D the dispersion: what a model gets wrong, and
-noise that is correlated, tell as little as so many fewer samples. It is that of `dispersion` at least. What a model gets
-wrong in every window bends the machine, and what is left no longer shows that. But the machine does: with γ = Σ (1 - v)
-the number of parameters that the records determine, v variances in units of those known beforehand, Σ z² is γ ± √(2γ)
-where the model is right (MacKay, Neural Computation 4 (1992) 415). So D is the least for which Σ z² <= γ + √(2γ), and the
-place is the best one under it (Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, on why a model that is wrong
-must not be fitted as if it were right). The second one is the sandwich
-(White, Econometrica 48 (1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
+noise that is correlated, tell as little as so many fewer samples. It is that of `dispersion` at least. But what a model
+gets wrong in every window bends the machine until little of it is left to see; that the machine is bent is what shows.
+With v the parameters' variances in units of those known beforehand, the records determine γ = Σ (1 - v) of them, and
+where the model is right Σ z² is γ ± √(2γ) (MacKay, Neural Computation 4 (1992) 415). So D is the least one under which
+Σ z² <= γ + √(2γ), and z is the best place under it: what predicts best is not what is true where a model is wrong
+(Brynjarsdóttir and O'Hagan, Inverse Problems 30 (2014) 114007). The second one is the sandwich (White, Econometrica 48
+(1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
 windows that disagree among each other widen what they disagree about. A prior of precision P pulls with a variance of
 P, as the truth is one draw from it. t is Student's, W - 1 degrees of freedom for W windows.
 """
