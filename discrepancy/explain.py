@@ -218,13 +218,18 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
+def listed(closes: float, criteria: Criteria) -> float:
+    """Probability that what closes a share of the gap is in the library: the share over what a name needs."""
+    return min(1.0, closes / criteria.closes)
+
+
 def _finding(selection: Selection, one: Judged, criteria: Criteria) -> Finding:
-    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the share that it
-    closes, over what a name needs, and the rest is left to what the library does not know."""
+    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the probability that one
+    of the library's effects is missing there."""
     k, closes = one.k, one.evidence.closes
     gaps = {other: selection.gap(other) for other in (*selection.instead[k], selection.without[k])}
     weights = {other: math.exp(-0.5 * max(gap, 0.0)) for other, gap in gaps.items()}
-    share = min(1.0, closes / criteria.closes) / (1.0 + sum(weights.values()))
+    share = listed(closes, criteria) / (1.0 + sum(weights.values()))
     members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
     others = []
     for member in members:
