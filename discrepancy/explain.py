@@ -172,7 +172,9 @@ def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation
     judge = Judge(search, selection, held_out, criteria)
     judged, accepted = judge.judged()
     findings = tuple(
-        _finding(selection, one) for one in sorted(judged, key=lambda one: _order(one.grade)) if one.grade != DISMISSED
+        _finding(selection, one, criteria)
+        for one in sorted(judged, key=lambda one: _order(one.grade))
+        if one.grade != DISMISSED
     )
     held, best, base = judge.held, judge.best, judge.base
     remains = Remains(
@@ -209,13 +211,18 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
-def _finding(selection: Selection, one: Judged) -> Finding:
-    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the share that it
-    closes, and the rest of that share is left to what the library does not know."""
+def listed(closes: float, criteria: Criteria) -> float:
+    """Probability that what closes a share of the gap is in the library: the share over what a name needs."""
+    return min(1.0, closes / criteria.closes)
+
+
+def _finding(selection: Selection, one: Judged, criteria: Criteria) -> Finding:
+    """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the probability that one
+    of the library's effects is missing there."""
     k, closes = one.k, one.evidence.closes
     gaps = {other: selection.gap(other) for other in (*selection.instead[k], selection.without[k])}
     weights = {other: math.exp(-0.5 * max(gap, 0.0)) for other, gap in gaps.items()}
-    share = closes / (1.0 + sum(weights.values()))
+    share = listed(closes, criteria) / (1.0 + sum(weights.values()))
     members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
     others = []
     for member in members:

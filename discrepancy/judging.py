@@ -117,7 +117,7 @@ class Judge:
             remains=math.sqrt(1.0 + left / self.floor),
             better=min(float(better[groups == g].mean()) for g in np.unique(groups)),
             size=_words(size),
-            zero=size.low <= size.nominal <= size.high,
+            zero=not found.shown,
             bound=found.bound,
             alike=tuple(
                 self.selection.other(one, k)

@@ -48,14 +48,15 @@ class Problem:
     `caution` multiplies the machine's priors while an effect may be missing, as its misfit repeats in every window;
     rough parameters are held while it is above 1.
     With `frozen`, only what belongs to single records moves: start states and the parameters `of_record`. Parameters
-    that are `held` do not move.
+    that are `held` do not move. Priors weigh φ of the place, or the `dispersion` that is given.
     """
 
     def __init__(
         self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0,
-        held: Sequence[int] = (),
+        held: Sequence[int] = (), dispersion: float | None = None,
     ) -> None:  # fmt: skip
         self.model, self.hypothesis, self.caution, self.ease = model, hypothesis, caution, 1.0
+        self.dispersion = dispersion
         self.parameters = model.parameters + hypothesis.parameters
         fixed = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]
         self.movable = ~np.array(fixed)
@@ -117,10 +118,10 @@ class Problem:
 
     def eased(self, place: Point) -> Problem:
         """The same problem with c = a few times the median misfit of a place, at least 1, and with its dispersion."""
-        dispersion = place.dispersion(self.model)
+        phi = place.dispersion(self.model)
         problem = copy.copy(self)
-        problem.ease = max(1.0, _EASE * dispersion)
-        problem.precision = self.precision * dispersion
+        problem.ease = max(1.0, _EASE * phi)
+        problem.precision = self.precision * (self.dispersion or phi)
         return problem
 
     def deviance(self, place: Point, dispersion: float) -> float:

@@ -33,7 +33,8 @@ _BETWEEN = 10.0
 """Weight of the machine's priors between the race's and their own."""
 
 _HALF_WAY = 0.5
-"""Share of the best effect's gain below which another one, after its few steps in the race, is no rival."""
+"""Share of the best effect's gain below which another one, after its few steps in the race, is no rival; and of the
+margin below which a set that was fitted to the end is not worth a better start."""
 
 
 class Search:
@@ -60,7 +61,8 @@ class Search:
         tried: list[Fitted] = []
         while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
-            grown = self._floated(tried[0]) if tried else current
+            promises = bool(tried) and self._wins(tried[0], current, _HALF_WAY)
+            grown = self._floated(tried[0]) if promises else current
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
             if not self._wins(grown, current):
                 break
@@ -87,10 +89,10 @@ class Search:
             fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
         )
 
-    def _wins(self, one: Fitted, other: Fitted) -> bool:
-        """Whether a set is better than another by the margin."""
+    def _wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
+        """Whether a set is better than another by the margin, or by a share of it."""
         own, others = scores((one, other), self.model)
-        return others - own >= self.criteria.margin
+        return others - own >= share * self.criteria.margin
 
     def _ranked(self, sets: Sequence[Fitted]) -> list[Fitted]:
         """Sets by their scores, the best first."""
@@ -108,7 +110,9 @@ class Search:
     def _added(self, current: Fitted) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
         found = self._finished(current, self._raced(current), None)
-        return self._ranked([self._restarted(found[0]), *found[1:]]) if found else []
+        if found and self._looks_on(found[0]) and self._wins(found[0], current, _HALF_WAY):
+            return self._ranked([self._restarted(found[0]), *found[1:]])
+        return found
 
     def _restarted(self, fitted: Fitted) -> Fitted:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect

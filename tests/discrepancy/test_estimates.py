@@ -92,7 +92,21 @@ def test_a_bound_is_no_knowledge(low: float) -> None:
     model = Line(0.0, np.random.default_rng(8))
     model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 0.1, low=low * 0.1, known=True))
     model.x = 20.0 * model.x
-    model.y = model.y - 0.3 * model.x
+    model.y = model.y - 0.15 * model.x
     a, b = fitted(model).estimates
     assert (b.value == pytest.approx(-0.05)) == (low == -0.5)
     assert (a.high - a.low) / (2.0 * t.ppf(0.975, 3)) == pytest.approx(0.1 / 2.0**0.5, rel=0.1)
+
+
+@pytest.mark.parametrize(("slope", "raised"), [(-0.1, False), (-0.5, True)])
+def test_a_machine_that_is_bent_beyond_belief_tells_less(slope: float, raised: bool) -> None:
+    """Seed 8: a and b are known to 0.1 each, their sum is measured to 0.005; of a sum of 0.5 the records are not
+    believed, as the machine then were 2.5 standard deviations off in both."""
+    model = Line(0.0, np.random.default_rng(8))
+    model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 0.1, known=True))
+    model.x = 20.0 * model.x
+    model.y = model.y + slope * model.x
+    told = fitted(model)
+    a, b = told.estimates
+    assert (a.value + b.value > 0.9 * slope) == raised
+    assert (told.dispersion > 10.0) == raised

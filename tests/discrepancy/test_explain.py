@@ -54,6 +54,8 @@ def test_what_closes_a_part_stands_in() -> None:
     answer = explained({"half": 8.0})
     assert answer.verdict == "only a remainder"
     assert grades(answer) == {"tone": "stands in"} and answer.remains.looks_like == "tone"
+    (finding,) = answer.findings
+    assert finding.probability == pytest.approx(finding.closes / 0.75, rel=0.01), "what a name needs is the measure"
     assert answer.names == (), "a hint is no name"
     assert answer.after == pytest.approx(answer.before) and answer.remains.times_noise > 3.0
 
