@@ -40,7 +40,7 @@ def test_a_kernel_compiles(name):
 
 
 def test_the_integrator_compiles():
-    """Without optimisation, which takes minutes and adds nothing to what is checked here."""
+    """Without optimisation, which takes far longer and adds nothing to what is checked here."""
     check(ptx_of("advance", optimised=False), "advance")
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 LANES = np.uint64(1)
-scalar = lanes = njit(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract"})
+scalar = lanes = merged = njit(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract"})
 outlined = njit(error_model="numpy", _nrt=False, fastmath={"contract"})
 """
 
