@@ -18,7 +18,17 @@ import numpy as np
 
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
-from discrepancy.drives.library import done_by_model, hypotheses_of, proposals, sensible, sessions_of, values_of
+from discrepancy.drives.library import (
+    check_slopes,
+    done_by_model,
+    hypotheses_of,
+    proposals,
+    sensible,
+    sessions_of,
+    sized,
+    values_of,
+    without,
+)
 from discrepancy.drives.track import Scales, Track
 from discrepancy.drives.user_code import said_by_user
 from discrepancy.drives.windows import Windows
@@ -165,7 +175,7 @@ class InverseModel(Model):
     # ------------------------------------------------------------------ as a Model
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        """The library; what a fit has left, residuals (w, n), proposes the wavelengths of what wavers."""
+        """The library; what a fit has left, residuals (w, n), proposes wavelengths of what wavers, and sizes."""
         if residual is None:
             return self._library
         left = [np.zeros(len(row)) for row in self.measured]
@@ -176,7 +186,14 @@ class InverseModel(Model):
         for name in found:
             if proposed := proposals(self.effects[name], tracks, left):
                 found[name] = hypotheses_of(self.effects[name], self.scales, proposed)
-        return found
+        zero, slopes = np.zeros(len(self.parameters)), self._slopes()
+        plain, whole = self._plain(NONE, zero), without(np.concatenate(left), slopes)
+
+        def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
+            given = self._plain(one, np.concatenate([zero, one.coordinates(values)]))
+            return without(given - plain, slopes)
+
+        return {name: tuple(sized(one, response, whole) for one in choices) for name, choices in found.items()}
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -224,13 +241,8 @@ class InverseModel(Model):
 
     def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
         """Effects that may be missing: sensible for the channels, and not done by the model's own parameters."""
-        zero = np.zeros(len(self.parameters))
-        physics = [k for k, p in enumerate(self.parameters) if not p.of_record]
-        slopes = np.array([self._slope(NONE, zero, k) for k in physics])
-        _check_slopes(self.drive, slopes[: self.own])
-        if self.drive.sessions:
-            owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
-            slopes = np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])
+        zero, slopes = np.zeros(len(self.parameters)), self._slopes()
+        check_slopes(self.drive, slopes[: self.own])
         left = self._left_by(slopes)
         known = {one.name: one for one in self.known}
         found, done = {}, []
@@ -251,6 +263,16 @@ class InverseModel(Model):
     def _plain(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """Readings of all records at a point, one after the other."""
         return np.concatenate([self.compared(self.tracks[k], hypothesis, point)[0] for k in self.windows.tracks])
+
+    def _slopes(self) -> np.ndarray:
+        """Derivatives (g, n) of all readings by the model's own parameters, an offset of each record among them."""
+        zero = np.zeros(len(self.parameters))
+        physics = [k for k, p in enumerate(self.parameters) if not p.of_record]
+        slopes = np.array([self._slope(NONE, zero, k) for k in physics])
+        if not self.drive.sessions:
+            return slopes
+        owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
+        return np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])
 
     def _slope(self, hypothesis: Hypothesis, point: np.ndarray, place: int) -> np.ndarray:
         nudged = point.copy()
@@ -283,14 +305,3 @@ def _row(effect: DriveEffect, given: Any, track: Track) -> np.ndarray:
         rule = f"one finite number a sample, {track.v.shape}"
         raise ParameterError(f"the law of the effect {effect.name} must give {rule}, got {row.shape or row}.")
     return np.broadcast_to(row, track.v.shape)
-
-
-def _check_slopes(drive: Drive, slopes: np.ndarray) -> None:
-    """Refuse a parameter that does nothing, or the same as others together."""
-    sizes = np.linalg.norm(slopes, axis=1)
-    for parameter, size in zip(drive.parameters, sizes, strict=True):
-        if size <= 1e-9 * max(float(sizes.max()), 1e-300):
-            raise ParameterError(
-                f"{drive.path.name}: the parameter {parameter.name} must change the force on these records, but it "
-                "does nothing; leave it out or use it."
-            )

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import namedtuple
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
 from discrepancy.model import Hypothesis, Parameter
 from discrepancy.table import Form, shaped
 from indexer_env.effects.tabulated import PLACES, coefficients_of_values
+from indexer_env.errors import ParameterError
 
 SAME = 1e-3
 """Share of an effect's force, rms, that the model's own parameters leave where they can do the same."""
@@ -38,8 +41,6 @@ def hypotheses_of(
 
 
 def _with(size: Any, nominal: float) -> Any:
-    import dataclasses
-
     return dataclasses.replace(size, starts=(nominal,), step=size.step)
 
 
@@ -97,8 +98,13 @@ def done_by_model(response: np.ndarray, slopes: np.ndarray) -> bool:
     size = float(np.linalg.norm(response))
     if size == 0.0:
         return False
+    return float(np.linalg.norm(without(response, slopes))) < SAME * size
+
+
+def without(response: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """A response (n,) less what slopes (g, n) can give of it."""
     coefficients, *_ = np.linalg.lstsq(slopes.T, response, rcond=1e-10)
-    return float(np.linalg.norm(response - slopes.T @ coefficients)) < SAME * size
+    return response - slopes.T @ coefficients
 
 
 def proposals(effect: DriveEffect, tracks: Sequence[Track], left: Sequence[np.ndarray]) -> list[tuple[float, ...]]:
@@ -115,3 +121,33 @@ def sessions_of(records: int, scales: Scales) -> tuple[Parameter, ...]:
     return tuple(
         Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)
     )
+
+
+def sized(
+    one: Hypothesis, response: Callable[[Hypothesis, tuple[float, ...]], np.ndarray], left: np.ndarray
+) -> Hypothesis:
+    """The hypothesis with starts of the size at which each of its shapes lessens most, by linear theory, what a fit has
+    left (n,): beside large forces a small one may lie below all sizes of the list. `response` gives what the effect
+    adds (n,) at its values."""
+    if not one.parameters or one.parameters[0].nominal != 0.0:
+        return one
+    found = []
+    for row in {row[1:]: row for row in one.starts if row[0] != 0.0}.values():
+        added = response(one, row)
+        power = float(added @ added)
+        size = row[0] * float(added @ left) / power if power > 0.0 else 0.0
+        size = min(max(size, one.parameters[0].low), one.parameters[0].high)
+        if size != 0.0:
+            found.append((size, *row[1:]))
+    return dataclasses.replace(one, starts=(*found, *one.starts), effects=())
+
+
+def check_slopes(drive: Drive, slopes: np.ndarray) -> None:
+    """Refuse a parameter that does nothing, or the same as others together."""
+    sizes = np.linalg.norm(slopes, axis=1)
+    for parameter, size in zip(drive.parameters, sizes, strict=True):
+        if size <= 1e-9 * max(float(sizes.max()), 1e-300):
+            raise ParameterError(
+                f"{drive.path.name}: the parameter {parameter.name} must change the force on these records, but it "
+                "does nothing; leave it out or use it."
+            )

@@ -31,7 +31,7 @@ MARGIN = 10.0
 _LEADERS, _MOST = 3, 3
 """Causes that begin a sum, and causes of a sum."""
 
-_BLUR = 0.1
+_BLUR = 0.05
 """Share of the best evidence by which a form falls behind another one before it is e times less likely: no form is the
 true law, so that evidence grows with what all of them miss."""
 
