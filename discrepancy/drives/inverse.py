@@ -30,7 +30,7 @@ from discrepancy.drives.library import (
     without,
 )
 from discrepancy.drives.track import Scales, Track
-from discrepancy.drives.user_code import said_by_user
+from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 from indexer_env.errors import ParameterError
@@ -135,10 +135,10 @@ class InverseModel(Model):
     def _law(self, track: Track, effect: DriveEffect, p: Any, own: tuple) -> np.ndarray:
         base = self.base(track, own)
         if effect.acts != "dry":
-            return _row(effect, effect.law(track, p, base), track)
+            return checked_row(effect.name, effect.law(track, p, base), track.v)
         ones = np.ones_like(track.v)
-        moving = _row(effect, effect.law(track, p, base, np.sign(track.v)), track) * track.direction
-        up, down = (_row(effect, effect.law(track, p, base, s * ones), track) for s in (1.0, -1.0))
+        moving = checked_row(effect.name, effect.law(track, p, base, np.sign(track.v)), track.v) * track.direction
+        up, down = (checked_row(effect.name, effect.law(track, p, base, s * ones), track.v) for s in (1.0, -1.0))
         return np.stack([moving, np.where(track.rest, up, 0.0), np.where(track.rest, -down, 0.0)])
 
     def compared(self, track: Track, hypothesis: Hypothesis, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,7 +158,7 @@ class InverseModel(Model):
             if effect.acts == "dry":
                 rest = rest + term[1:]
         for effect, p in readings:
-            total = _row(effect, effect.law(track, p, self.base(track, own), total), track)
+            total = checked_row(effect.name, effect.law(track, p, self.base(track, own), total), track.v)
         return track.thinned(total), track.thinned(rest) if rest.any() else np.zeros((2, 1))
 
     def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
@@ -297,11 +297,3 @@ def _kept(row: np.ndarray) -> np.ndarray:
     view = row.view()
     view.flags.writeable = False
     return view
-
-
-def _row(effect: DriveEffect, given: Any, track: Track) -> np.ndarray:
-    row = np.asarray(given, dtype=float)
-    if row.shape not in ((), track.v.shape) or not np.isfinite(row).all():
-        rule = f"one finite number a sample, {track.v.shape}"
-        raise ParameterError(f"the law of the effect {effect.name} must give {rule}, got {row.shape or row}.")
-    return np.broadcast_to(row, track.v.shape)

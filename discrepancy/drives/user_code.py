@@ -7,6 +7,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from indexer_env.errors import ParameterError, refuse
 
 
@@ -48,3 +50,12 @@ def said_by_user(path: Path, function: Callable[..., Any], error: BaseException)
     """The sentence for an exception that the user's function has raised."""
     name = f"{path.name}: {function.__name__}"
     return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, path)}.")
+
+
+def checked_row(name: str, given: Any, like: np.ndarray) -> np.ndarray:
+    """What the law of an effect gives, one number for each sample of `like`."""
+    row = np.asarray(given, dtype=float)
+    if row.shape not in ((), like.shape) or not np.isfinite(row).all():
+        rule = f"one finite number a sample, {like.shape}"
+        raise ParameterError(f"the law of the effect {name} must give {rule}, got {row.shape or row}.")
+    return np.broadcast_to(row, like.shape)
