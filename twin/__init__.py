@@ -9,7 +9,9 @@ In reading order:
     data         simulated turns with faults: the campaign `own` of `datagen`
     network      layers on the modes of a turn, and the paper's network
     learn        how they are trained
+    nuisance     the machine's own parameters as the posterior leaves them open
     synthesis    what a turn with faults of some sizes would look like, beside a measured one
+    work         steps of such a fit, many turns at once
     refine       the sizes that fit a turn, from what the networks estimate
     growth       how wide such a fit may miss
     weigh        what such a fit is worth: names, intervals, novelty

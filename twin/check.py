@@ -61,7 +61,7 @@ def checked(
         x = np.array([view.measured(turn - reference, reference, point) for turn in mine])
         conditions = torch.from_numpy(view.conditions([point] * len(x)))
         told = ensemble(networks, torch.from_numpy(x.astype(np.float32)), conditions)
-        strange = weights.strangeness(told["strength"], synthesis.unexplained(x))
+        strange = weights.oddness(synthesis.unexplained(x))
         for k in range(len(x)):
             level = float(np.sqrt((x[k] ** 2).mean()))
             alarm = float(told["any"][k] - judge.alarm)

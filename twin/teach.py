@@ -32,7 +32,7 @@ from twin.weigh import Weights, weights_of
 GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
 
-FITTED, LEAST_FITTED = 1.0 / 200.0, 120
+FITTED, LEAST_FITTED = 1.0 / 300.0, 160
 """Control turns that are fitted by simulation, for names, intervals and novelty, as share of the simulated ones and how
 many at least; some tenths of a second of a core each."""
 
@@ -125,5 +125,5 @@ def weights_by_control(
     told = {name: value[seen] for name, value in told.items()}
     with progress("weighing", len(seen), "turns") as advance:
         fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
-    quiet, said, _ = noisy(networks, sound, view, seed + 5)
-    return weights_of(told, fits, control.there[seen], control.size[seen], said, synthesis.unexplained(quiet), coverage)
+    quiet, _, _ = noisy(networks, sound, view, seed + 5)
+    return weights_of(told, fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)

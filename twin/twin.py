@@ -196,7 +196,7 @@ class Twin:
         if self.synthesis is None or self.weights is None:
             return networks
         if not alarm:
-            strange = self.weights.strangeness(told["strength"], self.synthesis.unexplained(x))
+            strange = self.weights.oddness(self.synthesis.unexplained(x))
             return dataclasses.replace(networks, strange=float(strange[0]))
         fits = fitted(self.synthesis, x, [point], told)
         strange = float(self.weights.strangeness(told["strength"], fits.left)[0])

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from classifier.tasks.conformal import conformal_quantile
+from classifier.tasks.conformal import conformal_quantile, least_records
 from twin.refine import POSSIBLE, Fits
 
 ACCEPTED = 0.99
@@ -40,16 +40,19 @@ class Weights:
         Of the logistic law.
     reach : ndarray (faults, 2)
         Half width of a size's interval over its standard deviation: named alone, and beside others.
-    usual : ndarray (3,)
-        ln of the usual remainder as a quadratic in ln of the turn's strength.
+    usual : ndarray (2,)
+        ln of the usual remainder of a fit as a line over ln of the turn's strength.
     strange : float
         ln by which a remainder must exceed the usual one.
+    quiet : float
+        Remainder of a turn without alarm, which is not fitted, above which it is strange.
     """
 
     name: np.ndarray
     reach: np.ndarray
     usual: np.ndarray
     strange: float
+    quiet: float
 
     def plain(self) -> dict[str, Any]:
         """As YAML knows it."""
@@ -58,7 +61,13 @@ class Weights:
     @classmethod
     def restore(cls, given: Mapping[str, Any]) -> Weights:
         """What gave these values."""
-        return cls(np.array(given["name"]), np.array(given["reach"]), np.array(given["usual"]), given["strange"])
+        return cls(
+            np.array(given["name"]),
+            np.array(given["reach"]),
+            np.array(given["usual"]),
+            given["strange"],
+            given["quiet"],
+        )
 
     def logits(self, logits: np.ndarray, fits: Fits) -> np.ndarray:
         """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
@@ -66,8 +75,12 @@ class Weights:
         return np.where(there, evidence(logits, fits) @ self.name, 2.0 * POSSIBLE)
 
     def strangeness(self, strength: np.ndarray, left: np.ndarray) -> np.ndarray:
-        """rms of the remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
+        """rms of a fit's remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
         return np.sqrt(left / np.exp(np.polyval(self.usual, _log(strength)) + self.strange))
+
+    def oddness(self, left: np.ndarray) -> np.ndarray:
+        """The same of turns (n,) without alarm, which are not fitted."""
+        return np.sqrt(left / self.quiet)
 
 
 def _log(strength: np.ndarray) -> np.ndarray:
@@ -76,9 +89,10 @@ def _log(strength: np.ndarray) -> np.ndarray:
 
 
 def spread(fits: Fits) -> np.ndarray:
-    """Standard deviation (n, faults) of sizes, as wide as what is left of the turn says."""
+    """Spread (n, faults) of sizes: their standard deviation times what is left of the turn, as a remainder shows a
+    minimum that is not the right one, which lies farther off than noise alone would put it."""
     error = np.where(np.isfinite(fits.error), fits.error, 0.0)
-    return np.sqrt(error**2 * np.maximum(1.0, fits.left)[:, None] + _FLOOR**2)
+    return np.hypot(error * np.maximum(1.0, fits.left)[:, None], _FLOOR)
 
 
 def evidence(logits: np.ndarray, fits: Fits) -> np.ndarray:
@@ -91,9 +105,10 @@ def evidence(logits: np.ndarray, fits: Fits) -> np.ndarray:
 
 def weights_of(
     told: Mapping[str, np.ndarray], fits: Fits, there: np.ndarray, size: np.ndarray,
-    sound: Mapping[str, np.ndarray], sound_left: np.ndarray, coverage: float,
+    sound_left: np.ndarray, coverage: float,
 ) -> Weights:  # fmt: skip
-    """From faulty turns (what networks say, fits, truth) and healthy ones (what networks say, remainder)."""
+    """From faulty turns (what networks say, fits, truth) and the remainders of healthy ones, each kind for itself: so
+    that the many healthy ones do not decide what may be left of faulty ones."""
     possible = np.isfinite(fits.error)
     x, y = evidence(told["faults"], fits)[possible], there[possible]
     scale = np.maximum(x.std(axis=0), 1.0)
@@ -103,14 +118,19 @@ def weights_of(
         return float((np.logaddexp(0.0, z) - y * z).mean() + _RIDGE * (w[1:] ** 2).sum() / len(y))
 
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
-    strength = _log(np.concatenate([told["strength"], sound["strength"]]))
-    left = np.log(np.concatenate([fits.left, sound_left]))
-    usual = np.polyfit(strength, left, 2)
-    strange = conformal_quantile(left - np.polyval(usual, strength), ACCEPTED)
-    found = Weights(name, np.zeros(0), usual, float(strange))
+    strength, left = _log(told["strength"]), np.log(fits.left)
+    usual = np.polyfit(strength, left, 1)
+    strange, quiet = _limit(left - np.polyval(usual, strength)), _limit(sound_left)
+    found = Weights(name, np.zeros(0), usual, strange, quiet)
     named = found.logits(told["faults"], fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
-    return Weights(name, reaches(error, named & there, named, coverage), usual, float(strange))
+    return Weights(name, reaches(error, named & there, named, coverage), usual, strange, quiet)
+
+
+def _limit(values: np.ndarray) -> float:
+    """What a share ACCEPTED of new turns stays below; of too few turns to tell it the largest."""
+    enough = len(values) >= least_records(ACCEPTED)
+    return float(conformal_quantile(values, ACCEPTED) if enough else values.max())
 
 
 def reaches(error: np.ndarray, right: np.ndarray, named: np.ndarray, coverage: float) -> np.ndarray:

@@ -6,6 +6,8 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import torch
 import yaml
 from safetensors.numpy import save_file
@@ -44,8 +46,10 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
         network = NETWORKS["modes"](len(NAMES), cells.count, cells.stations)
     save_weights(network.state_dict(), folder / "modes_0.safetensors")
     held = builders.synthesis(NAMES)
-    arrays = {"axes": held.axes, "covariance": held.covariance, "growth": held.growth}
+    arrays = {"axes": held.axes, "covariance": held.covariance, "open": held.open, "growth": held.growth}
     save_file({k: np.ascontiguousarray(v) for k, v in arrays.items()}, folder / "synthesis.safetensors")
+    known = {"machine.table_inertia": np.full(3, builders.MACHINE.table_inertia)}
+    pq.write_table(pa.table(known), folder / "posterior.parquet")
     reach = [[2.0, 2.0]] * len(NAMES)
     about = {
         "format": "indexer-twin", "version": VERSION, "settings": {"faults": list(NAMES), "matters": {}},
@@ -71,7 +75,9 @@ def saying(twin: Twin, any_fault: float, faults: tuple[float, ...], unlike: bool
     if not unlike:
         return dataclasses.replace(twin, networks=networks, synthesis=None)
     assert twin.weights is not None
-    return dataclasses.replace(twin, networks=networks, weights=dataclasses.replace(twin.weights, strange=-20.0))
+    return dataclasses.replace(
+        twin, networks=networks, weights=dataclasses.replace(twin.weights, strange=-20.0, quiet=1e-9)
+    )
 
 
 def turns(count: int, fault: str | None = None, share: float = 0.0, rpm: float = 1500.0, slip: float = 0.0) -> Signal:

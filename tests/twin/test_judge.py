@@ -151,7 +151,7 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert "None was held out" in checked_with(Fixed(-5.0, sound), own=True).reason
     assert "are called faulty" in checked_with(Fixed(5.0, sound)).reason
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
-    easy = dataclasses.replace(WEIGHTS, strange=9.0)
+    easy = dataclasses.replace(WEIGHTS, quiet=8000.0)
     off = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy)
     assert not off.trusted and "predicted to 3.0 times the noise" in off.reason
 

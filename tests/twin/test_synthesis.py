@@ -121,9 +121,8 @@ def drawn(rng: np.random.Generator, count: int) -> tuple[Fits, np.ndarray, np.nd
 def test_intervals_hold_in_every_group():
     rng = np.random.default_rng(0)
     fits, there, size, logits = drawn(rng, 3000)
-    strength = {"faults": logits, "strength": np.full(3000, 5.0)}
-    sound = {"strength": np.exp(rng.uniform(0.0, 1.0, 200))}
-    weights = weights_of(strength, fits, there, size, sound, np.ones(200), 0.9)
+    strength = {"faults": logits, "strength": rng.uniform(5.0, 50.0, 3000)}
+    weights = weights_of(strength, fits, there, size, np.ones(200), 0.9)
     fits, there, size, logits = drawn(rng, 3000)
     named = weights.logits(logits, fits) > 0.0
     assert (named == there).mean() > 0.99
@@ -188,3 +187,21 @@ def test_what_the_posterior_leaves_open_grows_with_the_faults():
     wide = dataclasses.replace(of, growth=growth)
     narrow, wider = (fitted(o, turns[2][None], [POINT], told([3.0, -9.0, -9.0], [0.8, 0.1, 0.1])) for o in (of, wide))
     assert wider.left[0] < 0.3 * narrow.left[0] and wider.error[0, 0] > narrow.error[0, 0]
+
+
+def test_what_may_be_left_of_faulty_turns_is_not_decided_by_the_many_healthy_ones():
+    rng = np.random.default_rng(0)
+    fits, there, size, logits = drawn(rng, 400)
+    fits = dataclasses.replace(fits, left=np.exp(rng.normal(2.0, 1.0, 400)))
+    said = {"faults": logits, "strength": rng.uniform(5.0, 50.0, 400)}
+    weights = weights_of(said, fits, there, size, np.full(5000, 1.0), 0.9)
+    assert (weights.strangeness(said["strength"], fits.left) > 1.0).mean() < 0.02
+    assert weights.oddness(np.array([4.0]))[0] > 1.0
+
+
+def test_of_too_few_turns_the_largest_remainder_is_the_limit():
+    fits, there, size, logits = drawn(np.random.default_rng(0), 60)
+    fits = dataclasses.replace(fits, left=np.linspace(1.0, 9.0, 60))
+    said = {"faults": logits, "strength": np.linspace(5.0, 50.0, 60)}
+    weights = weights_of(said, fits, there, size, np.ones(60), 0.9)
+    assert weights.strangeness(said["strength"], fits.left).max() == pytest.approx(1.0)
