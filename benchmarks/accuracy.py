@@ -30,7 +30,7 @@ ORDER_SAMPLES = 280
 FINE = 16.0
 """The fine run of itself: so many times finer than the finest step."""
 
-DRAWS = 64
+DRAWS = 160
 CONTRAST_DRAWS = 8
 
 

@@ -41,6 +41,10 @@ _PHASES = 8
 BAD = 1e12
 """q of what cannot be simulated."""
 
+_KEPT = 5
+"""Steps for which derivatives by the machine's own parameters are kept (the chord method): they are most of the
+unknowns, and what they do to a turn hardly changes with the sizes."""
+
 _OWN_STEP, _OWN_STRIDE, _WIDEST = 0.5, 1.0, 4.0
 """Of the machine's own parameters, in standard deviations: step of a derivative, largest change in a step, bound."""
 
@@ -130,8 +134,10 @@ class Work:
         n, u = t.shape
         sizes = np.arange(u) < len(self.of.faults)
         now, damping, curvature = self.at(t, at), np.full(n, 1e-2), np.zeros((n, u, u))
-        for _ in range(steps):
-            slopes = self._slopes(t, at, now)
+        slopes, fresh = np.zeros((n, self.m.shape[1], u)), self.free[at]
+        without_own = fresh & (np.arange(u) < self.own.start)
+        for taken in range(steps):
+            slopes = self._slopes(t, at, now, slopes, without_own if taken % _KEPT else fresh)
             curvature = np.einsum("nki,nkl,nlj->nij", slopes, now.weight, slopes) + np.diag(self.prior)
             pull = np.einsum("nki,nkl,nl->ni", slopes, now.weight, now.off) - self.prior * t
             held = ~self.free[at] | ((t <= self.low) & (pull <= 0.0))
@@ -151,15 +157,14 @@ class Work:
             damping = np.where(better, damping / 5.0, damping * 8.0)
         return at, t, now.q, curvature * now.m.shape[1]
 
-    def _slopes(self, t: np.ndarray, at: np.ndarray, now: Beside) -> np.ndarray:
-        """dm/dt (n, k, u)."""
-        n, u = t.shape
-        row, place = np.nonzero(self.free[at])
+    def _slopes(self, t: np.ndarray, at: np.ndarray, now: Beside, before: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+        """dm/dt (n, k, u), those of `before` with those that are asked for afresh, (n, u)."""
+        row, place = np.nonzero(fresh)
         step = np.where(t[row, place] > self.high[place] - self.step[place], -1.0, 1.0) * self.step[place]
         moved = t[row].copy()
         moved[np.arange(len(row)), place] += step
         beside = self.at(moved, at[row])
-        slopes = np.zeros((n, now.m.shape[1], u))
+        slopes = before.copy()
         fine = beside.q < BAD
         slopes[row, :, place] = np.where(fine[:, None], (beside.m - now.m[row]) / step[:, None], 0.0)
         return slopes
