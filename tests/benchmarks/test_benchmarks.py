@@ -94,6 +94,7 @@ def test_the_peers_law_is_the_simulators() -> None:
     np.testing.assert_allclose(mine, law.evaluate(angles, 8, 0.5), atol=1e-13)
 
 
+@pytest.mark.slow
 def test_smoke_the_simulator_and_its_peers_agree() -> None:
     """Two independent implementations, and the order of the simulator, in a short run."""
     machine = cases.with_play()
@@ -237,6 +238,7 @@ def test_smoke_the_section_of_diagnosing() -> None:
     assert "8200 samples" in row.what and row.numbers["whole"]["processor_s"] > row.numbers["diagnosis"]["processor_s"]
 
 
+@pytest.mark.slow
 def test_smoke_the_section_of_training() -> None:
     from benchmarks import training
 
