@@ -61,7 +61,7 @@ class Synthesis:
 
     def seen(self, x: np.ndarray) -> np.ndarray:
         """m (n, k) of turns x (n, stations, cells)."""
-        return math.sqrt(x.shape[1]) * x.mean(axis=1) @ self.axes
+        return modes(x, self.axes)
 
     def open_at(self, m: np.ndarray) -> np.ndarray:
         """C_noise + C_open + |m|²/k C_faulty (n, k, k) of turns m (n, k)."""
@@ -71,6 +71,11 @@ class Synthesis:
         """q (n,) of turns with no fault."""
         m = self.seen(x)
         return np.einsum("ni,ij,nj->n", m, np.linalg.inv(self.covariance + self.open), m) / m.shape[1]
+
+
+def modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Mean cam turns (n, k) of turns x (n, stations, cells) along axes (cells, k), with the noise of a single one."""
+    return math.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
 
 
 def effect_of(

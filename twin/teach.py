@@ -25,7 +25,7 @@ from twin.learn import Feed, View, trained
 from twin.nuisance import Nuisance
 from twin.refine import fitted
 from twin.settings import Settings
-from twin.synthesis import Synthesis
+from twin.synthesis import Synthesis, modes
 from twin.turns import Healthy
 from twin.weigh import Weights, weights_of
 
@@ -100,7 +100,7 @@ def _synthesis(
     axes = networks[0].mean_axes.double().numpy()  # type: ignore[operator, union-attr]
     feed = Feed(sound, view)
     rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
-    both = (_modes(part.double().numpy(), axes) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
+    both = (modes(part.double().numpy(), axes) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
     nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet")
     plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, open_, nothing, view.shapes, nuisance)
@@ -109,10 +109,6 @@ def _synthesis(
     held = {"axes": axes, "covariance": covariance, "open": open_, "growth": growth}
     save_file({name: np.ascontiguousarray(value) for name, value in held.items()}, out / "synthesis.safetensors")
     return synthesis_of(out, faults, healthy, view)
-
-
-def _modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    return np.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
 
 
 def weights_by_control(

@@ -70,6 +70,11 @@ class Setting:
         """What torques (w, n, k) add to what is read, over the noise."""
         return self.unit[:, None, None] * self.response(torque, joint)
 
+    @property
+    def rate(self) -> np.ndarray:
+        """Speed (w, n) of the cam over its rms."""
+        return self.motion["cam_rate"] / self.rms(self.motion["cam_rate"])
+
     def rms(self, row: np.ndarray) -> float:
         """Of a row (w, n) over all windows."""
         return math.sqrt(float((row[self.laid.inside] ** 2).mean())) or 1.0
@@ -112,7 +117,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     motion, laid, machine = setting.motion, setting.laid, setting.machine
     w, n = laid.inside.shape
     carried_2, carried_1 = (motion[name] / setting.rms(motion[name]) for name in ("torque_2", "torque_1"))
-    rate = motion["cam_rate"] / setting.rms(motion["cam_rate"])
+    rate = setting.rate
     speed = motion["table_rate"] / np.abs(motion["table_rate"]).max()
     friction = speed / np.sqrt(speed**2 + _STILL**2)
     twisting = motion["rate_2"] / max(float(np.quantile(np.abs(motion["rate_2"][laid.inside]), 0.99)), 1e-300)

@@ -76,8 +76,7 @@ class Scan:
             return waves
         if joint == "cam":
             # a drive's torque comes from its current, which grows with its speed
-            rate = self.setting.motion["cam_rate"] / self.setting.rms(self.setting.motion["cam_rate"])
-            waves = waves * rate[..., None] ** 2
+            waves = waves * self.setting.rate[..., None] ** 2
         return self.setting.readings(waves, joint)
 
     def _energies(self, joint: str, residue: Residue) -> tuple[np.ndarray, np.ndarray]:
@@ -94,8 +93,7 @@ class Scan:
         else:
             pulled = self.setting.response.backwards(self.setting.unit[:, None] * before, joint)
         if joint == "cam":
-            rate = self.setting.motion["cam_rate"] / self.setting.rms(self.setting.motion["cam_rate"])
-            pulled = pulled * rate**2
+            pulled = pulled * self.setting.rate**2
         high = min(_HIGH, 0.4 / float(self.laid.step.max()))
         frequencies = np.arange(_LOW, high, _FINE / max(self._spans))
         won = np.zeros(len(frequencies))
