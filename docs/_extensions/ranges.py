@@ -135,7 +135,8 @@ _UNKNOWN = object()
 def _value(node: ast.expr | None, names: dict[str, Any], local: dict[str, Any]) -> Any:
     if node is None:
         return None
-    known = {name: _value(value.node, names, value.local) for name, value in local.items()}
+    used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} & local.keys()
+    known = {name: _value(local[name].node, names, local[name].local) for name in used}
     try:
         code = compile(ast.Expression(node), "<check>", "eval")
         return eval(code, {**names, **{name: value for name, value in known.items() if value is not _UNKNOWN}})

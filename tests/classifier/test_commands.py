@@ -1,4 +1,4 @@
-"""The two commands from end to end: as a user starts them; bad input in this process, to save time."""
+"""The two commands from end to end: as a user starts them; what needs no process of its own in this one, to save time."""
 
 import json
 import os
@@ -74,9 +74,10 @@ def test_training_leaves_a_model_its_results_and_pictures(place):
     assert len(results["curve"]["control_mse"]) == results["restarts"][results["kept"]]["epochs"] + 1
 
 
-def test_training_again_is_refused_unless_asked(place):
+def test_training_again_is_refused_unless_asked(place, run_command, monkeypatch):
     before = (place / "model" / "model.safetensors").read_bytes()
-    code, _, err = start("classifier", "data=set", "out=model", *SETTINGS, "seed=1", cwd=place)
+    monkeypatch.chdir(place)
+    code, _, err = run_command(training, "data=set", "out=model", *SETTINGS, "seed=1")
     assert code == 2
     assert "overwrite=true" in err
     assert len(err.strip().splitlines()) == 1
@@ -94,9 +95,10 @@ def test_diagnosis_of_a_csv_file(place, csv):
     assert (place / "diagnosis" / "record.diagnosis.png").stat().st_size > 10_000
 
 
-def test_diagnosis_without_a_folder_only_prints(place, csv):
+def test_diagnosis_without_a_folder_only_prints(place, csv, run_command, monkeypatch):
     before = set(place.iterdir())
-    code, out, err = start("classifier.diagnose", "model=model", f"measured={csv}", cwd=place)
+    monkeypatch.chdir(place)
+    code, out, err = run_command(diagnosing, "model=model", f"measured={csv}")
     assert (code, err) == (0, ""), err
     assert "3: rings at 30 Hz" in out
     assert set(place.iterdir()) == before

@@ -1,6 +1,7 @@
 """A sweep leaves one table: job -> what it was given -> what came out."""
 
 import csv
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -8,13 +9,23 @@ from pathlib import Path
 import pytest
 
 from indexer_cli.sweep import TABLE, write_table
+from indexer_cli.verbs import VERBS
 
 SHORT = ("run.sample_rate=200", "run.samples=200", "run.warmup_turns=0")
 
 
-def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+@pytest.fixture
+def simulate(run_command, tmp_path, monkeypatch):
+    """Run `indexer simulate` in an empty folder; gives exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+    module = importlib.import_module(VERBS["simulate"].module)
+    return lambda *arguments: run_command(module, *arguments[:1], *SHORT, *arguments[1:])
+
+
+def in_processes(folder: Path, *arguments: str) -> tuple[int, str, str]:
     command = [sys.executable, "-m", "indexer_cli", "simulate", "-m", *SHORT, *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout, done.stderr
 
 
 def table(path: Path) -> list[dict[str, str]]:
@@ -36,11 +47,12 @@ def test_what_is_the_same_in_all_jobs_is_left_out(tmp_path):
 
 
 @pytest.mark.parametrize("launcher", ["basic", "joblib"])
-def test_jobs_results_and_reasons_stand_in_one_table(launcher, tmp_path):
-    done = sweep(tmp_path, "faults.backlash_deg=0,10,-5", "out=sw", f"hydra/launcher={launcher}")
-    assert done.returncode == 2, done.stderr
+def test_jobs_results_and_reasons_stand_in_one_table(launcher, tmp_path, simulate):
+    given = ("faults.backlash_deg=0,10,-5", "out=sw", f"hydra/launcher={launcher}")
+    code, out, err = simulate("-m", *given) if launcher == "basic" else in_processes(tmp_path, *given)
+    assert code == 2, err
     # joblib gives up at the job that failed, before the last word is said.
-    assert ("3 jobs, 1 failed: sw/sweep.csv" in done.stdout) == (launcher == "basic")
+    assert ("3 jobs, 1 failed: sw/sweep.csv" in out) == (launcher == "basic")
     rows = table(tmp_path / "sw" / TABLE)
     assert [row["faults.backlash_deg"] for row in rows] == ["0", "10", "-5"]
     assert [row["outcome"] for row in rows] == ["done", "done", "failed"]
@@ -50,23 +62,22 @@ def test_jobs_results_and_reasons_stand_in_one_table(launcher, tmp_path):
     assert {"0", "1", TABLE} <= {path.name for path in (tmp_path / "sw").iterdir()}
 
 
-def test_a_sweep_over_its_own_folder_is_refused(tmp_path):
+def test_a_sweep_over_its_own_folder_is_refused(tmp_path, simulate):
     """Its table would lie in pieces."""
-    done = sweep(tmp_path, "seed=1", "out=a,b")
-    assert done.returncode == 2 and "out must be one folder in a sweep, for OUT/<job number>" in done.stderr
+    code, _, err = simulate("-m", "seed=1", "out=a,b")
+    assert code == 2 and "out must be one folder in a sweep, for OUT/<job number>" in err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path):
-    assert sweep(tmp_path, "seed=0,1", "out=sw").returncode == 0
-    done = sweep(tmp_path, "seed=7", "out=sw", "overwrite=true")
-    assert "1 job, 0 failed: sw/sweep.csv" in done.stdout
+def test_the_rows_of_an_earlier_sweep_are_forgotten(tmp_path, simulate):
+    assert simulate("-m", "seed=0,1", "out=sw")[0] == 0
+    _, out, _ = simulate("-m", "seed=7", "out=sw", "overwrite=true")
+    assert "1 job, 0 failed: sw/sweep.csv" in out
     assert [row["job"] for row in table(tmp_path / "sw" / TABLE)] == ["0"]
     assert not (tmp_path / "sw" / ".sweep").exists()
 
 
-def test_one_run_leaves_no_table(tmp_path):
-    command = [sys.executable, "-m", "indexer_cli", "simulate", *SHORT, "out=one"]
-    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+def test_one_run_leaves_no_table(tmp_path, simulate):
+    assert simulate("out=one")[0] == 0
     assert sorted(path.name for path in (tmp_path / "one").iterdir()) == ["record.csv", "record.json", "record.png"]
     assert [path.name for path in tmp_path.iterdir()] == ["one"]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
+import json
 import subprocess
 import sys
 import tomllib
@@ -201,34 +202,53 @@ EXTRAS = {"sklearn", "optuna", "onnx", "onnxruntime", "tensorboard", "ray", "s3f
 EXTRAS |= {"soundfile", "minari", "stable_baselines3", "pygame", "jax", "pandas", "polars"}
 
 
-def without_extras(program: str) -> subprocess.CompletedProcess[str]:
-    """A program, where whatever only an extra installs cannot be imported."""
+NEED_AN_EXTRA = {
+    "compare": (("study=baselines", "out=nothing-is-written"), "sklearn"),
+    "tune": (("data=none", "out=nothing-is-written"), "tune"),
+    "export": (("model=none", "out=nothing-is-written.onnx"), "onnx"),
+}
+"""Verb -> what it is given, and the extra without which it cannot work."""
+
+PROBE = """
+import contextlib, importlib, io, json, sys
+extras, calls = json.loads(sys.argv[1])
+sys.modules.update(dict.fromkeys(extras))
+said = []
+for module, arguments in calls:
+    sys.argv, code = ["command", *arguments], 0
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
+        try:
+            importlib.import_module(module).main()
+        except SystemExit as stop:
+            code = stop.code
+    said.append((code, out.getvalue(), err.getvalue()))
+print(json.dumps(said))
+"""
+
+
+@pytest.fixture(scope="module")
+def without_extras() -> dict[tuple[str, ...], tuple[int, str, str]]:
+    """Exit code, stdout and stderr of commands where whatever only an extra installs cannot be imported; in one process,
+    as each loads the same libraries."""
     assert not EXTRAS & {dependency.split(">")[0].lower() for dependency in PROJECT["dependencies"]}
-    probe = f"import importlib, sys; sys.modules.update(dict.fromkeys({sorted(EXTRAS)!r})); {program}"
-    call = [sys.executable, "-c", probe]
-    return subprocess.run(call, cwd=ROOT, capture_output=True, text=True, timeout=600, check=False)
-
-
-def test_help_needs_no_extra():
-    """Of every module; in one process, as each loads the same libraries."""
-    modules = [module.__name__ for module in COMMANDS.values()]
-    done = without_extras(
-        f"sys.argv = ['command', '--help']; [importlib.import_module(name).main() for name in {modules}]"
+    calls = [(name, "--help") for name in COMMANDS] + [(name, *given) for name, (given, _) in NEED_AN_EXTRA.items()]
+    asked = json.dumps((sorted(EXTRAS), [(COMMANDS[name].__name__, given) for name, *given in calls]))
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, asked], cwd=ROOT, capture_output=True, text=True, timeout=600, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.count("NAME\n    indexer ") == len(COMMANDS)
+    return dict(zip(calls, map(tuple, json.loads(done.stdout)), strict=True))
 
 
-@pytest.mark.parametrize(
-    ("command", "arguments", "extra"),
-    [
-        ("compare", ("study=baselines", "out=nothing-is-written"), "sklearn"),
-        ("tune", ("data=none", "out=nothing-is-written"), "tune"),
-        ("export", ("model=none", "out=nothing-is-written.onnx"), "onnx"),
-    ],
-)
-def test_without_an_extra_a_command_says_what_to_install(command, arguments, extra):
-    name = COMMANDS[command].__name__
-    done = without_extras(f"sys.argv = {['command', *arguments]!r}; importlib.import_module({name!r}).main()")
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert f"pip install 'indexer-diagnosis[{extra}]'" in done.stderr
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_needs_no_extra(command, without_extras):
+    code, out, err = without_extras[command, "--help"]
+    assert (code, err) == (0, "") and out.startswith(f"NAME\n    indexer {command}:")
+
+
+@pytest.mark.parametrize("command", NEED_AN_EXTRA)
+def test_without_an_extra_a_command_says_what_to_install(command, without_extras):
+    given, extra = NEED_AN_EXTRA[command]
+    code, _, err = without_extras[command, *given]
+    assert code == 2 and err.count("\n") == 1
+    assert f"pip install 'indexer-diagnosis[{extra}]'" in err
