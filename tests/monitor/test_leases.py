@@ -45,7 +45,7 @@ class Plant:
         self._thread.start()
 
     def _run(self):
-        while not self._stop.wait(0.1):
+        while not self._stop.wait(0.04):
             for machine in MACHINES:
                 for process in self.processes:
                     process.engine.offer(Arrival(block(50 * self.sent, machine=machine, sequence=self.sent)), 1.0)

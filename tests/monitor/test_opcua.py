@@ -33,6 +33,13 @@ pytestmark = [
 START = datetime.datetime.fromtimestamp(START_NS / NANO, datetime.UTC)
 
 
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch):
+    """A server that is away is soon asked again."""
+    monkeypatch.setattr("monitor.sources.opcua._RETRY_S", 0.2)
+    monkeypatch.setattr("monitor.sources.opcua._WATCH_S", 0.2)
+
+
 def wait_for(condition):
     until = time.monotonic() + WAIT_S
     while not condition():
@@ -157,14 +164,15 @@ def certificates(tmp_path):
     return {name: make(name) for name in ("server", "monitor", "other")}
 
 
-def test_with_certificates_messages_are_encrypted_and_no_other_server_is_talked_to(monitor, certificates):
+def test_with_certificates_messages_are_encrypted_and_no_other_server_is_talked_to(monitor, certificates, monkeypatch):
     machine = Machine(free_port(), *certificates["server"])
     own = dict(zip(("certificate", "key"), certificates["monitor"], strict=True))
     for wrong in (nodes(), nodes(**own, server=certificates["other"][0])):
-        source = OpcUaSource(machine.url, wrong)
+        source, said = OpcUaSource(machine.url, wrong), []
+        monkeypatch.setattr(source, "tell", said.append)
         source.start(monitor.engine)
-        time.sleep(2.0)
-        assert not source.subscribed
+        wait_for(lambda said=said: said)
+        assert not source.subscribed and all("cannot be used" in sentence for sentence in said)
         source.stop()
     passes(monitor, machine, nodes(**own, server=certificates["server"][0])).stop()
     machine.stop()

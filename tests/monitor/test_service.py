@@ -169,7 +169,8 @@ def test_the_machine_is_what_stands_for_the_wildcard(pattern, topic, machine):
     assert MqttSource(broker, pattern, "x").machine_of(topic) == machine
 
 
-def test_files_are_read_once_when_they_are_complete(monitor, tmp_path):
+def test_files_are_read_once_when_they_are_complete(monitor, tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.1)
     folder = tmp_path / "logger"
     (folder / "press-7").mkdir(parents=True)
 
@@ -189,7 +190,7 @@ def test_files_are_read_once_when_they_are_complete(monitor, tmp_path):
     source.stop()
     again = FolderSource(folder, Reading(), None, settle=0.1)
     again.start(monitor.engine)
-    time.sleep(2.5)
+    time.sleep(0.6)  # six looks
     again.stop()
     assert monitor.store.summary("press-7")["turns"] == 8 and source.failure is None and again.failure is None
     assert monitor.engine.refused >= 1
