@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -49,10 +51,16 @@ SHARED = "@package"
 ROOTS = [path for path in FILES if path.parent == CONF and SHARED not in path.read_text().splitlines()[0]]
 
 
+@functools.cache
+def loaded(path: Path) -> object:
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
 def plain(path: Path) -> dict[str, Any]:
-    loaded = yaml.safe_load(path.read_text(encoding="utf-8"))
-    assert isinstance(loaded, dict), path
-    return loaded
+    """What a file holds, free to change."""
+    mapping = copy.deepcopy(loaded(path))
+    assert isinstance(mapping, dict), path
+    return mapping
 
 
 def choice(path: Path) -> dict[str, Any]:
@@ -101,8 +109,8 @@ def test_a_file_is_a_mapping_without_doubled_keys(path):
         return yaml.SafeLoader.construct_mapping(loader, node, deep=True)
 
     Strict.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, mapping)
-    loaded = yaml.load(path.read_text(encoding="utf-8"), Strict)
-    assert isinstance(loaded, dict) and loaded
+    found = yaml.load(path.read_text(encoding="utf-8"), Strict)
+    assert isinstance(found, dict) and found
     assert OmegaConf.load(path) is not None
 
 

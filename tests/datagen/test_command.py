@@ -165,9 +165,9 @@ def test_python_m_from_any_folder(tmp_path):
     root = str(Path(command.__file__).parents[1])
     environment = {**os.environ, "PYTHONPATH": root}
     done = subprocess.run(
-        [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT],
+        [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT[:2], "count=1"],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert len(read_shards(tmp_path / "set")) == 6
+    assert len(read_shards(tmp_path / "set")) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["set"]

@@ -87,7 +87,7 @@ refused(lambda: env.step(torch.tensor([[0.0], [1.5]])))
 refused(lambda: env.step(torch.zeros(3, 1)))
 refused(lambda: env.step(torch.zeros(2, 1, dtype=torch.bool)))
 """
-    assert in_simulator("-c", program).splitlines() == [
+    assert in_simulator(program).splitlines() == [
         "simulate_batch.threads must be left out (None) with device=cuda, got 2.",
         "simulate_batch.device must be cuda:0, the one GPU here, got 'cuda:3'.",
         "IndexerVectorEnv (item 1).action must be finite and within [-1, 1] (speed), got 1.5; clip it yourself where "
@@ -108,7 +108,7 @@ run = Run(samples=400, warmup_turns=0, sample_rate=500.0)
 batch = simulate_batch([soft, good], OperatingPoint(motor_speed=600.0), run, device="cuda")
 print(batch.rejected, batch.table_acceleration.isnan().all(dim=1).tolist(), batch.table_acceleration.device)
 """
-    said = in_simulator("-c", program)
+    said = in_simulator(program)
     assert "deflected a joint beyond 0.5 rad" in said and "[True, False] cpu" in said
 
 
