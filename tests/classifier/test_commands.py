@@ -1,4 +1,4 @@
-"""The two commands from end to end: as a user starts them; what needs no process of its own in this one, to save time."""
+"""The two commands from end to end: as a user starts them, or in this process where that tells as much."""
 
 import json
 import os

@@ -228,8 +228,9 @@ print(json.dumps(said))
 
 @pytest.fixture(scope="module")
 def without_extras() -> dict[tuple[str, ...], tuple[int, str, str]]:
-    """Exit code, stdout and stderr of commands where whatever only an extra installs cannot be imported; in one process,
-    as each loads the same libraries."""
+    """Exit code, stdout and stderr of commands where whatever only an extra installs cannot be imported.
+
+    In one process, as each loads the same libraries."""
     assert not EXTRAS & {dependency.split(">")[0].lower() for dependency in PROJECT["dependencies"]}
     calls = [(name, "--help") for name in COMMANDS] + [(name, *given) for name, (given, _) in NEED_AN_EXTRA.items()]
     asked = json.dumps((sorted(EXTRAS), [(COMMANDS[name].__name__, given) for name, *given in calls]))
