@@ -63,6 +63,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     out = check_output_folder(job_folder("classifier", config["out"]), FILES, config["overwrite"])
     check_integer("classifier", "threads", config["threads"], low=1)
     torch.set_num_threads(config["threads"])
+    check_flag("classifier", "pictures", config["pictures"])
     check_flag("classifier", "tensorboard", config["tensorboard"])
     writer = summary_writer() if config["tensorboard"] else None
     job = Job.of(config)
@@ -98,15 +99,16 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     for text in result.model.shortcomings():
         console.print(text, highlight=False, soft_wrap=True)
 
-    # Drawing is loaded only now: its import takes as long as the training of a small data set.
-    from classifier.pictures import draw_training
-
     with output_folder(out, FILES, config["overwrite"]) as folder:
         save_model(result.model, folder)
         results = {**result.to_dict(), "config": config}
         (folder / RESULTS_JSON).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-        for name, figure in draw_training(dataset, result).items():
-            figure.savefig(folder / f"{name}.png")
+        if config["pictures"]:
+            # Drawing is loaded only now: its import takes as long as the training of a small data set.
+            from classifier.pictures import draw_training
+
+            for name, figure in draw_training(dataset, result).items():
+                figure.savefig(folder / f"{name}.png")
         seconds = time.perf_counter() - started
         write_runs([row_of(result, config, str(out), seconds)], folder / RUNS)
         if writer is not None:

@@ -69,7 +69,7 @@ def train_commands(data: Path, model: Path, count: int, motor_speed_rpm: float =
         ],
         [
             sys.executable, "-m", "classifier", f"data={data}", f"out={model}", "overwrite=true", "trainer=trainscg",
-            "restarts=1", "features=psd",
+            "restarts=1", "features=psd", "pictures=false",
         ],
     ]  # fmt: skip
 

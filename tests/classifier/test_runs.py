@@ -59,6 +59,13 @@ def test_a_run_leaves_its_row_and_its_curves(place, start):
     assert set(path.name for path in (place / "one").iterdir()) <= set(training.FILES)
 
 
+def test_pictures_are_left_out_when_asked(place, start, monkeypatch):
+    monkeypatch.setattr("classifier.pictures.draw_training", lambda *_: pytest.fail("drawn"))
+    code, _, err = start(training, "out=bare", "parts=[]", "pictures=false")
+    assert (code, err) == (0, "")
+    assert {path.name for path in (place / "bare").iterdir()} == set(training.FILES) - {"tensorboard", *training.PICTURES}
+
+
 def test_a_sweep_has_one_table_of_all_runs(place, start):
     code, out, err = start(
         training,
@@ -170,6 +177,7 @@ def test_settings_of_another_rule_may_be_sought():
         (tune, ("out=new", "search=null"), "error: search must be a mapping"),
         (tune, ("out=set",), "other files"),
         (training, ("out=new", "tensorboard=5"), "error: tensorboard must be true or false"),
+        (training, ("out=new", "pictures=few"), "error: pictures must be true or false"),
         (training, ("out=new", "parts=novelty"), "error: parts must be a list of"),
         (training, ("out=new", "parts=[noveltie]"), "error: parts must be one of"),
     ],
