@@ -152,7 +152,9 @@ def _explained(error: Exception, config_name: str) -> str:
         return _missing_config(error)
     if isinstance(error, OverrideParseException):
         remedy = "quote values with other signs than letters, digits and ._-/ twice: KEY='\"VALUE\"'"
-        if "=" not in str(error.override):
+        if "=" in sys.argv[1:] or any(len(word) > 1 and word[0] == "=" for word in sys.argv[1:]):
+            remedy = "leave out the spaces beside ="
+        elif "=" not in str(error.override):
             remedy = f"write the key in front of it, KEY={error.override}"
         return f"the command line must hold KEY=VALUE pairs, got {error.override!r}; {remedy}."
     if isinstance(error, MissingMandatoryValue):

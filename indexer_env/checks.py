@@ -66,7 +66,8 @@ def check_choice(owner: str, name: str, value: object, choices: Iterable[str]) -
     """Refuse what is not one of the named choices, with the nearest one as the remedy."""
     names = list(choices)
     if not isinstance(value, str) or value not in names:
-        raise refuse(owner, name, "one of " + ", ".join(names), value, did_you_mean(value, names))
+        told = ", ".join(repr(choice) if "," in choice else choice for choice in names)
+        raise refuse(owner, name, f"one of {told}", value, did_you_mean(value, names))
 
 
 def did_you_mean(value: object, names: Iterable[str]) -> str:

@@ -20,6 +20,9 @@ from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
 
+ADDRESSES = ("mqtt://", "mqtts://", "opc.tcp://", "folder:", "replay:")
+"""How a source begins that is neither the demonstration nor the built-in broker."""
+
 _LEAST_SECRET = 16
 
 
@@ -156,6 +159,8 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     models = () if given is None else tuple(given) if isinstance(given, list) else (given,)
     source = config["source"]
     twin = None if config["twin"] is None else path_given("monitor", "twin", config["twin"])
+    if source not in ("demo", "broker") and not source.startswith(ADDRESSES):
+        raise refuse("monitor", "source", f"demo, broker or an address that begins with {', '.join(ADDRESSES)}", source)
     if twin is not None and models:
         raise refuse("monitor", "twin", "given instead of model, not beside it", str(twin), "leave one of them out")
     if twin is not None and source == "demo":

@@ -63,7 +63,10 @@ def test_pictures_are_left_out_when_asked(place, start, monkeypatch):
     monkeypatch.setattr("classifier.pictures.draw_training", lambda *_: pytest.fail("drawn"))
     code, _, err = start(training, "out=bare", "parts=[]", "pictures=false")
     assert (code, err) == (0, "")
-    assert {path.name for path in (place / "bare").iterdir()} == set(training.FILES) - {"tensorboard", *training.PICTURES}
+    assert {path.name for path in (place / "bare").iterdir()} == set(training.FILES) - {
+        "tensorboard",
+        *training.PICTURES,
+    }
 
 
 def test_a_sweep_has_one_table_of_all_runs(place, start):

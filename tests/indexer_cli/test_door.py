@@ -250,6 +250,9 @@ def test_flags_and_a_lone_word_may_stand_anywhere(call, tmp_path, monkeypatch):
     assert call("new", "out=mine.yaml", "machine")[0] == 0 and (tmp_path / "mine.yaml").is_file()
     code, _, err = call("simulate", "record")
     assert code == 2 and err.endswith("KEY=VALUE pairs, got 'record'; write the key in front of it, KEY=record.\n")
+    for spaced in (("out", "=", "x"), ("out", "=x")):
+        code, _, err = call("simulate", *spaced)
+        assert code == 2 and err.endswith("KEY=VALUE pairs, got 'out'; leave out the spaces beside =.\n")
 
 
 def test_each_file_of_a_sweep_is_a_choice(tmp_path):

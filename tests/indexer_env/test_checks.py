@@ -103,6 +103,9 @@ def test_a_choice_is_one_of_the_names():
     assert sentence(check_choice, "A", "b", "zzz", ("round", "square")) == (
         "A.b must be one of round, square, got 'zzz'."
     )
+    assert sentence(check_choice, "A", "b", "mlp,log", ("mlp", "mlp, log")).startswith(
+        "A.b must be one of mlp, 'mlp, log', got 'mlp,log'; did you mean"
+    )
 
 
 @pytest.mark.parametrize("value", [None, 1, True, ["round"], ("round",)])

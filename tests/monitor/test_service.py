@@ -69,6 +69,7 @@ def test_settings_come_from_the_command_line(overrides):
         (["host=0.0.0.0"], "host"),
         (["host=0.0.0.0", "auth.viewer_token=short"], "viewer_token"),
         (["source=broker"], "model"),
+        (["source=mqtt//broker"], "source must be demo, broker or"),
         (["port=99999"], "port"),
         (["limits.crack=[0.3,0.2,0.1]"], "limits"),
         (["limits.crack=5"], "limits.crack"),
