@@ -38,16 +38,21 @@ def dilations_of(samples: int, most: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @numba.njit(nogil=True, cache=True)
-def convolution(series: np.ndarray, places: np.ndarray, dilation: int) -> np.ndarray:
-    """Σ_k w_k x[t + (k − 4) · dilation] for every t, with zeros beyond the ends; the weights as PLACES says."""
+def delays(series: np.ndarray, dilation: int) -> np.ndarray:
+    """x[t + (k − 4) · dilation] (LENGTH, samples) for every k and t, with zeros beyond the ends."""
     samples = series.size
-    result = np.zeros(samples)
+    delayed = np.zeros((LENGTH, samples))
     for k in range(LENGTH):
-        weight = 2.0 if k == places[0] or k == places[1] or k == places[2] else -1.0
         shift = (k - LENGTH // 2) * dilation
-        for t in range(max(0, -shift), min(samples, samples - shift)):
-            result[t] += weight * series[t + shift]
-    return result
+        delayed[k, max(0, -shift) : samples - shift] = series[max(0, shift) : samples + min(0, shift)]
+    return delayed
+
+
+@numba.njit(nogil=True, cache=True)
+def convolution(delayed: np.ndarray, total: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Σ_k w_k x[t + (k − 4) · dilation] for every t, of `delays` and their sum over k: three times the delays at the
+    places less that sum, which all kernels of a dilation share."""
+    return 3.0 * (delayed[places[0]] + delayed[places[1]] + delayed[places[2]]) - total
 
 
 @numba.njit(nogil=True, cache=True)
@@ -63,13 +68,18 @@ def transform(
         feature = 0
         for d in range(dilations.size):
             edge = (LENGTH // 2) * dilations[d]
+            delayed = delays(records[row], dilations[d])
+            total = delayed.sum(axis=0)
             for kernel in range(len(places)):
-                values = convolution(records[row], places[kernel], dilations[d])
+                values = convolution(delayed, total, places[kernel])
                 inside = (d + kernel) % 2 == 1 and 2 * edge < values.size
                 if inside:
                     values = values[edge : values.size - edge]
                 for _ in range(shared[d]):
-                    features[row, feature] = np.mean(values > biases[feature])
+                    above = 0
+                    for value in values:
+                        above += value > biases[feature]
+                    features[row, feature] = above / values.size
                     feature += 1
     return features
 
@@ -95,7 +105,8 @@ class Convolutions:
         drawn = 0
         for dilation, count in zip(dilations, shared, strict=True):
             for places in PLACES:
-                values = convolution(records[rng.integers(len(records))], places, dilation)
+                delayed = delays(records[rng.integers(len(records))], dilation)
+                values = convolution(delayed, delayed.sum(axis=0), places)
                 # Quantiles of a golden-ratio sequence, which fills [0, 1) evenly however many are taken.
                 quantiles = (_GOLDEN * np.arange(drawn + 1, drawn + count + 1)) % 1.0
                 biases.append(np.quantile(values, quantiles))

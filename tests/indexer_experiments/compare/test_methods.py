@@ -13,7 +13,7 @@ from classifier.tasks.decimate import Decimated
 from indexer_experiments.compare.measure import METRICS, measured, temperature_of
 from indexer_experiments.compare.methods import METHODS
 from indexer_experiments.compare.methods.cnn import Cnn
-from indexer_experiments.compare.methods.kernels import PLACES, Convolutions, MiniRocket, convolution, dilations_of
+from indexer_experiments.compare.methods.kernels import PLACES, Convolutions, MiniRocket, convolution, delays, dilations_of
 from indexer_experiments.compare.methods.mlp import Paper
 
 SMALL = {
@@ -66,20 +66,25 @@ def test_metrics_by_hand(tones: Dataset):
 # ------------------------------------------------------------------------- MiniRocket
 
 
+def convolved(series: np.ndarray, places: np.ndarray, dilation: int) -> np.ndarray:
+    delayed = delays(series, dilation)
+    return convolution(delayed, delayed.sum(axis=0), places)
+
+
 def test_there_are_84_kernels_whose_weights_sum_up_to_0():
     assert PLACES.shape == (84, 3) and len({tuple(row) for row in PLACES}) == 84
-    flat = convolution(np.ones(64), PLACES[7], 2)
+    flat = convolved(np.ones(64), PLACES[7], 2)
     assert flat[8:-8] == pytest.approx(0)
 
 
-@pytest.mark.parametrize("dilation", [1, 3])
+@pytest.mark.parametrize("dilation", [1, 3, 12])
 def test_a_convolution_is_numpy_s(dilation):
     series, places = np.random.default_rng(0).normal(size=100), PLACES[40]
     kernel = np.zeros(8 * dilation + 1)
     kernel[::dilation] = -1
     kernel[places * dilation] = 2
     wanted = np.convolve(np.pad(series, 4 * dilation), kernel[::-1], "valid")
-    assert convolution(series, places, dilation) == pytest.approx(wanted)
+    assert convolved(series, places, dilation) == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize(("samples", "most"), [(2050, 29), (100, 119), (9, 5)])
