@@ -6,6 +6,7 @@ need not wait.
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -23,6 +24,12 @@ def lowpass_sections(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
     its delay is shorter by the factor (π fc / rate) / tan(π fc / rate), 0.86 at fc = rate / 5; the two agree
     as fc / rate → 0, that is when the acceleration comes at a higher rate than the record's.
     """
+    return _butterworth(cutoff_hz, order, rate).copy()
+
+
+# Its design takes longer than the filtering of a record, and many records are read by one sensor.
+@functools.lru_cache(maxsize=64)
+def _butterworth(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
     import scipy.signal
 
     return np.asarray(scipy.signal.butter(order, cutoff_hz, btype="lowpass", output="sos", fs=rate))
