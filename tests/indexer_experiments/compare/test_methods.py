@@ -13,7 +13,14 @@ from classifier.tasks.decimate import Decimated
 from indexer_experiments.compare.measure import METRICS, measured, temperature_of
 from indexer_experiments.compare.methods import METHODS
 from indexer_experiments.compare.methods.cnn import Cnn
-from indexer_experiments.compare.methods.kernels import PLACES, Convolutions, MiniRocket, convolution, delays, dilations_of
+from indexer_experiments.compare.methods.kernels import (
+    PLACES,
+    Convolutions,
+    MiniRocket,
+    convolution,
+    delays,
+    dilations_of,
+)
 from indexer_experiments.compare.methods.mlp import Paper
 
 SMALL = {
