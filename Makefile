@@ -116,7 +116,7 @@ PYTEST := $(RUN) -m pytest -n $(WORKERS) --dist worksteal
 
 test: $(DEV) ## run the tests, then the kernel tests again without compilation
 	$(PYTEST)
-	NUMBA_DISABLE_JIT=1 $(PYTEST) -m "unjitted and not slow and not gpu" tests/indexer_env
+	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -m "unjitted and not slow and not gpu" $$(grep -rl --include='test_*.py' mark.unjitted tests)
 
 test-slow: $(DEV) ## run the tests marked slow, which `make test` leaves out
 	$(PYTEST) -m "slow and not gpu"

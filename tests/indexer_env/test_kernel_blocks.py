@@ -155,7 +155,7 @@ def test_a_lane_s_numbers_are_the_same_in_any_company(blocks, block, lanes):
 
 
 @pytest.mark.unjitted
-def test_the_last_step_may_be_shorter(blocks):
+def test_the_last_step_may_be_shorter():
     """After the whole steps comes one of its own length: time stands at their sum, and the motor where it should."""
     items, points = zip(*machines("B")[:3], strict=True)
     packed = pack(
