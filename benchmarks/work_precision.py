@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks import cases, peers
 from benchmarks.accuracy import accelerations
 from benchmarks.measures import relative_rms
-from benchmarks.peers import model_b, scipy_peer
+from benchmarks.peers import lane_peer, model_b, scipy_peer
 from benchmarks.references import reference_records
 from benchmarks.report import Row, number
 from benchmarks.session import CORES, version
@@ -121,6 +121,21 @@ def _plain(judged: int, batch: int) -> Iterator[Setting]:
         )  # fmt: skip
 
 
+def _lanes(judged: int, batch: int) -> Iterator[Setting]:
+    p = _parameters(batch)
+    for per_ms in (1, 4, 16, 64):
+        yield (
+            f"{number(1 / per_ms)} ms",
+            lambda truth, per_ms=per_ms: relative_rms(
+                lane_peer.records(p[:judged], 1000.0, cases.HALF_SECOND, per_ms), truth
+            ),
+            lambda per_ms=per_ms: _batched(
+                lambda: lane_peer.records(p, 1000.0, cases.HALF_SECOND, per_ms), batch,
+                cases.HALF_SECOND / cases.TURN_SAMPLES,
+            ),
+        )  # fmt: skip
+
+
 def _scipy(method: str) -> Callable[[int, int], Iterator[Setting]]:
     def sweep(judged: int, batch: int) -> Iterator[Setting]:
         for max_step in SCIPY_MAX_STEPS[method]:
@@ -179,6 +194,7 @@ def _parameters(count: int) -> np.ndarray:
 SWEEPS: tuple[tuple[str, str | None, Callable[[int, int], Iterator[Setting]]], ...] = (
     ("indexer_env", None, _own),
     ("plain RK4, compiled", None, _plain),
+    ("plain RK4 in lanes", None, _lanes),
     *((f"SciPy {method}", None, _scipy(method)) for method in scipy_peer.METHODS),
     ("JAX scan of RK4", "jax", _jax_scan),
     ("diffrax Tsit5", "diffrax", _diffrax),

@@ -18,7 +18,9 @@ from indexer_env.operating_point import OperatingPoint
 
 _MODELS = {"A": layout.MODEL_A, "B": layout.MODEL_B, "B_on_base": layout.MODEL_B_ON_BASE}
 
-_IN_DWELL = layout.USES_ANY_EFFECT & ~layout.USES_VISCOUS
+_IN_DWELL = layout.USES_ANY_EFFECT & ~(
+    layout.USES_VISCOUS | layout.USES_IMBALANCE | layout.USES_RIPPLE | layout.USES_TRANSMISSION
+)
 """Effects with which the dwell has no closed form here: their items take steps in it, too. Of the process torque and
 the profile error only those that reach into the dwell."""
 

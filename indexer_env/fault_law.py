@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -58,6 +59,8 @@ class Course:
     def at(self, time: float, work: float) -> Faults:
         """The faults at a time [s], when so much work [J] has been transmitted."""
         full = self.faults
+        if not self.changes:
+            return full
         return dataclasses.replace(
             full,
             roller_crack=full.roller_crack if time >= self.crack_at else 0.0,
@@ -108,7 +111,17 @@ class FaultLaw:
 
     def draw(self, rng: np.random.Generator) -> Course:
         """The course of one episode."""
-        return _course({field.name: getattr(self, field.name).draw(rng) for field in dataclasses.fields(self)})
+        return self._same or _course(
+            {field.name: getattr(self, field.name).draw(rng) for field in dataclasses.fields(self)}
+        )
+
+    @functools.cached_property
+    def _same(self) -> Course | None:
+        """The course of every episode, where nothing of it is drawn."""
+        laws = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        if not all(isinstance(law, Fixed) for law in laws.values()):
+            return None
+        return _course({name: law.centre for name, law in laws.items()})
 
     def extremes(self) -> Iterator[tuple[str, float, Course]]:
         """Each fault alone at the ends of its law, as its name, its value and its course; what is no fault is left out.

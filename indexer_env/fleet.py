@@ -118,19 +118,21 @@ class Fleet:
         worst = dict(zip(changing, ends, strict=True))
         where = np.asarray(index, dtype=np.int64)
         self._starts = self._starts or [starts[0]] * len(self)
-        for place, (i, start, item) in enumerate(zip(index, starts, first, strict=True)):
-            self._starts[i], self._laws[i] = start, item.law
-            self._states[i] = start_states(item.row[None], [start.operating_point])[0]
-            self._coefficients[i] = item.row
-            slips = (item.features & layout.USES_SLIP) // layout.USES_SLIP
-            self._kinds[i], self._features[i] = 2 * item.model + slips, item.features
-            self._items[i, NOMINAL_SPEED] = start.operating_point.motor_speed
-            self._items[i, DWELL_BEGIN] = 2.0 * math.pi * start.machine.motion_share
-            self._items[i, BASE_LOAD], self._items[i, SLIPS] = start.operating_point.load_torque, float(slips)
-            self._changing[i], self._wearing[i] = start.course.changes, start.course.backlash_per_joule > 0.0
-            self._applied[i] = faults[place]
-            if place in worst:
-                self._features[i] |= worst[place].features
+        for i, start, item, fault in zip(index, starts, first, faults, strict=True):
+            self._starts[i], self._laws[i], self._applied[i] = start, item.law, fault
+        points, rows = [start.operating_point for start in starts], np.stack([item.row for item in first])
+        features = np.array([item.features for item in first])
+        slips = (features & layout.USES_SLIP) // layout.USES_SLIP
+        self._states[where], self._coefficients[where] = start_states(rows, points), rows
+        self._kinds[where] = 2 * np.array([item.model for item in first]) + slips
+        self._items[where, NOMINAL_SPEED] = [point.motor_speed for point in points]
+        self._items[where, DWELL_BEGIN] = [2.0 * math.pi * start.machine.motion_share for start in starts]
+        self._items[where, BASE_LOAD], self._items[where, SLIPS] = [point.load_torque for point in points], slips
+        self._changing[where] = [start.course.changes for start in starts]
+        self._wearing[where] = [start.course.backlash_per_joule > 0.0 for start in starts]
+        for place, item in worst.items():
+            features[place] |= item.features
+        self._features[where] = features
         self._shares[where], self._started[where] = 1.0, True
         self._periods[where], self._work[where], self._booked[where] = 0, 0.0, 0.0
         self._n_steps[where] = self._samples * self._every
@@ -139,14 +141,16 @@ class Fleet:
 
     def _arrange(self, where: np.ndarray) -> None:
         """Lay the laws' pieces side by side where one is new, and group the items that have been started."""
-        if any(not any(law is laid for laid in self._laid) for law in (self._laws[i] for i in where)):
+        places = {id(law): place for place, law in enumerate(self._laid)}
+        if any(id(self._laws[i]) not in places for i in where):
             self._laid = list({id(law): law for law in self._laws if law is not None}.values())
             self._pieces = np.concatenate([law.pieces for law in self._laid])
+            places = {id(law): place for place, law in enumerate(self._laid)}
             where = np.flatnonzero(self._started)
-        firsts = np.cumsum([0, *(len(law.pieces) for law in self._laid)])
-        for i in where:
-            place = next(place for place, law in enumerate(self._laid) if law is self._laws[i])
-            self._coefficients[i, _KEPT[:2]] = firsts[place], firsts[place + 1] - firsts[place]
+        own = [places[id(self._laws[i])] for i in where]
+        counts = np.array([len(law.pieces) for law in self._laid])
+        firsts = np.cumsum(counts) - counts
+        self._coefficients[where[:, np.newaxis], _KEPT[:2]] = np.stack([firsts[own], counts[own]], axis=1)
         started = self._started
         self._groups = []
         for kind in np.unique(self._kinds[started]):

@@ -1,6 +1,7 @@
 """Model B with play and the clipped contact law, written anew for other solvers, with the motion law in closed form.
 
 model_b          the machine as compiled scalar functions, and a plain fixed-step RK4 of it
+lane_peer        the same RK4 over lanes of machines
 scipy_peer       SciPy's RK45, DOP853 and LSODA
 jax_peer         a vmapped scan of RK4
 diffrax_peer     diffrax' Tsit5, vmapped

@@ -15,6 +15,7 @@ nystrom        one step of the Runge-Kutta-Nyström scheme, for every model and 
 plain          the common case, Model B whose motor does not slip: one loop for each stage
 pieces         the joints' lines and the law's pieces, loaded into a lane
 edges          landing on the edge of a play or of a motion-law segment inside one step
+forced         what drives the oscillators of a dwell: harmonics at a steady speed, an imbalance
 dwell          the dwell in closed form, in strides of several steps
 recording      samples: judged and written
 clock          a lane's own clock: how it goes on by steps and by strides, to its end

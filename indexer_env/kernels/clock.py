@@ -53,9 +53,12 @@ def load_lane(w, i, state, coefficients, pieces, model, features):
 @outlined
 def set_clock(w, i, step, n_steps, every):
     """Start lane i on its steps. Its strides are of the most steps that divide a sampling interval and keep the phase
-    of its oscillators, on the stiffer flanks, within LARGEST_STRIDE."""
+    of its oscillators, on the stiffer flanks, and of the harmonics of its drive within LARGEST_STRIDE."""
     w[OWN_STEP + i], w[LEFT + i], w[TO_SAMPLE + i], w[SEE + i] = step, float(n_steps), 0.0, 1.0
     frequency = math.sqrt(max(w[K_1 + i] / w[J_CAM + i], w[K_2 + i] / w[J_TABLE + i]))
+    for amplitude, order in ((RIPPLE_AMPLITUDE, RIPPLE_ORDER), (TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER)):
+        if w[amplitude + i] != 0.0:
+            frequency = max(frequency, abs(w[order + i] * w[MOTOR_RATE + i]))
     most = LARGEST_STRIDE / (frequency * step)
     stride = every
     while stride > 1 and (every % stride != 0 or stride > most):

@@ -11,6 +11,7 @@ from .clock import go_on, load_lane, set_clock, stepped, strode
 from .compiling import merged, outlined
 from .dwell import mark_strides, mend_stride, move
 from .edges import any_above, land, mark
+from .forced import FORCES
 from .layout import *
 from .nystrom import nystrom_step
 from .pieces import follow_pieces
@@ -49,7 +50,10 @@ def step_block(w, high, model, features, pieces):
 @merged
 def stride_block(w, high, features):
     """Take the lanes in their dwell over a stride. Numbers as from `strode`."""
-    move(w, high, features)
+    if features & FORCES:
+        move(w, high, features, YES)
+    else:
+        move(w, high, features, NO)
     if mark_strides(w, high, features):
         for i in range(high):
             if w[MARK + i] == 2.0 and mend_stride(w, i, features):

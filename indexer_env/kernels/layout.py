@@ -133,7 +133,13 @@ _FIRST_WORK = STATE_ROWS + COEFFICIENT_ROWS
     # matrices of a stride in each region of joint 1, then of joint 2 (6 rows for each of the regions -1, 0, 1)
     STRIDES,
 ) = (LANES * row for row in range(_FIRST_WORK, _FIRST_WORK + 110))  # fmt: skip
-WORKSPACE = int(STRIDES + 36 * LANES)
+_FIRST_FORCED = int(STRIDES // LANES) + 36
+(
+    # the shares (P, Q) of both harmonics on joint 1's present line, the deflection and rate that they force; torque and
+    # stiffness of the imbalance on joint 2's, and its half kick
+    RIPPLE_P, RIPPLE_Q, TRANSMISSION_P, TRANSMISSION_Q, FORCED, FORCED_RATE, WEIGHT, WEIGHT_STIFFNESS, KICK,
+) = (LANES * row for row in range(_FIRST_FORCED, _FIRST_FORCED + 9))  # fmt: skip
+WORKSPACE = int(KICK + LANES)
 
 DEFLECTIONS = 9
 """Rows of deflections, their rates and accelerations."""

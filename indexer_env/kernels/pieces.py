@@ -55,6 +55,13 @@ def set_turn(w, i, turn, pieces):
         set_lines(w, i)
 
 
+@scalar
+def steady(w, i):
+    """Whether what ripples on the drive of lane i, if anything, is of a constant frequency: no ramp of its motor."""
+    still = w[RIPPLE_AMPLITUDE + i] == 0.0 and w[TRANSMISSION_AMPLITUDE + i] == 0.0
+    return still or w[MOTOR_ACCELERATION + i] == 0.0
+
+
 @outlined
 def load_piece(w, i, piece, pieces):
     """Load piece `piece` of the law in its present cam turn into lane i; indices beyond it wrap into its neighbours."""
@@ -72,7 +79,7 @@ def load_piece(w, i, piece, pieces):
     w[ORIGIN + i], w[REACH_LOW + i], w[REACH_HIGH + i] = low, low, high
     w[BREAK_LOW + i] = low if pieces[row, PIECE_BREAK_LOW] != 0.0 else -math.inf
     w[BREAK_HIGH + i] = high if pieces[row, PIECE_BREAK_HIGH] != 0.0 else math.inf
-    w[DWELLS + i] = w[LINEAR_DWELL + i] * pieces[row, PIECE_STILL]
+    w[DWELLS + i] = w[LINEAR_DWELL + i] * pieces[row, PIECE_STILL] if steady(w, i) else 0.0
     w[C_0 + i] = w[TURN_TABLE + i] + factor * pieces[row, PIECE_C_0]
     for j in range(1, 6):
         w[C_0 + np.uint64(j) * LANES + i] = factor * pieces[row, np.uint64(PIECE_C_0 + j)]

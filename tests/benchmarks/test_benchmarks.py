@@ -14,7 +14,7 @@ import pytest
 import torch
 
 from benchmarks import accuracy, cases, data_sets, measures, peers, processes, references, report
-from benchmarks.peers import model_b, scipy_peer
+from benchmarks.peers import lane_peer, model_b, scipy_peer
 from benchmarks.picture import best
 from benchmarks.work_precision import Point
 from classifier.trainers import TRAINERS
@@ -92,6 +92,16 @@ def test_the_peers_law_is_the_simulators() -> None:
     law, angles = cases.smooth().motion_law, np.linspace(-2.0 * math.pi, 6.0 * math.pi, 257)
     mine = np.array([model_b.law(angle, 2.0 * math.pi / 8, 0.5) for angle in angles]).T
     np.testing.assert_allclose(mine, law.evaluate(angles, 8, 0.5), atol=1e-13)
+
+
+def test_the_plain_rk4_in_lanes_is_the_plain_one() -> None:
+    """Beyond one block of lanes, with the first contacts of both joints; both end as rounding and the sine do."""
+    p = np.stack([peers.parameters(machine, cases.OPERATING_POINT) for machine in cases.draws(lane_peer.LANES + 2)])
+    lanes = lane_peer.records(p, 1000.0, 120, 2)
+    for index in (0, lane_peer.LANES + 1):
+        alone = model_b.plain_rk4(p[index], peers.start(p[index]), 1000.0, 120, 2)
+        np.testing.assert_allclose(lanes[index], alone, rtol=0, atol=1e-9 * np.abs(alone).max())
+    assert np.abs(lanes[0] - lanes[1]).max() > 1e-3
 
 
 @pytest.mark.slow

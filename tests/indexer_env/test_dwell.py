@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from indexer_env.coefficients import coefficients
+from indexer_env.coefficients import coefficients, pack
 from indexer_env.effects import make_effect
+from indexer_env.engine import advance
+from indexer_env.kernels import layout
 from indexer_env.kernels.dwell import propagator
 from indexer_env.machine import Machine
 from indexer_env.modes import FINEST_STEP, largest_steps, steps_of
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.reference import simulate_reference
 from indexer_env.simulate import Run, simulate, simulate_batch
 
 IN_DWELL = OperatingPoint(start_angle=3.3, load_torque=40.0)
@@ -55,12 +58,103 @@ def test_no_step_shows_in_the_dwell(smooth):
 def test_an_effect_that_acts_in_the_dwell_takes_steps_in_it(smooth):
     """The anti-test: where the closed form does not hold it must not be used, and the step shows."""
     for effect in (
-        make_effect("load.imbalance", torque=1e-3),
         make_effect("load.process", torque=50.0),
         make_effect("friction.coulomb", torque=1e-3),
         make_effect("output.cubic_stiffness", stiffness=1.0),
     ):
         assert 1e-8 < difference(smooth.with_effects(effect), (1e-3, 1e-3 / 64)) < 1e-2
+
+
+FORCED = {
+    "imbalance": (make_effect("load.imbalance", torque=10.0, phase=0.3), 1e-8, 1e-6),
+    "heavy imbalance": (make_effect("load.imbalance", torque=200.0, phase=1.0), 1e-7, 2e-6),
+    "ripple": (make_effect("drive.speed_ripple", depth=0.02, phase=0.4), 1e-9, 1e-8),
+    "transmission error": (make_effect("drive.transmission_error", amplitude=1e-4), 1e-9, 1e-8),
+}
+"""What forces the oscillators of a dwell, and the difference allowed without and with play."""
+
+
+def over_strides(machine: Machine) -> float:
+    """Relative rms difference of φ̈ between strides of 1 ms and of 1/16 ms over 0.4 s in the dwell."""
+    coarse = simulate(machine, IN_DWELL, Run(samples=400, warmup_turns=0)).table_acceleration
+    run = Run(sample_rate=16e3, samples=6400, warmup_turns=0, step=1e-3 / 16)
+    fine = simulate(machine, IN_DWELL, run).table_acceleration[::16]
+    return float(np.sqrt(np.mean((coarse - fine) ** 2) / np.mean(fine**2)))
+
+
+@pytest.mark.parametrize("name", FORCED)
+@pytest.mark.parametrize("play", [(0.0, 0.0), (1e-4, 1e-4)], ids=["no play", "play"])
+def test_what_forces_the_dwell_goes_with_its_strides(smooth, name, play):
+    """No step shows, and hardly the length of a stride; the effect itself does."""
+    effect, most, most_with_play = FORCED[name]
+    plain = with_play(smooth, *play)
+    machine = plain.with_effects(effect)
+    assert difference(machine, (1e-3, 1e-3 / 64)) < 1e-9
+    assert over_strides(machine) < (most_with_play if any(play) else most)
+    run = Run(samples=400, warmup_turns=0, channels=("table_acceleration", "cam_rate"))
+    with_it, without = (simulate(each, IN_DWELL, run).channels for each in (machine, plain))
+    assert max(np.abs(with_it[name] - without[name]).max() for name in run.channels) > 1e-4
+
+
+@pytest.mark.parametrize("name", FORCED)
+@pytest.mark.parametrize("play", [(0.0, 0.0), (1e-4, 1e-4)], ids=["no play", "play"])
+def test_what_forces_the_dwell_is_that_of_the_reference(smooth, name, play):
+    machine = with_play(smooth, *play).with_effects(FORCED[name][0])
+    channels = ("table_acceleration", "cam_acceleration", "torque_1", "region_1", "region_2")
+    found = simulate(machine, IN_DWELL, Run(samples=300, warmup_turns=0, channels=channels)).channels
+    truth = simulate_reference(machine, IN_DWELL, samples=300, channels=channels).channels
+    for channel in channels[:3]:
+        size = max(np.linalg.norm(truth[channel]), 1e-2)  # an imbalance leaves the cam at its speed
+        assert np.linalg.norm(found[channel] - truth[channel]) <= (1e-5 if any(play) else 1e-6) * size, channel
+    for joint in (1, 2):
+        values = set(np.unique(truth[f"region_{joint}"]))
+        assert values == set(np.unique(found[f"region_{joint}"]))
+        assert len(values) > 1 or not any(play) or joint == 1
+
+
+def in_turns(machine: Machine, step: float, acceleration: float = 0.0) -> np.ndarray:
+    """α̈ and φ̈ (2, 300) at 1 kHz in the dwell, with the motor on a ramp [rad/s²]."""
+    packed = pack([coefficients(machine, IN_DWELL)], [IN_DWELL])
+    packed.coefficients[0, layout.COEFFICIENT_NAMES.index("motor_acceleration")] = acceleration
+    every = round(1e-3 / step)
+    out, status, _ = advance(
+        packed, np.array([300 * every]), np.array([step]), np.array([0.0]), every=every, samples=300,
+        rows=np.array([layout.CAM_ACC, layout.TABLE_ACC]),
+    )  # fmt: skip
+    assert status[0] == layout.RUNNING
+    return out[0]
+
+
+def test_on_a_ramp_of_the_motor_a_harmonic_takes_steps(smooth):
+    """Its frequency changes then. The anti-test: without a harmonic the ramp has its closed form."""
+    ripple = smooth.with_effects(FORCED["ripple"][0])
+    for machine, acceleration, least, most in (
+        (ripple, 20.0, 1e-9, 1e-5), (ripple, 0.0, 0.0, 1e-12), (smooth, 20.0, 0.0, 1e-12)
+    ):  # fmt: skip
+        coarse, fine = (in_turns(machine, step, acceleration)[0] for step in (1e-3, 1e-3 / 64))
+        assert least <= np.abs(coarse - fine).max() / np.abs(fine).max() <= most
+
+
+def test_a_harmonic_that_meets_an_undamped_resonance_takes_steps(smooth):
+    """Its two parts in the closed form grow without bound there; the motion itself grows slowly."""
+    joint = dataclasses.replace(smooth.input_joint, damping=0.0)
+    order = float(np.sqrt(joint.stiffness / smooth.cam_inertia)) / IN_DWELL.motor_speed
+    found = {}
+    for off in (0.0, 1e-4):
+        effect = make_effect("drive.transmission_error", amplitude=1e-4, order=order * (1.0 + off))
+        machine = dataclasses.replace(smooth, input_joint=joint).with_effects(effect)
+        coarse, fine = (in_turns(machine, step)[0] for step in (1e-3, 1e-3 / 64))
+        found[off] = np.abs(coarse - fine).max() / np.abs(fine).max()
+    assert 1e-9 < found[0.0] < 1e-3 and found[1e-4] < 1e-9
+
+
+def test_a_lane_that_is_forced_leaves_its_neighbours_their_bits(smooth):
+    """Nor do they change its own."""
+    run = Run(samples=400, warmup_turns=0)
+    machines = [smooth, *(with_play(smooth, 1e-4, 1e-4).with_effects(effect) for effect, *_ in FORCED.values())]
+    together = simulate_batch(machines, IN_DWELL, run).table_acceleration
+    for machine, record in zip(machines, together, strict=True):
+        assert simulate(machine, IN_DWELL, run).table_acceleration.tobytes() == record.tobytes()
 
 
 @pytest.mark.parametrize(
