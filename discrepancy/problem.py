@@ -171,9 +171,12 @@ class Problem:
 
     def equations(self, place: Point) -> Arrow:
         """Weighted normal equations at a place, priors included."""
-        r, by_global, by_local = self.linearised(place)
+        return self.system(*self.linearised(place), place.z)
+
+    def system(self, r: np.ndarray, by_global: np.ndarray, by_local: np.ndarray, z: np.ndarray) -> Arrow:
+        """The same, given what `linearised` gives there."""
         system = arrow(r, by_global, by_local, self.weights((r**2).sum(axis=1)))
-        return self.informed(system, place.z)
+        return self.informed(system, z)
 
     def informed(self, system: Arrow, z: np.ndarray) -> Arrow:
         """Normal equations at z with the priors added."""

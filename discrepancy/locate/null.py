@@ -38,15 +38,14 @@ class Null:
         problem = Problem(model, place.hypothesis)
         self.view = view
         self.residual, by_global, by_local = problem.linearised(place)
-        system = problem.equations(place)
-        free = problem.free(place, system)
+        free = problem.free(place, problem.system(self.residual, by_global, by_local, place.z))
         self._bases = _bases(np.moveaxis(by_local, 0, 2))
-        self._slopes = self._cleaned(by_global[free])
-        flat = self._slopes.reshape(len(self._slopes), -1)
+        slopes = self._cleaned(by_global[free])
+        self._slopes = slopes.reshape(len(slopes), -1)
         precision = problem.known[free].astype(float)
         self._root = np.sqrt(precision)
         # The floor stands for parameters that nothing determines: they take up nothing.
-        self._curvature = flat @ flat.T + np.diag(precision + 1e-9)
+        self._curvature = self._slopes @ self._slopes.T + np.diag(precision + 1e-9)
 
     def draws(self, rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
         """Residuals (w, n), one by one, 0 beyond the windows' ends."""
@@ -54,8 +53,8 @@ class Null:
         for _ in range(count):
             noise = np.where(self.view.inside, rng.standard_normal(self.view.inside.shape), 0.0)
             left = self._cleaned(noise[None])[0]
-            right = np.tensordot(self._slopes, left, 2) + self._root * rng.standard_normal(len(self._root))
-            left = left - np.tensordot(np.linalg.solve(self._curvature, right), self._slopes, 1)
+            right = self._slopes @ left.ravel() + self._root * rng.standard_normal(len(self._root))
+            left -= (np.linalg.solve(self._curvature, right) @ self._slopes).reshape(left.shape)
             yield left / self._estimate(clean + noise)
 
     @property
