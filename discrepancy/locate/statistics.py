@@ -47,9 +47,9 @@ class Levels:
         self._axes = [_Cells(axis, self._runs, lengths) for axis in axes]
 
     def of(self, residual: np.ndarray) -> np.ndarray:
-        """Level of each cell (k,) of all axes, of residuals (w, n); NaN for one without a sample."""
-        sums = np.add.reduceat(residual.ravel() ** 2, self._runs)
-        return np.concatenate([axis.levels(sums) for axis in self._axes])
+        """Level of each cell (d, k) of all axes, of several residuals (d, w, n); NaN for one without a sample."""
+        sums = np.add.reduceat(residual.reshape(len(residual), -1) ** 2, self._runs, axis=1)
+        return np.concatenate([axis.levels(sums) for axis in self._axes], axis=1)
 
 
 class _Cells:
@@ -66,11 +66,15 @@ class _Cells:
         self._held, self._samples = held, held.sum(axis=0)
 
     def levels(self, sums: np.ndarray) -> np.ndarray:
-        """Level of each cell (k,) given the sum of squares of each run."""
-        squares = np.bincount(self._at, sums[self._mine], minlength=self._held.size).reshape(self._shape)
-        worst = (squares * self._per_sample).argmax(axis=0), np.arange(self._shape[1])
-        total = squares.sum(axis=0) - self._spared * squares[worst]
-        samples = self._samples - self._spared * self._held[worst]
+        """Level of each cell (d, k) given the sum of squares of each run (d, runs)."""
+        count, size = len(sums), self._held.size
+        at = np.arange(count)[:, None] * size + self._at
+        squares = np.bincount(at.ravel(), sums[:, self._mine].ravel(), minlength=count * size)
+        squares = squares.reshape(count, *self._shape)
+        worst = (squares * self._per_sample).argmax(axis=1)
+        most = np.take_along_axis(squares, worst[:, None], axis=1)[:, 0]
+        total = squares.sum(axis=1) - self._spared * most
+        samples = self._samples - self._spared * self._held[worst, np.arange(self._shape[1])]
         return np.sqrt(np.where(samples > 0.0, total / np.maximum(samples, 1.0), math.nan))
 
 
@@ -92,9 +96,9 @@ class Prominence:
         )
 
     def of(self, residual: np.ndarray) -> np.ndarray:
-        """Prominence of each line (k,): 1 is that of noise on average."""
+        """Prominence of each line (d, k) in several residuals (d, w, n): 1 is that of noise on average."""
         if not self.lines:
-            return np.zeros(0)
+            return np.zeros((len(residual), 0))
         found = []
         for number, record in enumerate(self._records):
             frequencies = np.array([line.frequency[number] for line in self.lines])
@@ -119,17 +123,18 @@ class _Spectrum:
         self._hann /= math.sqrt(float((self._hann**2).sum()))
 
     def prominence(self, residual: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
-        """Power at frequencies (k,) [Hz] over that of their surroundings, or of white noise where that is more."""
-        row = np.zeros(self._count)
-        row[self._at] = residual.ravel()[self._part]
-        power = np.abs(rfft(self._hann * row, self._padded)) ** 2
+        """Power (d, k) of several residuals (d, w, n) at frequencies (k,) [Hz] over that of their surroundings, or of
+        white noise where that is more."""
+        rows = np.zeros((len(residual), self._count))
+        rows[:, self._at] = residual.reshape(len(residual), -1)[:, self._part]
+        power = np.abs(rfft(self._hann * rows, self._padded)) ** 2
         distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
         shifts = np.concatenate([[0.0], -distances, distances]) * self._per_width
         bins = np.rint(frequencies[:, None] * self._per_hertz + shifts).astype(int)
         # Below zero and above half the rate the spectrum is its own mirror image.
         bins = np.abs(bins)
-        bins = np.minimum(bins, 2 * (len(power) - 1) - bins)
-        values = power[bins]
+        bins = np.minimum(bins, 2 * (power.shape[1] - 1) - bins)
+        values = power[:, bins]
         # The median of an exponential law is ln 2 times its mean.
-        around = np.median(values[:, 1:], axis=1) / math.log(2.0)
-        return values[:, 0] / np.maximum(around, 1.0)
+        around = np.median(values[:, :, 1:], axis=2) / math.log(2.0)
+        return values[:, :, 0] / np.maximum(around, 1.0)

@@ -7,6 +7,7 @@ lines, drawn as well (Westfall and Young, Resampling-Based Multiple Testing, 199
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 
@@ -26,6 +27,9 @@ ALARMS = 0.05
 """Rate at which a machine that lacks nothing gets one cell or line or more."""
 
 DRAWS = 400
+
+_AT_ONCE = 8
+"""Draws whose statistics are computed together: Fourier transforms side by side take half the time."""
 
 _SLACK = 0.1
 """Mean square over the noise's that a cell may have beyond it: fits with play reach the noise floor no nearer."""
@@ -68,11 +72,18 @@ class Law:
         self.view, self._prominence = view, Prominence(view)
         self._levels = Levels((*view.axes, _table(view)))
         self.lines = self._prominence.lines
-        self.under = np.array([self.statistics(residual) for residual in drawn])
+        drawn, under = iter(drawn), []
+        while some := list(itertools.islice(drawn, _AT_ONCE)):
+            under.append(self._statistics(np.array(some)))
+        self.under = np.concatenate(under)
 
     def statistics(self, residual: np.ndarray) -> np.ndarray:
         """Mean squares of the cells of all axes and of the map, then prominences of the lines (k,)."""
-        return np.concatenate([self._levels.of(residual) ** 2, self._prominence.of(residual)])
+        return self._statistics(residual[None])[0]
+
+    def _statistics(self, residuals: np.ndarray) -> np.ndarray:
+        """The same of several residuals (d, w, n): (d, k)."""
+        return np.concatenate([self._levels.of(residuals) ** 2, self._prominence.of(residuals)], axis=1)
 
     def chances(self, found: np.ndarray) -> np.ndarray:
         """p-values (k,) of statistics (k,), corrected for all of them; 1 where there is no statistic."""
