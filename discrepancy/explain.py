@@ -184,7 +184,8 @@ def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation
     return Explanation(
         _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
         held[base.name].level(held_out), held[accepted.name].level(held_out), calibration,
-        written(model, accepted.place, calibration.bounds_hit, held_out), selection, criteria, model, held_out,
+        written(model, accepted.place, calibration.bounds_hit, held_out, held[accepted.name]), selection, criteria,
+        model, held_out,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,7 +75,7 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
     does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
-    unsearched, damping = thorough, 1e-2
+    unsearched, at_search, damping = thorough, math.inf, 1e-2
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
     while number < limit and idle < _IDLE:
@@ -95,33 +96,45 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
         if unsearched and (idle >= _IDLE or number == limit):
             found, unsearched, limit = problem.searched(place), False, number + _LAST
             idle = 0 if place.cost - found.cost > gain else idle
-            place, damping = found, min(damping, 1e-2)
+            place, at_search, damping = found, found.cost, min(damping, 1e-2)
     place, settled = exact.adopted(place), idle >= _IDLE
     if thorough and place.level(exact.model) < _NEAR:
-        place = _doubted(exact, rested(exact, place))
+        place = _doubted(exact, rested(exact, place, at_search))
     _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
     return Fit(place, settled)
 
 
-def rested(exact: Problem, place: Point) -> Point:
+def rested(exact: Problem, place: Point, at_search: float = math.inf) -> Point:
     """The place at rest in all directions: crossed, its windows searched and its kin tried, until all win next to
-    nothing."""
+    nothing. Windows that were searched at the cost `at_search` are so again only where it has fallen since."""
     problem = exact.eased(place)
     place = problem.adopted(place)
     for _ in range(_ROUNDS):
         before, place = place.cost, _crossed(problem, place)
-        place = _among_kin(problem, problem.searched(place))
-        if before - place.cost < _GAIN * place.dispersion(exact.model):
+        gain = _GAIN * place.dispersion(exact.model)
+        if at_search - place.cost > gain:
+            place = problem.searched(place)
+            at_search = place.cost
+        place = _among_kin(problem, place)
+        if before - place.cost < gain:
             break
     return exact.adopted(place)
+
+
+def crossed(exact: Problem, place: Point) -> Point:
+    """The place at the bottom of the valleys that the records tell little of."""
+    problem = exact.eased(place)
+    return exact.adopted(_crossed(problem, problem.adopted(place)))
 
 
 def _among_kin(problem: Problem, place: Point) -> Point:
     """The place, or a better one beyond what a symmetry of the model's equations leads to."""
     z = problem.model.kin(place.hypothesis, place.z)
+    z = np.clip(np.where(problem.movable, z, place.z), problem.low, problem.high)
+    # where what the symmetry moves is held, there is nowhere else to go
+    z = z[(z != place.z).any(axis=1)]
     if not len(z):
         return place
-    z = np.clip(np.where(problem.movable, z, place.z), problem.low, problem.high)
     found = [problem.settled(p) for p in problem.points(z, np.repeat(place.states[None], len(z), axis=0))]
     best = _crossed(problem, min(found, key=lambda p: p.cost))
     return best if best.cost < place.cost else place
@@ -139,14 +152,13 @@ def _doubted(exact: Problem, place: Point) -> Point:
 
 
 def _crossed(problem: Problem, place: Point) -> Point:
-    """The place after steps that are hardly damped, until they win nothing."""
-    damping, idle = _UNDAMPED, 0
+    """The place after steps that are hardly damped, until one wins next to nothing."""
+    damping = _UNDAMPED
     for _ in range(_CROSSINGS):
+        before = place
         best, damping = _step(problem, place, problem.equations(place), damping)
-        slight = _SLIGHT * place.dispersion(problem.model)
-        idle = idle + 1 if best is None or place.cost - best.cost < slight else 0
         place = best or place
-        if idle >= _IDLE:
+        if before.cost - place.cost < _SLIGHT * before.dispersion(problem.model):
             break
     return place
 

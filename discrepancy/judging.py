@@ -16,7 +16,7 @@ from discrepancy.criteria import Criteria
 from discrepancy.estimates import Estimate, FoundEffect, estimates_of
 from discrepancy.fit import fit
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
-from discrepancy.held_out import held_places
+from discrepancy.held_out import held_places, predicts
 from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -178,9 +178,9 @@ class Written:
     remarks: tuple[str, ...]
 
 
-def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model) -> Written:
+def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point) -> Written:
     """What is accepted, with parameters at a bound at nominal and the others fitted again; the nominal machine where
-    that one predicts a record held out better."""
+    that one predicts a record held out better. `held` is a place on the records held out, of what is accepted."""
     place, remarks = accepted, ()
     if bounds_hit:
         hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
@@ -194,7 +194,10 @@ def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: 
         )
     problem = Problem(model, NONE)
     nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, accepted.states))
-    with_it, without = held_places([place, nominal], held_out)
+    if not predicts(place, held, held_out):
+        (held,) = held_places([place], held_out, [held])
+    (without,) = held_places([nominal], held_out, [held])
+    with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
     for g in np.unique(held_out.groups):
         mine = held_out.groups == g
         if with_it.squares[mine].sum() > without.squares[mine].sum():

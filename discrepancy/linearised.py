@@ -92,7 +92,7 @@ class Linearised:
                 states = problem.settled_together(z, states)
             if not np.array_equal(self.model.state_grid(problem.hypothesis, z[0]), self.grid):
                 # windows start elsewhere, in another play, than any small change of the fitted states
-                states = np.stack([problem.searched(place).states for place in problem.points(z, states)])
+                states, _ = problem.started(z, states, problem.all)
             residuals = problem.residuals(z, states)
             found += [self._start(problem, effect, some[k], z[k], states[k], residuals[k]) for k in range(len(z))]
         return found

@@ -203,6 +203,11 @@ class Model(ABC):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         """(simulated - measured)/noise of each job (n, samples); 0 beyond a window's end."""
 
+    def squares(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        """Sum of squared residuals of each job (n,). To be overridden where it takes less than all residuals."""
+        residuals = self.residuals(hypothesis, jobs)
+        return np.einsum("in,in->i", residuals, residuals)
+
     def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         """What an instrument would read of each job, over the noise; 0 beyond a window's end. To be overridden where
         residuals leave anything out that is unknown of single windows."""

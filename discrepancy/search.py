@@ -17,7 +17,7 @@ import numpy as np
 
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import dispersion_of
-from discrepancy.fit import fit
+from discrepancy.fit import crossed, fit
 from discrepancy.model import NONE, Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -78,8 +78,9 @@ class Search:
             return fitted
         place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
         states = np.zeros((len(self.whole.counts), place.states.shape[1]))
-        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT, thorough=True)
-        return Fitted(result.place, fitted.converged, fitted.price, dispersion_of(self.whole, result.place))
+        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
+        place = crossed(problem, result.place)
+        return Fitted(place, fitted.converged, fitted.price, dispersion_of(self.whole, place))
 
     def _in_time(self) -> bool:
         return time.process_time() < self._end

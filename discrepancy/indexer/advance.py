@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -15,12 +15,29 @@ _STEP = 1e-3
 """Largest step of the integrator [s]: with landings on the edges its error stays fifty times below 1.5 % noise, from no
 play to 20 degrees of it and with every effect."""
 
+_BLOCK = int(layout.LANES)
+
+_AT_ONCE, _LEAST = 2**17, 2 * _BLOCK
+"""Samples simulated at once, which stay in a core's cache until they are judged, and least windows, so that two cores
+have work."""
+
 _SLIP_ROUNDS = 3
 """Windows simulated to find how much faster than the mean speed a slipping motor's command is."""
 
 _MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
     layout.STATE_NAMES.index(name) for name in ("motor_angle", "motor_rate", "motor_command")
 )
+
+
+def parts(count: int, samples: int) -> Iterator[slice]:
+    """Slices of so many windows of so many samples each, simulated one after the other."""
+    step = max(_LEAST, _AT_ONCE // samples // _BLOCK * _BLOCK)
+    return (slice(first, first + step) for first in range(0, count, step))
+
+
+def part_of(pack: Pack, part: slice) -> Pack:
+    """A slice of a pack's items."""
+    return Pack(pack.model, pack.features, pack.states[part], pack.coefficients[part], pack.pieces)
 
 
 def advanced(

@@ -71,14 +71,22 @@ def _peaks(row: np.ndarray, sample_rate: float) -> list[tuple[float, float]]:
     n = len(row)
     hann = np.sin(math.pi * np.arange(n) / n) ** 2
     power = np.abs(np.fft.rfft(hann * row)) ** 2
+    at = np.arange(int(_SLOWEST) + 1, len(power) - 2)
+    at = at[(power[at] >= power[at - 1]) & (power[at] >= power[at + 1])]
+    prominence = power[at] / np.maximum(_around(power, at), 1e-300)
     found = []
-    for k in range(int(_SLOWEST) + 1, len(power) - 2):
-        if power[k] < power[k - 1] or power[k] < power[k + 1]:
-            continue
-        around = power[max(0, k - _SURROUNDINGS) : k + _SURROUNDINGS + 1]
-        prominence = float(power[k] / max(float(np.median(around)), 1e-300))
-        if prominence > _PROMINENT:
-            # centre of the three bins, which a Hann window spreads a line over
-            three = power[k - 1 : k + 2]
-            found.append(((k + float((three * (-1.0, 0.0, 1.0)).sum() / three.sum())) * sample_rate / n, prominence))
+    for k in np.flatnonzero(prominence > _PROMINENT).tolist():
+        # centre of the three bins, which a Hann window spreads a line over
+        three = power[at[k] - 1 : at[k] + 2]
+        centre = at[k] + float((three * (-1.0, 0.0, 1.0)).sum() / three.sum())
+        found.append((centre * sample_rate / n, float(prominence[k])))
     return found
+
+
+def _around(power: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Median (k,) of a spectrum (n,) around its bins (k,), fewer of them at its ends."""
+    padded = np.pad(power, _SURROUNDINGS, constant_values=math.inf)
+    inside = np.minimum(at + _SURROUNDINGS + 1, len(power)) - np.maximum(0, at - _SURROUNDINGS)
+    rising = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 2 * _SURROUNDINGS + 1)[at], axis=1)
+    rows = np.arange(len(at))
+    return 0.5 * (rising[rows, (inside - 1) // 2] + rising[rows, inside // 2])

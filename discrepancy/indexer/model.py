@@ -5,15 +5,15 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import advanced, let_slip
+from discrepancy.indexer.advance import advanced, let_slip, part_of, parts
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
-from discrepancy.indexer.parameters import OF_RECORDS, base_parameters, changed, record_parameters, torque_power
-from discrepancy.indexer.reading import Reading
+from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, torque_power
+from discrepancy.indexer.reading import Reading, bounded
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, successive, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
@@ -29,11 +29,10 @@ from indexer_env.sensors import Sensor
 _FACTORS = (0.95, 0.98, 1.02, 1.05)
 """By which all torques are multiplied at once, steps within how well they are known."""
 
+ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
+"""Sensor, true accelerations (k, samples), windows (k,) -> what is read of them."""
+
 _LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
-
-_BAD = 1e3
-"""Normalised residual of a run that left the physical range: worse than any that did not."""
-
 
 class IndexerModel(Model):
     """A nominal machine, records of it, and the effects it may lack.
@@ -76,13 +75,8 @@ class IndexerModel(Model):
         self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
-        self._columns = {name: self._columns_of(name) for name in OF_RECORDS}
+        self._of_records = OfRecords(self.parameters, len(self.experiments))
         self._cut()
-
-    def _columns_of(self, name: str) -> np.ndarray:
-        """Index (records,) of a nuisance parameter of each record; -1 where it is known exactly."""
-        at = {p.name: k for k, p in enumerate(self.parameters)}
-        return np.array([at.get(f"record {number}.{name}", -1) for number in range(len(self.experiments))])
 
     def _cut(self) -> None:
         self.windows = w = windows_of(self.experiments, self.machine.reduction)
@@ -172,34 +166,41 @@ class IndexerModel(Model):
         return play_grid(item, float(self._rates.max()) / self.machine.reduction, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        return self._seen_by(self._reading.difference, hypothesis, jobs)
+        return self._whole(self._reading.difference, hypothesis, jobs)
 
     def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        return self._seen_by(self._reading.whole, hypothesis, jobs)
+        return self._whole(self._reading.whole, hypothesis, jobs)
+
+    def squares(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        out = np.empty(len(jobs.window))
+        for mine, _, squares in self._seen_by(self._reading.difference, hypothesis, jobs):
+            out[mine] = squares
+        return out
+
+    def _whole(self, reading: ReadAs, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        """What `reading` makes of all jobs (n, samples)."""
+        out = np.empty((len(jobs.window), self._inside.shape[1]))
+        for mine, rows, _ in self._seen_by(reading, hypothesis, jobs):
+            out[mine] = rows
+        return out
 
     def _seen_by(
-        self, reading: Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray], hypothesis: Hypothesis, jobs: Jobs
-    ) -> np.ndarray:
-        """What `reading` makes of the jobs' true accelerations (n, samples), over the noise; 0 beyond a window's
-        end."""
+        self, reading: ReadAs, hypothesis: Hypothesis, jobs: Jobs
+    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
+        a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
-        out = self.simulated(jobs, [machine for machine, _ in extended], (self.channel,))[:, 0]
-        sensors: dict[Sensor, list[int]] = {}
-        for p, (_, sensor) in enumerate(extended):
-            sensors.setdefault(sensor, []).append(p)
-        if len(sensors) == 1:
-            out = reading(extended[0][1], out, jobs.window)
-        else:
-            for sensor, points in sensors.items():
-                mine = np.flatnonzero(np.isin(jobs.point, points))
-                out[mine] = reading(sensor, out[mine], jobs.window[mine])
-        out /= self._noise[self.windows.record[jobs.window]][:, None]
-        # NaN, of a run that failed, becomes _BAD here
-        np.maximum(np.fmin(out, _BAD, out=out), -_BAD, out=out)
-        counts = self.counts[jobs.window]
-        for count in np.unique(counts).tolist():
-            out[counts == count, count:] = 0.0
-        return out
+        numbers: dict[Sensor, int] = {}
+        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for _, sensor in extended])[jobs.point]
+        sensors = list(numbers)
+        for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
+            for number in np.unique(sensor_of[some]).tolist():
+                mine = np.flatnonzero(sensor_of[some] == number)
+                window = jobs.window[some[mine]]
+                # one sensor's jobs stand side by side
+                rows = reading(sensors[number], made[mine[0] : mine[-1] + 1, 0], window)
+                rows *= (1.0 / self._noise[self.windows.record[window]])[:, None]
+                yield some[mine], rows, bounded(rows, self.counts[window])
 
     def _extended(self, hypothesis: Hypothesis, points: np.ndarray) -> list[tuple[Machine, Sensor]]:
         """Machine and sensor of each global point; points that differ in single records alone share them."""
@@ -231,7 +232,17 @@ class IndexerModel(Model):
 
     def simulated(self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer]) -> np.ndarray:
         """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, a machine for each point."""
-        w, n_records = self.windows, len(self.experiments)
+        out = np.empty((len(jobs.window), len(channels), self._inside.shape[1]))
+        for some, made in self._advanced(jobs, machines, channels, np.zeros(len(jobs.window), dtype=int)):
+            out[some] = made
+        return out
+
+    def _advanced(
+        self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer], beside: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The same, some jobs at a time, which fit into a core's cache; those of one number in `beside` (n,) stand side
+        by side."""
+        w, n_records, samples = self.windows, len(self.experiments), self._inside.shape[1]
         record = w.record[jobs.window]
         used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
         items = self._items(machines, *np.divmod(used, n_records))
@@ -239,13 +250,12 @@ class IndexerModel(Model):
         table = np.stack([item.row for item in items])
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
         item_point, item_record = np.divmod(used, n_records)
-        table[:, _LOAD] *= 1.0 + self._nuisance("load", jobs.points[item_point], item_record)
+        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[item_point], item_record)
         drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
-        order = np.argsort(-counts, kind="stable")
-        out = np.empty((len(kind), len(channels), self._inside.shape[1]))
+        order = np.lexsort((-counts, beside))
         groups: dict[tuple[int, int], list[int]] = {}
         for k, item in enumerate(items):
             groups.setdefault((item.model, item.features), []).append(k)
@@ -257,10 +267,10 @@ class IndexerModel(Model):
             sample_rates = rates[mine]
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
-                turns = np.minimum(np.ceil(self._periods).astype(int), out.shape[2])
+                turns = np.minimum(np.ceil(self._periods).astype(int), samples)
                 let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
-            out[mine] = advanced(pack, counts[mine], sample_rates, channels, out.shape[2])
-        return out
+            for part in parts(len(mine), samples):
+                yield mine[part], advanced(part_of(pack, part), counts[mine[part]], sample_rates[part], channels, samples)
 
     def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
         """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""
@@ -274,12 +284,6 @@ class IndexerModel(Model):
             items.append(made[key])
         return items
 
-    def _nuisance(self, name: str, points: np.ndarray, record: np.ndarray) -> np.ndarray:
-        """Value (n,) of a nuisance parameter of records (n,) at global points (n, g)."""
-        column = self._columns[name][record]
-        scale = np.array([0.0 if k < 0 else self.parameters[k].scale for k in self._columns[name]])[record]
-        return scale * points[np.arange(len(record)), column]
-
     def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Drive angle [rad] and rate [rad/s] at the start of each job's window (n,), and its true sampling rate [Hz].
 
@@ -288,7 +292,7 @@ class IndexerModel(Model):
         """
         points = jobs.points[jobs.point]
         start, speed, drift, clock = (
-            self._nuisance(name, points, record) for name in ("start_angle", "speed", "drift", "clock")
+            self._of_records.value(name, points, record) for name in ("start_angle", "speed", "drift", "clock")
         )
         sample_rate = self._sample_rates[record] * (1.0 + clock)
         time = self.windows.first[jobs.window] / sample_rate

@@ -13,6 +13,7 @@ by what it forgets.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 
@@ -22,13 +23,21 @@ import numpy as np
 def free_responses(cascades: Sequence[np.ndarray], samples: int) -> np.ndarray:
     """Orthonormal basis (k, samples) of what stable cascades of second-order sections (s, 6), one behind the other,
     read of nothing but their own states."""
+    return _free_responses(np.concatenate(cascades).tobytes(), samples)
+
+
+@functools.lru_cache(maxsize=128)
+def _free_responses(cascade: bytes, samples: int) -> np.ndarray:
+    """The same of one cascade's numbers: a search of start states asks for one filter's again and again."""
     import scipy.linalg
     import scipy.signal
 
-    sections = np.concatenate(cascades)
+    sections = np.frombuffer(cascade).reshape(-1, 6).copy()
     units = np.eye(2 * len(sections)).reshape(-1, len(sections), 2).transpose(1, 0, 2)
     free, _ = scipy.signal.sosfilt(sections, np.zeros((2 * len(sections), samples)), zi=units)
-    return scipy.linalg.orth(free.T).T
+    basis = scipy.linalg.orth(free.T).T
+    basis.flags.writeable = False
+    return basis
 
 
 def without_nuisance(
@@ -52,7 +61,7 @@ def without_nuisance(
     """
     n = residuals.shape[1]
     basis = free_responses(filters, n) if filters else np.zeros((0, n))
-    left = residuals - residuals @ basis.T @ basis
+    left = residuals - (residuals @ basis.T) @ basis
     if hum_amplitude != 0.0:
         angle = 2.0 * math.pi * cycles * np.arange(n)
         waves = np.stack([np.cos(angle), np.sin(angle)])
@@ -64,4 +73,5 @@ def without_nuisance(
             phase = 3.0 * np.arctan2(-fitting[:, :1], -fitting[:, 1:])
             harmonic = np.sin(3.0 * angle + phase)
             left = left + hum_amplitude * third * (harmonic - harmonic @ basis.T @ basis)
-    return left * math.sqrt(n / (n - len(basis)))
+    left *= math.sqrt(n / (n - len(basis)))
+    return left

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
+
+import numpy as np
 
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Parameter
@@ -61,6 +64,22 @@ def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, .
         for (name, unit), spread in zip(OF_RECORDS.items(), spreads, strict=True)
         if spread > 0.0
     )
+
+
+class OfRecords:
+    """Values of the nuisance parameters of `count` records, given all parameters of a model."""
+
+    def __init__(self, parameters: Sequence[Parameter], count: int) -> None:
+        at = {p.name: k for k, p in enumerate(parameters)}
+        self._columns, self._scales = {}, {}
+        for name in OF_RECORDS:
+            columns = [at.get(f"record {number}.{name}", -1) for number in range(count)]
+            self._columns[name] = np.array(columns)
+            self._scales[name] = np.array([0.0 if k < 0 else parameters[k].scale for k in columns])
+
+    def value(self, name: str, points: np.ndarray, record: np.ndarray) -> np.ndarray:
+        """Value (n,) of one of OF_RECORDS of records (n,) at global points (n, g); 0 where it is known exactly."""
+        return self._scales[name][record] * points[np.arange(len(record)), self._columns[name][record]]
 
 
 def torque_power(unit: str) -> int:

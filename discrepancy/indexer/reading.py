@@ -3,12 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.indexer.nuisance import without_nuisance
 from indexer_env.sensors import Sensor
+
+
+_BAD = 1e3
+"""Normalised residual of a run that left the physical range: worse than any that did not."""
+
+
+@functools.lru_cache(maxsize=64)
+def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
+    """A sensor's filters as second-order sections: to design them takes as long as to filter ten windows."""
+    return tuple(sensor.sections(sample_rate))
+
+
+def bounded(rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Sums of squares (k,) of residuals (k, samples), which are made 0 beyond a window's `counts` (k,) and kept within
+    what is worse than any good one, where a run failed (NaN) or left the physical range."""
+    for count in np.unique(counts).tolist():
+        if count < rows.shape[1]:
+            rows[counts == count, count:] = 0.0
+    squares = np.einsum("kn,kn->k", rows, rows)
+    failed = ~(squares <= _BAD**2)
+    if failed.any():
+        # of a number and NaN fmin takes the number
+        rows[failed] = np.maximum(np.fmin(rows[failed], _BAD), -_BAD)
+        squares[failed] = np.einsum("kn,kn->k", rows[failed], rows[failed])
+    return squares
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +64,7 @@ class Reading:
         taken out; may overwrite `acceleration`."""
         difference = self._read(sensor, acceleration, window)
         difference -= self.measured[window]
-        filters, hum = sensor.sections(self.sample_rate), sensor.hum_amplitude
+        filters, hum = _filters(sensor, self.sample_rate), sensor.hum_amplitude
         if filters or hum != 0.0:
             counts = self.counts[window]
             for count in np.unique(counts).tolist():
@@ -53,8 +79,9 @@ class Reading:
         import scipy.signal
 
         y = acceleration
-        y *= sensor.scale
-        for sections in sensor.sections(self.sample_rate):
+        if sensor.scale != 1.0:
+            y *= sensor.scale
+        for sections in _filters(sensor, self.sample_rate):
             y = np.asarray(scipy.signal.sosfilt(sections, y))
         return y
 

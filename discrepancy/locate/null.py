@@ -20,6 +20,9 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.subjects.base import View
 
+_AT_ONCE = 8
+"""Draws made together, so that the derivatives are read once for all of them."""
+
 _RANK = 1e-9
 """Singular values below this share of the largest carry no direction."""
 
@@ -38,25 +41,30 @@ class Null:
         problem = Problem(model, place.hypothesis)
         self.view = view
         self.residual, by_global, by_local = problem.linearised(place)
-        system = problem.equations(place)
-        free = problem.free(place, system)
+        free = problem.free(place, problem.system(self.residual, by_global, by_local, place.z))
         self._bases = _bases(np.moveaxis(by_local, 0, 2))
-        self._slopes = self._cleaned(by_global[free])
-        flat = self._slopes.reshape(len(self._slopes), -1)
+        slopes = self._cleaned(by_global[free])
+        self._slopes = slopes.reshape(len(slopes), -1)
         precision = problem.known[free].astype(float)
         self._root = np.sqrt(precision)
         # The floor stands for parameters that nothing determines: they take up nothing.
-        self._curvature = flat @ flat.T + np.diag(precision + 1e-9)
+        self._curvature = self._slopes @ self._slopes.T + np.diag(precision + 1e-9)
 
     def draws(self, rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
         """Residuals (w, n), one by one, 0 beyond the windows' ends."""
         clean = self.view.measured / self._noise + self.residual
-        for _ in range(count):
-            noise = np.where(self.view.inside, rng.standard_normal(self.view.inside.shape), 0.0)
-            left = self._cleaned(noise[None])[0]
-            right = np.tensordot(self._slopes, left, 2) + self._root * rng.standard_normal(len(self._root))
-            left = left - np.tensordot(np.linalg.solve(self._curvature, right), self._slopes, 1)
-            yield left / self._estimate(clean + noise)
+        for first in range(0, count, _AT_ONCE):
+            size = min(_AT_ONCE, count - first)
+            noise, known = np.empty((size, *clean.shape)), np.empty((size, len(self._root)))
+            for one, two in zip(noise, known, strict=True):
+                rng.standard_normal(out=one)
+                rng.standard_normal(out=two)
+            noise *= self.view.inside
+            left = self._cleaned(noise)
+            right = left.reshape(size, -1) @ self._slopes.T + self._root * known
+            left -= (np.linalg.solve(self._curvature, right.T).T @ self._slopes).reshape(left.shape)
+            for one, own in zip(left, noise, strict=True):
+                yield one / self._estimate(clean + own)
 
     @property
     def _noise(self) -> np.ndarray:

@@ -8,8 +8,10 @@ A line's prominence is the least over the records of its power over that of its 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.fft import next_fast_len, rfft
 
 from discrepancy.subjects.base import Axis, View
 
@@ -28,30 +30,52 @@ it cannot be told from its alias."""
 
 
 class Levels:
-    """Levels of the cells of one axis.
+    """Levels of the cells of several axes. Samples side by side that no axis tells apart are summed once for all.
 
     Parameters
     ----------
-    axis : Axis
+    axes : sequence of Axis
     """
 
-    def __init__(self, axis: Axis) -> None:
-        self._shape = shape = (len(axis.cells), len(axis.labels))
-        self._samples = np.flatnonzero(axis.cells >= 0)
-        windows = self._samples // axis.cells.shape[1]
-        self._at = windows * shape[1] + axis.cells.ravel()[self._samples]
-        self._held = np.bincount(self._at, minlength=shape[0] * shape[1]).reshape(shape)
-        self._spared = (self._held > 0).sum(axis=0) >= _LEAST_WINDOWS
+    def __init__(self, axes: Sequence[Axis]) -> None:
+        changes = np.zeros(axes[0].cells.shape, dtype=bool)
+        changes[:, 0] = True
+        for axis in axes:
+            changes[:, 1:] |= axis.cells[:, 1:] != axis.cells[:, :-1]
+        self._runs = np.flatnonzero(changes)
+        lengths = np.diff(self._runs, append=changes.size)
+        self._axes = [_Cells(axis, self._runs, lengths) for axis in axes]
 
     def of(self, residual: np.ndarray) -> np.ndarray:
-        """Level of each cell (k,) of residuals (w, n), NaN for one without a sample."""
-        squares = residual.ravel()[self._samples] ** 2
-        sums = np.bincount(self._at, squares, minlength=self._held.size).reshape(self._shape)
-        held, cells = self._held, np.arange(self._shape[1])
-        worst = np.where(held > 0, sums / np.maximum(held, 1), -1.0).argmax(axis=0)
-        total = sums.sum(axis=0) - np.where(self._spared, sums[worst, cells], 0.0)
-        samples = held.sum(axis=0) - np.where(self._spared, held[worst, cells], 0)
-        return np.sqrt(np.where(samples > 0, total / np.maximum(samples, 1), math.nan))
+        """Level of each cell (d, k) of all axes, of several residuals (d, w, n); NaN for one without a sample."""
+        sums = np.add.reduceat(residual.reshape(len(residual), -1) ** 2, self._runs, axis=1)
+        return np.concatenate([axis.levels(sums) for axis in self._axes], axis=1)
+
+
+class _Cells:
+    """The cells of one axis: of runs of samples, their first ones and lengths (runs,) over all windows end to end."""
+
+    def __init__(self, axis: Axis, runs: np.ndarray, lengths: np.ndarray) -> None:
+        self._shape = shape = (len(axis.cells), len(axis.labels))
+        cells = axis.cells.ravel()[runs]
+        self._mine = np.flatnonzero(cells >= 0)
+        self._at = (runs // axis.cells.shape[1] * shape[1] + cells)[self._mine]
+        held = np.bincount(self._at, lengths[self._mine], minlength=shape[0] * shape[1]).reshape(shape)
+        self._per_sample = np.where(held > 0.0, 1.0 / np.maximum(held, 1.0), 0.0)
+        self._spared = ((held > 0.0).sum(axis=0) >= _LEAST_WINDOWS).astype(float)
+        self._held, self._samples = held, held.sum(axis=0)
+
+    def levels(self, sums: np.ndarray) -> np.ndarray:
+        """Level of each cell (d, k) given the sum of squares of each run (d, runs)."""
+        count, size = len(sums), self._held.size
+        at = np.arange(count)[:, None] * size + self._at
+        squares = np.bincount(at.ravel(), sums[:, self._mine].ravel(), minlength=count * size)
+        squares = squares.reshape(count, *self._shape)
+        worst = (squares * self._per_sample).argmax(axis=1)
+        most = np.take_along_axis(squares, worst[:, None], axis=1)[:, 0]
+        total = squares.sum(axis=1) - self._spared * most
+        samples = self._samples - self._spared * self._held[worst, np.arange(self._shape[1])]
+        return np.sqrt(np.where(samples > 0.0, total / np.maximum(samples, 1.0), math.nan))
 
 
 class Prominence:
@@ -72,9 +96,9 @@ class Prominence:
         )
 
     def of(self, residual: np.ndarray) -> np.ndarray:
-        """Prominence of each line (k,): 1 is that of noise on average."""
+        """Prominence of each line (d, k) in several residuals (d, w, n): 1 is that of noise on average."""
         if not self.lines:
-            return np.zeros(0)
+            return np.zeros((len(residual), 0))
         found = []
         for number, record in enumerate(self._records):
             frequencies = np.array([line.frequency[number] for line in self.lines])
@@ -86,30 +110,31 @@ class _Spectrum:
     """Hann-windowed spectrum of one record's residuals, its windows put end to end."""
 
     def __init__(self, view: View, number: int) -> None:
-        self._part = (view.groups == number)[:, None] & view.inside
-        time = view.time[self._part]
+        part = (view.groups == number)[:, None] & view.inside
+        self._part, time = np.flatnonzero(part), view.time[part]
         self.span = float(np.ptp(time))
         self.step = float(np.median(np.diff(np.sort(time))))
         self._at = np.rint((time - time.min()) / self.step).astype(int)
         self._count = int(self._at.max()) + 1
-        self._padded = 1 << (_PADDING * self._count - 1).bit_length()
+        self._padded = next_fast_len(_PADDING * self._count, real=True)
         self._per_width = self._padded / self._count
         self._per_hertz = self._padded * self.step
         self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2
         self._hann /= math.sqrt(float((self._hann**2).sum()))
 
     def prominence(self, residual: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
-        """Power at frequencies (k,) [Hz] over that of their surroundings, or of white noise where that is more."""
-        row = np.zeros(self._count)
-        row[self._at] = residual[self._part]
-        power = np.abs(np.fft.rfft(self._hann * row, self._padded)) ** 2
+        """Power (d, k) of several residuals (d, w, n) at frequencies (k,) [Hz] over that of their surroundings, or of
+        white noise where that is more."""
+        rows = np.zeros((len(residual), self._count))
+        rows[:, self._at] = residual.reshape(len(residual), -1)[:, self._part]
+        power = np.abs(rfft(self._hann * rows, self._padded)) ** 2
         distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
         shifts = np.concatenate([[0.0], -distances, distances]) * self._per_width
         bins = np.rint(frequencies[:, None] * self._per_hertz + shifts).astype(int)
         # Below zero and above half the rate the spectrum is its own mirror image.
         bins = np.abs(bins)
-        bins = np.minimum(bins, 2 * (len(power) - 1) - bins)
-        values = power[bins]
+        bins = np.minimum(bins, 2 * (power.shape[1] - 1) - bins)
+        values = power[:, bins]
         # The median of an exponential law is ln 2 times its mean.
-        around = np.median(values[:, 1:], axis=1) / math.log(2.0)
-        return values[:, 0] / np.maximum(around, 1.0)
+        around = np.median(values[:, :, 1:], axis=2) / math.log(2.0)
+        return values[:, :, 0] / np.maximum(around, 1.0)

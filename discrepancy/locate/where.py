@@ -7,11 +7,12 @@ lines, drawn as well (Westfall and Young, Resampling-Based Multiple Testing, 199
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.stats import gamma
+from scipy.special import gammaincc
 
 from discrepancy.locate.lines import with_found_lines
 from discrepancy.locate.null import Null
@@ -26,6 +27,9 @@ ALARMS = 0.05
 """Rate at which a machine that lacks nothing gets one cell or line or more."""
 
 DRAWS = 400
+
+_AT_ONCE = 8
+"""Draws whose statistics are computed together: Fourier transforms side by side take half the time."""
 
 _SLACK = 0.1
 """Mean square over the noise's that a cell may have beyond it: fits with play reach the noise floor no nearer."""
@@ -66,13 +70,20 @@ class Law:
 
     def __init__(self, view: View, drawn: Iterable[np.ndarray]) -> None:
         self.view, self._prominence = view, Prominence(view)
-        self._levels = [Levels(axis) for axis in (*view.axes, _table(view))]
+        self._levels = Levels((*view.axes, _table(view)))
         self.lines = self._prominence.lines
-        self.under = np.array([self.statistics(residual) for residual in drawn])
+        drawn, under = iter(drawn), []
+        while some := list(itertools.islice(drawn, _AT_ONCE)):
+            under.append(self._statistics(np.array(some)))
+        self.under = np.concatenate(under)
 
     def statistics(self, residual: np.ndarray) -> np.ndarray:
         """Mean squares of the cells of all axes and of the map, then prominences of the lines (k,)."""
-        return np.concatenate([*(one.of(residual) ** 2 for one in self._levels), self._prominence.of(residual)])
+        return self._statistics(residual[None])[0]
+
+    def _statistics(self, residuals: np.ndarray) -> np.ndarray:
+        """The same of several residuals (d, w, n): (d, k)."""
+        return np.concatenate([self._levels.of(residuals) ** 2, self._prominence.of(residuals)], axis=1)
 
     def chances(self, found: np.ndarray) -> np.ndarray:
         """p-values (k,) of statistics (k,), corrected for all of them; 1 where there is no statistic."""
@@ -81,8 +92,8 @@ class Law:
         slack = np.where(np.arange(len(found)) < len(found) - len(self.lines), 1.0 + _SLACK, 1.0)
         mean, spread = self.under[:, there].mean(axis=0), self.under[:, there].std(axis=0, ddof=1)
         shape, scale = (mean / spread) ** 2, spread**2 / mean
-        smallest = np.sort(gamma.logsf(self.under[:, there], shape, scale=scale).min(axis=1))
-        own = gamma.logsf((found / slack)[there], shape, scale=scale)
+        smallest = np.sort(gammaincc(shape, self.under[:, there] / scale).min(axis=1))
+        own = gammaincc(shape, (found / slack)[there] / scale)
         out = np.ones(len(found))
         out[there] = (1.0 + np.searchsorted(smallest, own, side="right")) / (1.0 + len(self.under))
         return out

@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
@@ -55,6 +56,12 @@ def figures(outcome: Outcome) -> dict[str, str]:
 
 def _svg(figure: Figure) -> str:
     file = io.StringIO()
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        # done here and once: savefig would draw all of a figure that still has a layout to be done one time more
+        FigureCanvasSVG(figure)
+        layout.execute(figure)
+        figure.set_layout_engine("none")
     figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
     text = file.getvalue()
     # Inside a page neither the XML head nor a fixed size in points has a place.
