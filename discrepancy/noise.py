@@ -11,9 +11,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import detrend
 
 _PIECE, _SHORTEST = 0.2, 32
 """Length of a piece: so many seconds, short enough for a dwell, or samples, if that is longer."""
+
+_OVERLAP = 4
+"""Pieces begin so often in one's length: whatever the speed, some lie within a dwell."""
 
 _LEAST_PIECES = 4
 """Pieces below which a quartile says nothing."""
@@ -36,7 +40,8 @@ _MAD = 0.6745
 
 def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
-    found = autoregression([values], rate)
+    # a drift of the sensor's offset is no noise
+    found = autoregression([detrend(values)], rate)
     if found is None or not found[1] > 0.0:
         return white_noise(values), 0.0
     colour, variance = found
@@ -47,7 +52,9 @@ def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, floa
     """ρ and the variance of w in rows (n,) of one sampling rate [Hz]; None where they hold too few pieces."""
     length = max(_SHORTEST, round(_PIECE * rate))
     pieces = [
-        np.lib.stride_tricks.sliding_window_view(row, length)[:: length // 2] for row in rows if len(row) >= length
+        np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP]
+        for row in rows
+        if len(row) >= length
     ]
     if sum(map(len, pieces)) < _LEAST_PIECES:
         return None

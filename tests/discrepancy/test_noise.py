@@ -12,14 +12,14 @@ RATE = 1000.0
 
 
 def record(colour: float, seconds: float = 20.0, rate: float = RATE) -> np.ndarray:
-    """Seed 1: noise of 0.1 with this correlation from sample to sample, on a motion of 10 that rings at 15 Hz and rests
+    """Seed 1: noise of 0.1 with this correlation from sample to sample, on a motion of 3 that rings at 15 Hz and rests
     for half of each second."""
     rng, count = np.random.default_rng(1), round(seconds * rate)
     white = rng.standard_normal(count)
     white[1:] *= np.sqrt(1.0 - colour**2)
     time = np.arange(count) / rate
     since = time % 1.0
-    motion = 10.0 * np.exp(-6.0 * since) * np.sin(2.0 * np.pi * 15.0 * since) * np.minimum(since / 0.05, 1.0)
+    motion = 3.0 * np.exp(-6.0 * since) * np.sin(2.0 * np.pi * 15.0 * since) * np.minimum(since / 0.05, 1.0)
     return motion + 0.1 * np.asarray(lfilter([1.0], [1.0, -colour], white))
 
 
@@ -53,3 +53,9 @@ def test_an_experiment_without_a_stated_noise_has_that_of_its_record() -> None:
     experiment = Experiment(signal, OperatingPoint())
     assert (experiment.noise_level, experiment.colour) == noise_of(signal.values, RATE)
     assert Experiment(signal, OperatingPoint(), noise=0.3).noise_level == 0.3
+
+
+def test_a_drift_is_no_noise() -> None:
+    values = record(0.5)
+    drifting = values + 30.0 * np.arange(len(values)) / RATE
+    assert noise_of(drifting, RATE) == pytest.approx(noise_of(values, RATE))
