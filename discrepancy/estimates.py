@@ -1,31 +1,30 @@
 """What a fit says in numbers: how large an effect is, and how the machine moved.
 
-Intervals come from the normal equations with the windows' start states eliminated (`Arrow.reduced`):
+Under a dispersion D a parameter follows Student's law, W - 1 degrees of freedom for W windows, about the best place
+under D, with the variance
 
-    95 % interval = value at z ± t √max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/D + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/D²
+    max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/D + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/D²
 
-I is the information of the records, P that of what was known beforehand, D the dispersion: what a model gets wrong, and
-noise that is correlated, tell as little as so many fewer samples. It is that of `dispersion` at least. But what a model
-gets wrong in every window bends the machine until little of it is left to see; that the machine is bent is what shows.
-With v the parameters' variances in units of those known beforehand, the records determine γ = Σ (1 - v) of them, and
-where the model is right Σ z² is γ ± √(2γ) (MacKay, Neural Computation 4 (1992) 415). So D is the least one under which
-Σ z² <= γ + √(2γ), and z is the best place under it: what predicts best is not what is true where a model is wrong
-(Brynjarsdóttir and O'Hagan, Inverse Problems 30 (2014) 114007). The second one is the sandwich (White, Econometrica 48
-(1980) 817, by windows as clusters): u_w is what window w alone pulls at the parameters, so
-windows that disagree among each other widen what they disagree about. A prior of precision P pulls with a variance of
-P, as the truth is one draw from it. t is Student's, W - 1 degrees of freedom for W windows.
+from the normal equations with the windows' start states eliminated (`Arrow.reduced`). I is the information of the
+records, P that of what was known beforehand: what a model gets wrong, and noise that is correlated, tell as little as
+so many fewer samples. The second one is the sandwich (White, Econometrica 48 (1980) 817, by windows as clusters): u_w
+is what window w alone pulls at the parameters, so windows that disagree among each other widen what they disagree
+about. A prior of precision P pulls with a variance of P, as the truth is one draw from it.
+
+D is not known. The interval is that of all D together, each with its probability (`dispersion`), about the place that
+is best under the typical one: what predicts best is not what is true where a model is wrong (Brynjarsdóttir and
+O'Hagan, Inverse Problems 30 (2014) 114007).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.arrow import arrow
-from discrepancy.dispersion import dispersion_of
+from discrepancy.dispersion import Dispersions, dispersion_of, dispersions
 from discrepancy.fit import fit
 from discrepancy.model import Model, Parameter
 from discrepancy.place import Point
@@ -48,8 +47,8 @@ do not determine it."""
 _STEPS = 12
 """Steps of the last fit."""
 
-_RAISE = 1.5
-"""Steps in which the dispersion is raised: intervals are as good as their widths are within a fifth."""
+_HALVINGS = 50
+"""Of the range in which the end of an interval is looked for."""
 
 _PART = 0.3
 """Share of a direction (of unit length) above which a parameter is named as part of it."""
@@ -141,7 +140,7 @@ class Estimates:
     information : ndarray (g, g)
         Of the records alone, in scaled coordinates, start states eliminated.
     dispersion : float
-        D.
+        The typical D.
     """
 
     parameters: tuple[Parameter, ...]
@@ -171,84 +170,106 @@ class Estimates:
 
 def estimates_of(model: Model, place: Point) -> Estimates:
     """Estimates of all parameters of a set that was fitted."""
-    problem = Problem(model, place.hypothesis)
-    least = dispersion_of(model, place)
-    own, information, pull = _intervals(problem, place, least)
-    dispersion = _believable(problem, place, information, pull, least)
-    problem = Problem(model, place.hypothesis, dispersion=dispersion)
-    believed = fit(problem, problem.adopted(place), steps=_STEPS).place
+    problem, least = Problem(model, place.hypothesis), dispersion_of(model, place)
+    most = place.dispersion(model) * float(model.counts.sum())
+    told = _Told(problem, place)
+    own = told.estimates(Dispersions(np.array([least]), np.ones(1)))
+    typical = told.dispersions(least, most).typical
+    problem = Problem(model, place.hypothesis, dispersion=typical)
+    believed = _Told(problem, fit(problem, problem.adopted(place), steps=_STEPS).place)
+    found = believed.dispersions(least, most)
     bounds = zip(place.z, problem.low, problem.high, strict=True)
     at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
     shown = tuple(not e.low <= e.nominal <= e.high for e in own)
     return Estimates(
-        problem.parameters, _intervals(problem, believed, dispersion)[0], at_bound, shown, information, dispersion
-    )
+        problem.parameters, believed.estimates(found), at_bound, shown, told.information, found.typical
+    )  # fmt: skip
 
 
-def _intervals(
-    problem: Problem, place: Point, dispersion: float
-) -> tuple[tuple[Estimate, ...], np.ndarray, np.ndarray]:
-    """Estimates of all parameters under a dispersion, and of the records the information (g, g) and half the slope (g,)
-    of their squares."""
-    r, ahead, by_local = problem.linearised(place, _NUDGE)
-    by_global = 0.5 * (ahead + problem.linearised(place, -_NUDGE)[1])
-    # a window that is as bad as most has its whole weight, a missed one little
-    weights = np.minimum(1.0, problem.eased(place).weights(place.squares) * _TYPICAL)
-    system = arrow(r, by_global, by_local, weights)
-    # a bound on what is known is no knowledge: the others are as uncertain as if it were not there
-    within_bounds = problem.free(place, problem.informed(system, place.z))
-    free = within_bounds | (problem.movable & problem.known)
-    information, pull, inverse = system.reduced()
-    prior = np.diag(problem.precision)
-    pulls = np.einsum("gwn,wn,w->wg", by_global, r, weights) - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
-    within = np.ix_(free, free)
-    spread = np.zeros(len(place.z))
-    spread[free] = np.sqrt(_variances(information[within] / dispersion, prior[within], pulls[:, free] / dispersion))
-    # what a bound holds is known no better than before
-    held = problem.known & problem.movable & ~within_bounds
-    spread[held] = np.maximum(spread[held], 1.0 / np.sqrt(problem.precision[held]))
-    reach = _reach(len(pulls)) * spread
-    estimates = (_estimate(p, z, r) for p, z, r in zip(problem.parameters, place.z, reach, strict=True))
-    return tuple(estimates), information, pull
+class _Told:
+    """What the records tell about all parameters near a place.
+
+    Attributes
+    ----------
+    information : ndarray (g, g)
+        Start states eliminated.
+    pull : ndarray (g,)
+        Half the slope of the squares.
+    pulls : ndarray (w, g)
+        The same of each window.
+    free : ndarray (g,)
+        Those that move. A bound on what is known is no knowledge: the others are as uncertain as if it were not there.
+    held : ndarray (g,)
+        Those of them that a bound holds.
+    """
+
+    def __init__(self, problem: Problem, place: Point) -> None:
+        self.problem, self.z = problem, place.z
+        r, ahead, by_local = problem.linearised(place, _NUDGE)
+        by_global = 0.5 * (ahead + problem.linearised(place, -_NUDGE)[1])
+        # a window that is as bad as most has its whole weight, a missed one little
+        weights = np.minimum(1.0, problem.eased(place).weights(place.squares) * _TYPICAL)
+        system = arrow(r, by_global, by_local, weights)
+        within_bounds = problem.free(place, problem.informed(system, place.z))
+        self.free = within_bounds | (problem.movable & problem.known)
+        self.held = self.free & ~within_bounds
+        self.information, self.pull, inverse = system.reduced()
+        own = np.einsum("gwn,wn,w->wg", by_global, r, weights)
+        self.pulls = own - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
+
+    def dispersions(self, least: float, most: float) -> Dispersions:
+        """What D may be."""
+        free = np.flatnonzero(self.free & (np.diag(self.information) > 1e-12))
+        return dispersions(
+            self.information[np.ix_(free, free)], self.pull[free], self.problem.precision[free], self.z[free],
+            least, most,
+        )  # fmt: skip
+
+    def estimates(self, found: Dispersions) -> tuple[Estimate, ...]:
+        """All parameters with the intervals under all D together."""
+        rows = [self._under(value) for value in found.values]
+        centre, spread = (np.array(part) for part in zip(*rows, strict=True))
+        low, high = (_end(found.shares, centre, spread, side, len(self.pulls)) for side in (1.0 - _SIDE, _SIDE))
+        ends = np.minimum(low, self.z), self.z, np.maximum(high, self.z)
+        return tuple(_estimate(p, *z) for p, z in zip(self.problem.parameters, zip(*ends, strict=True), strict=True))
+
+    def _under(self, dispersion: float) -> tuple[np.ndarray, np.ndarray]:
+        """The best place (g,) under D, by linear theory, and standard deviations (g,)."""
+        free, z, precision = self.free, self.z, self.problem.precision
+        within, prior = np.ix_(free, free), np.diag(precision[free])
+        inverse, windows = np.linalg.pinv(self.information[within] / dispersion + prior), len(self.pulls)
+        pulls = self.pulls[:, free] / dispersion
+        between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
+        variances = np.maximum(np.diag(inverse), np.diag(inverse @ between @ inverse))
+        centre, spread = z.copy(), np.zeros(len(z))
+        centre[free] -= inverse @ (self.pull[free] / dispersion + precision[free] * z[free])
+        spread[free] = np.sqrt(np.maximum(variances, 0.0))
+        # what a bound holds is known no better than before
+        centre[self.held] = z[self.held]
+        spread[self.held] = np.maximum(spread[self.held], 1.0 / np.sqrt(precision[self.held]))
+        return centre, spread
 
 
-def _believable(
-    problem: Problem, place: Point, information: np.ndarray, pull: np.ndarray, least: float
-) -> float:  # fmt: skip
-    """The dispersion, from `least` to that of records that tell as much as one sample, under which the machine is as
-    near to what was known of it as it should be, by linear theory."""
-    free = np.flatnonzero(problem.movable & (np.diag(information) > 1e-12))
-    machine = (problem.known & problem.of_machine)[free]
-    information, pull = information[np.ix_(free, free)], pull[free]
-    prior, z, dispersion = problem.precision[free], place.z[free], least
-    most = place.dispersion(problem.model) * float(problem.model.counts.sum())
-    while dispersion < most:
-        inverse = np.linalg.pinv(information + dispersion * np.diag(prior))
-        moved = (z - inverse @ (pull + dispersion * prior * z))[machine]
-        told = float((1.0 - dispersion * np.diag(inverse) * prior)[machine].sum())
-        if float(moved @ moved) <= told + math.sqrt(2.0 * max(told, 0.0)):
-            break
-        dispersion = min(dispersion * _RAISE, most)
-    return dispersion
-
-
-def _variances(information: np.ndarray, prior: np.ndarray, pulls: np.ndarray) -> np.ndarray:
-    """Variances (g,) of scaled parameters, by the curvature or by how far the windows' pulls (w, g) differ."""
-    inverse, windows = np.linalg.pinv(information + prior), len(pulls)
-    between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
-    return np.maximum(np.maximum(np.diag(inverse), np.diag(inverse @ between @ inverse)), 0.0)
-
-
-def _reach(windows: int) -> float:
-    """Half width of an interval over its standard deviation: Student's t, as few windows tell how far they differ."""
+def _end(shares: np.ndarray, centre: np.ndarray, spread: np.ndarray, side: float, windows: int) -> np.ndarray:
+    """Values (g,) below which a mixture of Student's laws, centres and spreads (d, g) with shares (d,), lies with the
+    probability `side`; few windows tell little of how far they differ."""
     from scipy.stats import t
 
-    return float(t.ppf(_SIDE, max(1, windows - 1)))
+    law = t(max(1, windows - 1))
+    # the mixture's quantile lies among those of its parts
+    each = centre + law.ppf(side) * spread
+    low, high = each.min(axis=0), each.max(axis=0)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        below = shares @ law.cdf((middle - centre) / np.maximum(spread, 1e-300)) < side
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return 0.5 * (low + high)
 
 
-def _estimate(parameter: Parameter, z: float, reach: float) -> Estimate:
-    low, value, high = (float(parameter.value(z + sign * reach)) for sign in (-1.0, 0.0, 1.0))
+def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estimate:
+    ends = (float(parameter.value(coordinate)) for coordinate in (low, z, high))
     moved = float(z) if parameter.known else None
+    low, value, high = ends
     return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
 
 

@@ -26,9 +26,12 @@ from discrepancy.selection import Fitted, Selection
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
 
-_LEAST_PAIRS = 4
-"""Pairs of windows that see the same below which nothing is said of what repeats: neighbours would take for noise what
-differs from station to station."""
+_LEAST_PAIRS = 2
+"""Pairs of windows that see the same below which nothing is said of what repeats: of one alone, a missed start state
+would be all."""
+
+_LEAST_WINDOWS = 4
+"""Windows up to which none is left out."""
 
 _STEPS = 12
 """Steps of the fit after parameters at a bound went back to nominal."""
@@ -148,7 +151,7 @@ def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[flo
     """Mean squares above the floor that two places leave, without the window that the first one leaves worst: a start
     state that was missed spoils one window."""
     level = place.squares / model.counts
-    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_PAIRS else np.full(len(level), True)
+    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_WINDOWS else np.full(len(level), True)
     samples = float(model.counts[kept].sum())
     left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
     return max(left, 0.0), max(open_, 0.0)

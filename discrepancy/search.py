@@ -16,13 +16,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.dispersion import dispersion_of
 from discrepancy.fit import crossed, fit
 from discrepancy.model import NONE, Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import CAUTION, race, restarted
-from discrepancy.selection import Fitted, Selection, scores
+from discrepancy.selection import Fitted, Selection, fitted_set, scores
 
 _log = logging.getLogger(__name__)
 
@@ -79,8 +78,7 @@ class Search:
         place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
         states = np.zeros((len(self.whole.counts), place.states.shape[1]))
         result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
-        place = crossed(problem, result.place)
-        return Fitted(place, fitted.converged, fitted.price, dispersion_of(self.whole, place))
+        return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)
 
     def _in_time(self) -> bool:
         return time.process_time() < self._end
@@ -106,7 +104,8 @@ class Search:
         z = np.zeros(len(problem.parameters))
         states = np.zeros((len(self.model.counts), self.model.local_count(NONE)))
         place = fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
-        return self._kept(place, converged=True)
+        # its priors weigh more than those of any score, so that it is no optimum of one
+        return self._kept(place, converged=True, optimum=False)
 
     def _added(self, current: Fitted) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
@@ -170,13 +169,13 @@ class Search:
         result = fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
         return self._kept(result.place, result.converged)
 
-    def _kept(self, place: Point, converged: bool) -> Fitted:
+    def _kept(self, place: Point, converged: bool, *, optimum: bool = True) -> Fitted:
         """A fit, or a better one of the same set that was made before."""
         key = _key(place.hypothesis)
         before = self._best.get(key)
         if before is None or place.cost < before.place.cost:
             price = self._price(place.hypothesis)
-            self._best[key] = Fitted(place, converged, price, dispersion_of(self.model, place))
+            self._best[key] = fitted_set(self.model, place, converged, price, optimum=optimum)
         return self._best[key]
 
     def _known(self, hypothesis: Hypothesis) -> Fitted | None:

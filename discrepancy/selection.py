@@ -5,7 +5,13 @@
 with the Cauchy loss ρ of `problem`, k parameters and m discrete choices of an effect, N samples and the dispersion D of
 the best set compared: the median mean square of its windows, at least 1, times the integrated autocorrelation time of
 what it leaves (quasi-likelihood with an effective number of samples). The score is the Bayesian information criterion
-under that dispersion.
+under that dispersion, at the place z that is best under it. A fit, which shall predict, weighs priors by the mean
+square φ alone. With I the information of the records and P that of what was known beforehand, the place under D is
+better by
+
+    bᵀ (I/D + P)⁻¹ b,     b = (1 - φ/D) P z
+
+in linear theory. Left out, every set pays for the bending that its fit was allowed, and those most that lack an effect.
 """
 
 from __future__ import annotations
@@ -13,6 +19,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from discrepancy.dispersion import dispersion_of
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -30,12 +39,15 @@ class Fitted:
         Of the parameters and choices of its effects.
     dispersion : float
         D of what it leaves.
+    information : ndarray (g, g) or None
+        I of the parameters that a bound does not hold, 0 of the others; None of a place that is no optimum.
     """
 
     place: Point
     converged: bool
     price: float
     dispersion: float
+    information: np.ndarray | None = None
 
     @property
     def effects(self) -> tuple[Hypothesis, ...]:
@@ -92,10 +104,34 @@ class Selection:
         return own - best
 
 
+def fitted_set(model: Model, place: Point, converged: bool, price: float, *, optimum: bool = True) -> Fitted:
+    """A set at a place where a fit has ended; with `optimum`, one in which priors weigh φ."""
+    dispersion = dispersion_of(model, place)
+    if not optimum:
+        return Fitted(place, converged, price, dispersion)
+    problem = Problem(model, place.hypothesis).eased(place)
+    system = problem.equations(place)
+    within = np.where(problem.free(place, system), 1.0, 0.0)
+    information = (system.reduced()[0] - np.diag(problem.precision)) * within * within[:, None]
+    return Fitted(place, converged, price, dispersion, information)
+
+
 def scores(sets: Sequence[Fitted], model: Model) -> list[float]:
     """Scores of sets under the dispersion of that one which leaves least, lower is better."""
     dispersion = min(sets, key=_cost).dispersion
-    return [Problem(model, one.place.hypothesis).deviance(one.place, dispersion) + one.price for one in sets]
+    return [_score(one, model, dispersion) for one in sets]
+
+
+def _score(one: Fitted, model: Model, dispersion: float) -> float:
+    problem, place = Problem(model, one.place.hypothesis), one.place
+    score = problem.deviance(place, dispersion) + one.price
+    if one.information is None:
+        return score
+    within = np.flatnonzero(np.diag(one.information) > 0.0)
+    prior = problem.known[within].astype(float)
+    b = (1.0 - place.dispersion(model) / dispersion) * prior * place.z[within]
+    curvature = one.information[np.ix_(within, within)] / dispersion + np.diag(prior)
+    return score - float(b @ np.linalg.lstsq(curvature, b)[0])
 
 
 def _cost(fitted: Fitted) -> float:

@@ -6,12 +6,14 @@ contact anew. A window therefore needs only the few numbers of its own start sta
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.noise import noise_of
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
@@ -27,12 +29,6 @@ _KEPT = 0.6
 
 LEAST_WINDOWS = 4
 """Whole cam turns below which a fit of some twelve parameters says nothing."""
-
-_BINOMIAL_4 = math.sqrt(70.0)
-"""Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
-
-_MAD = 0.6745
-"""Median absolute value of a standard normal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +86,16 @@ class Experiment:
     @property
     def noise_level(self) -> float:
         """Standard deviation of the noise [unit of the signal], given or estimated."""
-        return self.noise if self.noise is not None else white_noise(self.signal.values)
+        return self.noise if self.noise is not None else self._estimated[0]
 
+    @property
+    def colour(self) -> float:
+        """Correlation of the noise from sample to sample, estimated."""
+        return self._estimated[1]
 
-def white_noise(values: np.ndarray) -> float:
-    """Standard deviation of the white part of a record [its unit], from its fourth differences, which a vibration far
-    below the sampling rate hardly enters."""
-    return float(np.median(np.abs(np.diff(values, 4)))) / (_MAD * _BINOMIAL_4)
+    @functools.cached_property
+    def _estimated(self) -> tuple[float, float]:
+        return noise_of(self.signal.values, self.signal.sample_rate)
 
 
 @dataclass(frozen=True, eq=False)

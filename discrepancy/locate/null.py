@@ -4,8 +4,9 @@ With the derivatives G by the globals and L_w by a window's start state, a fit a
 
     r = ε' + G' x,   x = -(G'ᵀG' + Λ)⁻¹ (G'ᵀ ε' + Λ^½ η),   ε' = (1 - Q_w Q_wᵀ) ε,   G' likewise
 
-with Q_w an orthonormal basis of L_w, Λ the precision of what was known beforehand and η ~ N(0, 1). Where a record's
-noise was estimated from the record itself, so it is here, from the simulated record with the noise drawn.
+with Q_w an orthonormal basis of L_w, Λ the precision of what was known beforehand and η ~ N(0, 1). Noise is as
+correlated from sample to sample as the record's. Where its size was estimated from the record itself, so it is here,
+from the simulated record with the noise drawn.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.signal import lfilter
 
-from discrepancy.indexer.windows import white_noise
 from discrepancy.model import Model
+from discrepancy.noise import noise_of
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.subjects.base import View
@@ -57,7 +59,7 @@ class Null:
             size = min(_AT_ONCE, count - first)
             noise, known = np.empty((size, *clean.shape)), np.empty((size, len(self._root)))
             for one, two in zip(noise, known, strict=True):
-                rng.standard_normal(out=one)
+                one[:] = self._drawn(rng)
                 rng.standard_normal(out=two)
             noise *= self.view.inside
             left = self._cleaned(noise)
@@ -65,6 +67,16 @@ class Null:
             left -= (np.linalg.solve(self._curvature, right.T).T @ self._slopes).reshape(left.shape)
             for one, own in zip(left, noise, strict=True):
                 yield one / self._estimate(clean + own)
+
+    def _drawn(self, rng: np.random.Generator) -> np.ndarray:
+        """Noise (w, n) of size 1, e_k = ρ e_{k-1} + √(1 - ρ²) w_k within each window."""
+        noise, colour = rng.standard_normal(self.view.inside.shape), self.view.colour
+        if colour is not None:
+            noise[:, 1:] *= np.sqrt(1.0 - colour**2)[self.view.groups][:, None]
+            for number, one in enumerate(colour.tolist()):
+                mine = self.view.groups == number
+                noise[mine] = lfilter([1.0], [1.0, -one], noise[mine], axis=1)
+        return noise
 
     @property
     def _noise(self) -> np.ndarray:
@@ -81,7 +93,8 @@ class Null:
         for number, estimated in enumerate(self.view.estimated):
             if estimated:
                 mine = self.view.groups == number
-                found[number] = white_noise(record[mine][self.view.inside[mine]])
+                rate = 1.0 / float(np.diff(self.view.time[mine][0, :2])[0])
+                found[number] = noise_of(record[mine][self.view.inside[mine]], rate)[0]
         return found[self.view.groups][:, None]
 
 

@@ -22,20 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.noise import autoregression
+
 _SHARES = (0.01, 0.1, 1.0, 10.0)
 """What a cause explains before the records are seen, over the noise: λ Σs/N."""
-
-_SEGMENT = 64
-"""Samples of a piece whose spectrum tells the colour of noise: short enough for a dwell."""
-
-_QUARTILE = 0.25
-"""Of the pieces' spectra: the quietest ones show the noise."""
-
-_FROM_HZ = 50.0
-"""Below it lies what machines do."""
-
-_COLOURS = np.linspace(0.0, 0.98, 50)
-"""Coefficients of a first-order autoregression that are compared."""
 
 _RANK = 1e-9
 
@@ -185,25 +175,6 @@ def less(columns: np.ndarray, part: tuple[np.ndarray, np.ndarray]) -> np.ndarray
 
 
 def colour_of(laid: Laid) -> tuple[float, float]:
-    """Coefficient of the noise's autoregression from sample to sample and the variance of what it adds, by the
-    likelihood of its spectrum (Whittle, J. Roy. Stat. Soc. B 15 (1953) 125) where machines do little: in the quietest
-    quarter of short pieces, at high frequencies."""
-    powers, step = [], float(np.median(laid.step))
-    for row, inside in zip(laid.residual, laid.inside, strict=True):
-        count = int(inside.sum())
-        for first in range(0, count - _SEGMENT + 1, _SEGMENT // 2):
-            piece = row[first : first + _SEGMENT]
-            powers.append(np.abs(np.fft.rfft((piece - piece.mean()) * np.hanning(_SEGMENT))) ** 2)
-    frequencies = np.fft.rfftfreq(_SEGMENT, step)
-    band = frequencies > min(_FROM_HZ, 0.25 / step)
-    if not powers:
-        return 0.0, 1.0
-    power = np.quantile(powers, _QUARTILE, axis=0)[band]
-    turn = np.cos(2.0 * math.pi * frequencies[band] * step)
-    shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)
-    levels = (power / shapes).mean(axis=1, keepdims=True)
-    unlikely = (np.log(levels * shapes) + power / (levels * shapes)).sum(axis=1)
-    best = int(unlikely.argmin())
-    # the quantile of an exponential law over its mean
-    mean = -math.log(1.0 - _QUARTILE) * float((np.hanning(_SEGMENT) ** 2).sum())
-    return float(_COLOURS[best]), float(levels[best, 0]) / mean
+    """Coefficient of the noise's autoregression from sample to sample, and the variance of what it adds."""
+    rows = [row[inside] for row, inside in zip(laid.residual, laid.inside, strict=True)]
+    return autoregression(rows, 1.0 / float(np.median(laid.step))) or (0.0, 1.0)

@@ -92,7 +92,7 @@ class View:
     noise : ndarray (records,)
         Standard deviation [unit].
     estimated : tuple of bool
-        Which records' noise was estimated from the record itself, as `indexer.windows.white_noise` does.
+        Which records' noise was estimated from the record itself, as `noise.noise_of` does.
     axes : tuple of Axis
     map_axes : (str, str)
         Names of the axes of the map: upwards and across.
@@ -105,6 +105,8 @@ class View:
         Speeds [Hz] of the shafts that a line may be locked to.
     torque : Torque or None
         What a residual amounts to as a torque or force that is missing.
+    colour : ndarray (records,) or None
+        Correlation of the noise from sample to sample; None where it is white.
     """
 
     names: tuple[str, ...]
@@ -122,6 +124,7 @@ class View:
     aligned: bool = False
     shafts: Mapping[str, np.ndarray] = field(default_factory=dict)
     torque: Torque | None = None
+    colour: np.ndarray | None = None
 
     def axis(self, name: str) -> Axis:
         """The axis of that name."""

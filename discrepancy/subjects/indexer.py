@@ -103,6 +103,7 @@ class IndexerSubject(Subject):
             measured=measured,
             noise=np.array([e.noise_level for e in experiments]),
             estimated=tuple(e.noise is None for e in experiments),
+            colour=np.array([e.colour for e in experiments]),
             axes=(*self._axes(turns, inside, w.record, points), _time_axis(time, inside)),
             map_axes=("station", "cam phase"),
             lines=self._lines(cam_rates / _TURN),

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from discrepancy.estimates import estimates_of
+from discrepancy.estimates import Estimates, estimates_of
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
+from discrepancy.place import Point
 from discrepancy.problem import Problem
 from tests.discrepancy.toy import Stateless
 
@@ -30,20 +31,25 @@ class Line(Stateless):
         return slope[jobs.point][:, None] * self.x[jobs.window] - self.y[jobs.window]
 
 
-def fitted(model: Model):
+def fitted(model: Model) -> Estimates:
+    return estimates_of(model, fit_of(model))
+
+
+def fit_of(model: Model) -> Point:
     problem = Problem(model, NONE)
-    place = fit(problem, problem.point(np.zeros(2), np.zeros((len(model.counts), 0))), steps=20).place
-    return estimates_of(model, place)
+    start = problem.point(np.zeros(len(model.parameters)), np.zeros((len(model.counts), 0)))
+    return fit(problem, start, steps=20).place
 
 
 def test_intervals_are_those_of_least_squares_with_priors() -> None:
-    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, within the 5 % that random weights of windows make."""
+    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, and up to a fifth wider, as nobody knows that the model is
+    right."""
     model = Line(0.05, np.random.default_rng(8))
     by_z = np.stack([0.1 * model.x.ravel(), model.x.ravel()])
     spread = np.sqrt(np.diag(np.linalg.inv(by_z @ by_z.T + np.eye(2)))) * [0.1, 1.0]
     for estimate, expected in zip(fitted(model).estimates, spread, strict=True):
-        half = t.ppf(0.975, 3) * expected
-        assert (estimate.high - estimate.low) / 2.0 == pytest.approx(half, rel=0.1)
+        told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 3) * expected)
+        assert 0.95 < told < 1.2
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
@@ -70,9 +76,10 @@ def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
     model.y = slopes * model.x + 0.1 * rng.standard_normal((40, 25))
     estimate = fitted(model).estimates[1]
     told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 39))
-    # no less than the spread of the mean tells; what is left is correlated within a window, which is taken for less
+    # no less than the spread of the mean tells; what is left is correlated within a window, which counts for less, and
+    # might repeat in all windows
     spread = np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1)
-    assert 0.9 * spread < told < 1.8 * spread
+    assert 0.9 * spread < told < 2.2 * spread
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:
@@ -98,15 +105,30 @@ def test_a_bound_is_no_knowledge(low: float) -> None:
     assert (a.high - a.low) / (2.0 * t.ppf(0.975, 3)) == pytest.approx(0.1 / 2.0**0.5, rel=0.1)
 
 
-@pytest.mark.parametrize(("slope", "raised"), [(-0.1, False), (-0.5, True)])
-def test_a_machine_that_is_bent_beyond_belief_tells_less(slope: float, raised: bool) -> None:
-    """Seed 8: a and b are known to 0.1 each, their sum is measured to 0.005; of a sum of 0.5 the records are not
-    believed, as the machine then were 2.5 standard deviations off in both."""
-    model = Line(0.0, np.random.default_rng(8))
-    model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 0.1, known=True))
-    model.x = 20.0 * model.x
-    model.y = model.y + slope * model.x
-    told = fitted(model)
-    a, b = told.estimates
-    assert (a.value + b.value > 0.9 * slope) == raised
-    assert (told.dispersion > 10.0) == raised
+@pytest.mark.parametrize(("bent", "wider"), [(1.0, False), (4.0, True)])
+def test_a_machine_that_is_bent_beyond_belief_tells_less_of_an_effect(bent: float, wider: bool) -> None:
+    """Seed 11: four of five slopes are known to 0.1 and measured to 0.01. Where they are four standard deviations off,
+    the records are not believed about the fifth one either, of which nothing was known."""
+    model = Slopes(bent, np.random.default_rng(11))
+    told = estimates_of(model, fit_of(model))
+    half = (told.estimates[4].high - told.estimates[4].low) / 2.0
+    alone = t.ppf(0.975, 3) / np.sqrt((model.x[4] ** 2).sum())
+    assert (told.dispersion > 10.0) == wider
+    assert (half > 3.0 * alone) == wider
+    assert half > 0.9 * alone
+
+
+class Slopes(Stateless):
+    """Five slopes over variables of their own in 4 windows of 500 samples with noise 1."""
+
+    def __init__(self, bent: float, rng: np.random.Generator) -> None:
+        known = tuple(Parameter(name, "m", 0.0, 0.1, known=True) for name in "abcd")
+        self.parameters = (*known, Parameter("size", "m", 0.0, 1.0))
+        self.counts, self.groups = np.full(4, 500), np.zeros(4, dtype=np.int64)
+        self.x = 2.2 * rng.standard_normal((5, 4, 500))
+        true = [*(0.1 * bent * np.array([1.0, -1.0, 1.0, -1.0])), 1.0]
+        self.y = np.tensordot(true, self.x, 1) + rng.standard_normal((4, 500))
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        values = [[p.value(z) for p, z in zip(self.parameters, point, strict=True)] for point in jobs.points]
+        return np.einsum("jk,kjn->jn", np.array(values)[jobs.point], self.x[:, jobs.window]) - self.y[jobs.window]

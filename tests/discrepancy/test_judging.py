@@ -1,11 +1,13 @@
 """The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from discrepancy.explain import explain
 from discrepancy.fit import fit
-from discrepancy.judging import closed, written
+from discrepancy.judging import closed, unrepeated, written
 from discrepancy.model import NONE
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -65,3 +67,24 @@ def test_an_effect_is_judged_without_those_that_do_not_hold() -> None:
     grades = {finding.name: finding.grade for finding in answer.findings}
     assert set(answer.best.place.hypothesis.names) == {"a", "beside"} and grades["beside"] == "stands in"
     assert answer.names == ("a",) and answer.findings[0].closes == pytest.approx(0.87, abs=0.03)
+
+
+class Repeating(Chord):
+    """A chord some of whose windows see the same, and differ by noise of twice the stated size."""
+
+    pairs: tuple[tuple[int, int], ...] = ()
+
+    def repeats(self) -> Sequence[tuple[int, int]]:
+        return self.pairs
+
+
+@pytest.mark.parametrize(("pairs", "level"), [(0, 1.0), (1, 1.0), (2, 4.0), (3, 4.0)])
+def test_two_pairs_of_windows_tell_what_does_not_repeat(pairs: int, level: float) -> None:
+    """One pair might be a start state that was missed; a missed one among three does not count."""
+    model = Repeating({}, 5)
+    model.y = 2.0 * model.y
+    model.pairs = ((0, 1), (2, 3), (4, 5))[:pairs]
+    if pairs == 3:
+        model.y[5] += 9.0
+    place = Problem(model, NONE).point(np.zeros(1), np.zeros((WINDOWS, 0)))
+    assert unrepeated([(model, place)]) == pytest.approx(level, rel=0.25)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut, white_noise
+from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut
 from indexer_env import OperatingPoint, Signal, load_machine
 from indexer_env.errors import ParameterError
 
@@ -23,13 +23,6 @@ def test_windows_begin_in_the_dwell_and_hold_one_cam_turn_each() -> None:
 
 def test_a_record_without_a_whole_index_gives_no_window() -> None:
     assert len(cut([300], [2.0 * math.pi / 1000.0], [1.0]).first) == 0
-
-
-def test_noise_is_told_from_vibration() -> None:
-    """Seed 1: noise of 0.1 on a vibration of 10 at 30 Hz, within 5 %."""
-    time = np.arange(8000) / 1000.0
-    values = 10.0 * np.sin(2.0 * math.pi * 30.0 * time) + 0.1 * np.random.default_rng(1).standard_normal(8000)
-    assert white_noise(values) == pytest.approx(0.1, rel=0.05)
 
 
 def test_a_noise_of_zero_is_refused() -> None:

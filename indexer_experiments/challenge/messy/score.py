@@ -22,6 +22,9 @@ Row = dict[str, Any]
 BINS = 10
 """Bins of equal width in which probabilities are compared with shares, as usual for this error."""
 
+_DRAWS = 2000
+"""Draws that show what error chance makes."""
+
 VISIBLE = 1.0
 """What disturbances must leave together, over the noise, for an answer to be asked where it lies."""
 
@@ -127,14 +130,30 @@ def worse(row: Row) -> bool:
 def calibration_error(rows: Sequence[Row]) -> tuple[float, int]:
     """Σ_b n_b/n |share right - mean probability| over `BINS` bins of equal width, and the number n of findings, of all
     grades (Naeini, Cooper, Hauskrecht, AAAI (2015) 2901)."""
-    pairs = np.array(
-        [(f["probability"], right(f, row)) for row in rows for f in row["answer"]["findings"]], dtype=float
-    )
-    if not len(pairs):
-        return math.nan, 0
-    bins = np.minimum((pairs[:, 0] * BINS).astype(int), BINS - 1)
-    off = [abs(float((pairs[bins == b, 1] - pairs[bins == b, 0]).sum())) for b in range(BINS)]
-    return sum(off) / len(pairs), len(pairs)
+    said, came = _said(rows)
+    return (float(_errors(said, came[None])[0]), len(said)) if len(said) else (math.nan, 0)
+
+
+def error_by_chance(rows: Sequence[Row]) -> float:
+    """The mean error of as many findings with the same probabilities, were these exactly right: few findings in a bin
+    are never right in the share that their probabilities say."""
+    said, _ = _said(rows)
+    came = np.random.default_rng(0).random((_DRAWS, len(said))) < said
+    return float(_errors(said, came).mean()) if len(said) else math.nan
+
+
+def _said(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
+    """Probabilities (n,) of all findings, and whether these were right (n,)."""
+    pairs = [(f["probability"], right(f, row)) for row in rows for f in row["answer"]["findings"]]
+    said, came = np.array(pairs, dtype=float).reshape(-1, 2).T
+    return said, came
+
+
+def _errors(said: np.ndarray, came: np.ndarray) -> np.ndarray:
+    """Calibration errors (d,) of probabilities (n,) and what came of them (d, n)."""
+    bins = np.minimum((said * BINS).astype(int), BINS - 1)
+    off = [np.abs((came - said)[:, bins == b].sum(axis=1)) for b in range(BINS)]
+    return np.sum(off, axis=0) / len(said)
 
 
 def quantile_95(values: Iterable[float]) -> float:
@@ -179,7 +198,9 @@ def _counted(rows: Sequence[Row], holds: Callable[[Row], bool]) -> tuple[str, st
 
 def _error(rows: Sequence[Row]) -> tuple[str, str]:
     error, n = calibration_error(rows)
-    return (f"{100 * error:.1f} %", f"{n} findings, {BINS} bins") if n else ("no finding", "–")
+    if not n:
+        return "no finding", "–"
+    return f"{100 * error:.1f} %", f"{n} findings, {BINS} bins; {100 * error_by_chance(rows):.1f} % by chance"
 
 
 def _times(rows: Sequence[Row]) -> list[tuple[str, str, str, str]]:

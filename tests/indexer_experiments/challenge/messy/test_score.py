@@ -96,19 +96,28 @@ def test_intervals_of_the_machine_hold_the_truth_or_not() -> None:
     assert got(rows)[MACHINE] == "1 of 2 (50.0 %)"
 
 
+def at(probability: float, hits: int, of: int) -> list[dict]:
+    """So many findings of one probability, of which some are right."""
+    names = ["friction.coulomb"] * hits + ["friction.viscous"] * (of - hits)
+    return [row([EFFECT], [finding(name, probability=probability)]) for name in names]
+
+
 def test_probabilities_are_compared_with_shares_bin_by_bin() -> None:
     """Ten findings at 0.9 of which nine are right: 0; the same at 1.0 and six right: 0.4. Two that lie on either side
     do not make up for each other."""
-
-    def at(probability: float, hits: int, of: int) -> list[dict]:
-        names = ["friction.coulomb"] * hits + ["friction.viscous"] * (of - hits)
-        return [row([EFFECT], [finding(name, probability=probability)]) for name in names]
-
     assert score.calibration_error(at(0.9, 9, 10)) == (pytest.approx(0.0), 10)
     assert score.calibration_error(at(1.0, 6, 10)) == (pytest.approx(0.4), 10)
     assert score.calibration_error([*at(0.95, 0, 1), *at(0.05, 1, 1)]) == (pytest.approx(0.95), 2)
     assert math.isnan(score.calibration_error([])[0])
     assert got(at(1.0, 6, 10))[ERROR] == "40.0 %"
+
+
+def test_the_calibration_error_is_told_beside_that_of_chance() -> None:
+    """Of one finding of 0.5 the error is 0.5 whatever comes; of many it falls with the root of their number."""
+    assert score.error_by_chance(at(0.5, 1, 1)) == pytest.approx(0.5)
+    assert score.error_by_chance(at(0.5, 50, 100)) == pytest.approx(0.5 * math.sqrt(2.0 / math.pi) / 10.0, rel=0.1)
+    assert score.error_by_chance(at(1.0, 9, 10)) == 0.0
+    assert "10 findings, 10 bins; 0.0 % by chance" in score.messy_table(at(1.0, 9, 10))
 
 
 def test_machine_yaml_is_never_worse() -> None:

@@ -1,0 +1,79 @@
+"""The size and the colour of measuring noise, read where a machine is quiet.
+
+Noise is taken for a first-order autoregression, e_k = ρ e_{k-1} + w_k with w white, by the likelihood of its spectrum
+(Whittle, J. Roy. Stat. Soc. B 15 (1953) 125): of short pieces, whose lower quartile is that of the dwells, and at high
+frequencies, where machines do little. What ρ says of the frequencies below is all that is known of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import detrend
+
+_PIECE, _SHORTEST = 0.2, 32
+"""Length of a piece: so many seconds, short enough for a dwell, or samples, if that is longer."""
+
+_OVERLAP = 4
+"""Pieces begin so often in one's length: whatever the speed, some lie within a dwell."""
+
+_LEAST_PIECES = 4
+"""Pieces below which a quartile says nothing."""
+
+_QUARTILE = 0.25
+"""Of the pieces' spectra: the quietest ones show the noise."""
+
+_FROM_HZ = 50.0
+"""Below it lies what machines do; or half of the spectrum, where that is more."""
+
+_COLOURS = np.linspace(0.0, 0.98, 50)
+"""Coefficients that are compared."""
+
+_BINOMIAL_4 = math.sqrt(70.0)
+"""Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
+
+_MAD = 0.6745
+"""Median absolute value of a standard normal."""
+
+
+def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
+    """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
+    # a drift of the sensor's offset is no noise
+    found = autoregression([detrend(values)], rate)
+    if found is None or not found[1] > 0.0:
+        return white_noise(values), 0.0
+    colour, variance = found
+    return math.sqrt(variance / (1.0 - colour**2)), colour
+
+
+def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, float] | None:
+    """ρ and the variance of w in rows (n,) of one sampling rate [Hz]; None where they hold too few pieces."""
+    length = max(_SHORTEST, round(_PIECE * rate))
+    pieces = [
+        np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP]
+        for row in rows
+        if len(row) >= length
+    ]
+    if sum(map(len, pieces)) < _LEAST_PIECES:
+        return None
+    whole, window = np.concatenate(pieces), np.hanning(length)
+    powers = np.abs(np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
+    frequencies = np.fft.rfftfreq(length, 1.0 / rate)
+    band = frequencies > min(_FROM_HZ, 0.25 * rate)
+    power = np.quantile(powers, _QUARTILE, axis=0)[band]
+    turn = np.cos(2.0 * math.pi * frequencies[band] / rate)
+    shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)
+    levels = np.maximum((power / shapes).mean(axis=1, keepdims=True), 1e-300)
+    unlikely = (np.log(levels * shapes) + power / (levels * shapes)).sum(axis=1)
+    best = int(unlikely.argmin())
+    # the quantile of an exponential law over its mean
+    mean = -math.log(1.0 - _QUARTILE) * float((window**2).sum())
+    return float(_COLOURS[best]), float(levels[best, 0]) / mean
+
+
+def white_noise(values: np.ndarray) -> float:
+    """Standard deviation of the white part of a record [its unit], from its fourth differences, which a vibration far
+    below the sampling rate hardly enters."""
+    return float(np.median(np.abs(np.diff(values, 4)))) / (_MAD * _BINOMIAL_4)
