@@ -90,6 +90,9 @@ class DriveEffect:
         True where the law calls `base`, so that it changes with the model's own parameters.
     starts : callable or None
         Further starts that the record itself proposes: (track, what the model leaves) -> tuples of values [units].
+    begins : callable or None
+        What the unknown state in which it begins a record adds to the force, linear in that: (track, p, base) -> arrays
+        (k, n), each for one standard deviation of what is unknown.
     forward : str
         Its name in the integrator of the forward form; "" where it acts in the inverse form only.
     choices : tuple of mapping
@@ -107,6 +110,7 @@ class DriveEffect:
     rotary: bool = False
     of_base: bool = False
     starts: Callable[[Track, np.ndarray], list[tuple[float, ...]]] | None = None
+    begins: Callable[..., np.ndarray] | None = None
     forward: str = ""
     choices: tuple[Mapping[str, float], ...] = field(default=({},))
 

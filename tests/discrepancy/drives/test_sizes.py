@@ -22,7 +22,8 @@ def test_a_small_offset_beside_a_large_friction_gets_a_start_of_its_size(tmp_pat
     left = Problem(made.model, place.hypothesis).left(place)
     listed = min(abs(start[0] - OFFSET) for start in library["offset"][0].starts)
     proposed = min(abs(start[0] - OFFSET) for start in made.model.hypotheses(left)["offset"][0].starts)
-    assert listed > 2.0 * OFFSET and proposed == pytest.approx(0.0, abs=0.5 * OFFSET)
+    # the last third of the record, which is held out, has no say in the size
+    assert listed > 2.0 * OFFSET and proposed == pytest.approx(0.0, abs=0.1 * OFFSET)
 
 
 def test_sizes_are_proposed_for_each_shape_within_the_bounds() -> None:
