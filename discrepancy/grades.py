@@ -39,6 +39,12 @@ class Evidence:
         The parameter that is held at a bound of what is possible, with its value; "" where none is.
     alike : tuple of str
         Other effects with which the set is as good, within the margin.
+    share : float
+        What it closes beside the others over the gap that the model as it came had.
+    missed : float
+        Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
+    over : str
+        That variable.
     """
 
     name: str
@@ -49,6 +55,9 @@ class Evidence:
     zero: bool
     bound: str
     alike: tuple[str, ...]
+    share: float = 1.0
+    missed: float = 0.0
+    over: str = ""
 
 
 @dataclass(frozen=True)
@@ -104,6 +113,22 @@ RULES = (
         "not steady", STANDS_IN,
         lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
         lambda e, c: f"It makes {_percent(e.better)} of the cam turns of one record better, and not more than half.",
+    ),
+    Rule(
+        "slight", STANDS_IN,
+        lambda e, c: e.share < c.slight,
+        lambda e, c: (
+            f"It closes {100.0 * e.share:.2g} % of the gap that there was, where a name needs {100.0 * c.slight:.2g} %: "
+            "the laws of the others may err by as much."
+        ),
+    ),
+    Rule(
+        "another law", STANDS_IN,
+        lambda e, c: e.missed > c.law,
+        lambda e, c: (
+            f"Its law leaves {_percent(e.missed)} of what a table over the {e.over} closes, where a name may leave "
+            f"{_percent(c.law)}: something follows that variable, but not by this law alone."
+        ),
     ),
     Rule(
         "family", FAMILY,

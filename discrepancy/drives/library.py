@@ -13,8 +13,8 @@ import numpy as np
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
+from discrepancy.form import Form, shaped
 from discrepancy.model import Hypothesis, Parameter
-from discrepancy.table import Form, shaped
 from indexer_env.effects.tabulated import PLACES, coefficients_of_values
 from indexer_env.errors import ParameterError
 
@@ -37,7 +37,9 @@ def hypotheses_of(
     laid = product(*([s * scales.of(size.dimension) for s in size.starts] for size in effect.sizes))
     starts = (*proposed, *(tuple(row) for row in laid if row))
     inside = tuple(_inside(own, row) for row in dict.fromkeys(starts))
-    return tuple(Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike) for c in effect.choices)
+    return tuple(
+        Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike, over=effect.over) for c in effect.choices
+    )
 
 
 def _with(size: Any, nominal: float) -> Any:

@@ -84,6 +84,8 @@ class DriveEffect:
         "reading": the law turns the force that is given, a further argument (n,), into the force that is read.
     alike : tuple of str
         Effects that some records cannot tell from it.
+    over : str
+        The table over the variable of which it is a smooth law, by its name in `TABLES`; "" where there is none.
     rotary : bool
         True where it makes sense for an angle alone.
     of_base : bool
@@ -107,6 +109,7 @@ class DriveEffect:
     law: Law
     acts: str = "force"
     alike: tuple[str, ...] = ()
+    over: str = ""
     rotary: bool = False
     of_base: bool = False
     starts: Callable[[Track, np.ndarray], list[tuple[float, ...]]] | None = None

@@ -13,6 +13,7 @@ standard(
         ViscousFriction.name, "Drag grows in proportion to the speed.", "F += c v", ViscousFriction.source,
         (Size("coefficient", "drag c", "F V-1", (0.1, 0.3, 1.0), 0.0, 30.0, 0.0),),
         lambda m, p, base: p.coefficient * m.v, alike=("friction.quadratic",), forward="viscous",
+        over="tabulated.speed",
     )
 )  # fmt: skip
 
@@ -21,7 +22,8 @@ standard(
         "friction.quadratic", "Drag grows with the square of the speed, as of a fan or a fluid.", "F += c |v| v",
         "drag at high Reynolds number, e.g. White, Fluid Mechanics, section 7.6",
         (Size("coefficient", "drag c", "F V-2", (0.1, 0.3, 1.0), 0.0, 30.0, 0.0),),
-        lambda m, p, base: p.coefficient * np.abs(m.v) * m.v, alike=(ViscousFriction.name,), forward="quadratic",
+        lambda m, p, base: p.coefficient * np.abs(m.v) * m.v, alike=(ViscousFriction.name,),
+        forward="quadratic", over="tabulated.speed",
     )
 )  # fmt: skip
 
