@@ -21,8 +21,8 @@ class Criteria:
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
         closes beside the others of its set. What a library lacks is imitated by one of its effects to about a half.
     slight : float
-        Share of the gap that the model as it came had below which an effect gets no name: a law of another one that is
-        right to 7 % leaves as much of what it explains.
+        Mean square of what an effect does over the gap that the model as it came had, below which it gets no name: a
+        law of another one that is right to a tenth leaves as much of what it explains.
     law : float
         Share of what a free function of an effect's variable closes that its law may leave: the force follows that
         variable, but beyond this by another law.
@@ -52,7 +52,7 @@ class Criteria:
 
     margin: float = 30.0
     closes: float = 0.75
-    slight: float = 0.005
+    slight: float = 0.01
     law: float = 0.05
     hint: float = 0.1
     at_noise: float = 0.2

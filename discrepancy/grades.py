@@ -40,7 +40,7 @@ class Evidence:
     alike : tuple of str
         Other effects with which the set is as good, within the margin.
     share : float
-        What it closes beside the others over the gap that the model as it came had.
+        Mean square of what it does to the records held out over the gap that the model as it came had there.
     missed : float
         Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
     over : str
@@ -118,7 +118,7 @@ RULES = (
         "slight", STANDS_IN,
         lambda e, c: e.share < c.slight,
         lambda e, c: (
-            f"It closes {100.0 * e.share:.2g} % of the gap that there was, where a name needs {100.0 * c.slight:.2g} %: "
+            f"It makes {100.0 * e.share:.2g} % of the gap that there was, where a name needs {100.0 * c.slight:.2g} %: "
             "the laws of the others may err by as much."
         ),
     ),

@@ -113,6 +113,15 @@ class Judge:
             rows.append(Judged(k, found, evidence, *graded(evidence, self.criteria)))
         return rows
 
+    def _part(self, place: Point, name: str) -> float:
+        """Mean square over the noise's of what an effect of a set does to the readings held out, all else as it is."""
+        model, hypothesis = self.held_out, place.hypothesis
+        without = place.z.copy()
+        without[len(model.parameters) + hypothesis.places(hypothesis.names.index(name))[0]] = 0.0
+        problem = Problem(model, hypothesis, frozen=True)
+        own, less = problem.residuals(np.array([place.z, without]), np.repeat(place.states[None], 2, axis=0))
+        return float(((own - less) ** 2).sum()) / float(model.counts.sum())
+
     def _by_its_law(self, row: Judged, inside: Fitted, whole: Fitted, i: int) -> Judged:
         """The i-th effect of a set, held to a free function of its variable beside the set."""
         form = self.forms.get(inside.effects[i].over)
@@ -153,6 +162,7 @@ class Judge:
     def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point) -> Evidence:
         left, open_ = _excess(place, other, *self._against)
         whole = _excess(self.held[self.base.name], other, *self._against)[0]
+        part = self._part(place, found.name)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
             name=found.name,
@@ -167,7 +177,7 @@ class Judge:
                 for one in self.selection.instead[k]
                 if self.selection.gap(one) < self.criteria.margin
             ),
-            share=(open_ - left) / whole if whole > 0.0 else 1.0,
+            share=part / whole if whole > 0.0 else 1.0,
         )  # fmt: skip
 
 

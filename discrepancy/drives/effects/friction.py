@@ -54,7 +54,7 @@ standard(
         "F += F_s/(1 + (v/v_s)²) sign(v)", StribeckFriction.source,
         (
             Size("force", "breakaway above the dry friction F_s", "F", (0.1, 0.3, 0.8), 0.0, 20.0, 0.0),
-            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.15, 0.4), 0.01, 0.5, step=0.05),
+            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.15, 0.4), 0.01, 2.0, step=0.05),
         ),
         lambda m, p, base, direction: p.force / (1.0 + (m.v / p.speed) ** 2), acts="dry",
         alike=(CoulombFriction.name, "friction.presliding"), forward="stribeck",
