@@ -40,7 +40,9 @@ class Evidence:
     alike : tuple of str
         Other effects with which the set is as good, within the margin.
     share : float
-        Mean square of what it does to the records held out over the gap that the model as it came had there.
+        Mean square of what it does to the records held out over that of the effect of the set that does most.
+    largest : str
+        That effect.
     missed : float
         Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
     over : str
@@ -56,6 +58,7 @@ class Evidence:
     bound: str
     alike: tuple[str, ...]
     share: float = 1.0
+    largest: str = ""
     missed: float = 0.0
     over: str = ""
 
@@ -118,8 +121,8 @@ RULES = (
         "slight", STANDS_IN,
         lambda e, c: e.share < c.slight,
         lambda e, c: (
-            f"It makes {100.0 * e.share:.2g} % of the gap that there was, where a name needs {100.0 * c.slight:.2g} %: "
-            "the laws of the others may err by as much."
+            f"What it does is {100.0 * e.share:.2g} % of what {e.largest} does (mean squares), where a name needs "
+            f"{100.0 * c.slight:.2g} %: the law of that one may err by as much."
         ),
     ),
     Rule(

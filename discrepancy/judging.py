@@ -161,8 +161,8 @@ class Judge:
 
     def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point) -> Evidence:
         left, open_ = _excess(place, other, *self._against)
-        whole = _excess(self.held[self.base.name], other, *self._against)[0]
-        part = self._part(place, found.name)
+        parts = {name: self._part(place, name) for name in place.hypothesis.names}
+        largest = max(parts, key=parts.__getitem__)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
             name=found.name,
@@ -177,7 +177,8 @@ class Judge:
                 for one in self.selection.instead[k]
                 if self.selection.gap(one) < self.criteria.margin
             ),
-            share=part / whole if whole > 0.0 else 1.0,
+            share=parts[found.name] / max(parts[largest], 1e-300),
+            largest=largest,
         )  # fmt: skip
 
 

@@ -83,6 +83,16 @@ standard(
 )  # fmt: skip
 
 
+standard(
+    DriveEffect(
+        "friction.time", "Dry friction grows while the drive runs, as a lubricant is lost; or falls, as it warms.",
+        "F += r t sign(v), t from the record's first sample", "first term of a friction law over time",
+        (Size("rate", "rate r at which it grows", "F T-1", (1e-4, -1e-4, 1e-3, -1e-3), -1.0, 1.0, 0.0),),
+        lambda m, p, base, direction: p.rate * m.t, acts="dry", alike=(CoulombFriction.name, "friction.stribeck"),
+    )
+)  # fmt: skip
+
+
 @njit(cache=True)
 def dahl(q: np.ndarray, reach: float) -> np.ndarray:
     """Deflection over its largest value, z/z_max, of Dahl's bristle along a path: dz/dq = 1 - sign(dq) z/z_max, solved

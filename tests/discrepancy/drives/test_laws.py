@@ -40,7 +40,7 @@ def test_what_is_slight_beside_another_effect_is_a_hint(tmp_path: Path) -> None:
     answer = _answer(tmp_path, lambda t, q, v, a: 90.0 * a + 20.0 * np.sign(v) + 6.0 * q, text)
     grades = {finding.name: finding.grade for finding in answer.findings}
     assert grades == {"friction.coulomb": "established", "spring.linear": "stands in"}
-    assert "the laws of the others may err by as much" in answer.findings[1].why
+    assert "the law of that one may err by as much" in answer.findings[1].why
 
 
 def test_what_stands_in_is_taken_up_as_a_table(tmp_path: Path) -> None:
