@@ -110,7 +110,7 @@ standard(
             Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),
             Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
-        _contact, of_base=True, alike=("play", "compliance"),
+        _contact, of_base=True, alike=("play", "compliance"), forward="play",
         choices=tuple({"law": float(k)} for k in range(len(LAWS))),
     )
 )  # fmt: skip
