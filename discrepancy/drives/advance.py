@@ -4,11 +4,10 @@
 
 A share of m may hang on a spring and another lie behind play, their motions four more states of the joint; the load
 behind play has dry friction of its own and strikes flanks as stiff as the steps resolve. `rates` may see the joint
-where a transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is: against the
-motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the force that acts
-(Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is cut there: the
-event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
-
+where a transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is:
+against the motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the
+force that acts (Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is
+cut there: the event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
 The integrator is compiled once per installation; a user's `rates` is handed to it as a function pointer.
 """
 
