@@ -19,7 +19,7 @@ from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
 from discrepancy.drives.forces import COLUMNS, CONTACT, PLAY, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
-from discrepancy.drives.forward_library import LINE, library_of, lines_of
+from discrepancy.drives.forward_library import LINE, library_of, lines_of, sized_by
 from discrepancy.drives.library import tabulated_row, values_of
 from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
 from discrepancy.drives.stepping import INNER
@@ -217,10 +217,13 @@ class ForwardModel(Model):
     # ------------------------------------------------------------------ as a Model
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        """The library; what a fit has left, residuals (w, n), proposes the frequencies of lines."""
-        if residual is None or LINE not in self._library:
+        """The library; what a fit has left, residuals (w, n), proposes the frequencies of lines, and sizes."""
+        if residual is None:
             return self._library
-        return {**self._library, LINE: lines_of(self, residual)}
+        found = dict(self._library)
+        if LINE in found:
+            found[LINE] = lines_of(self, residual)
+        return sized_by(self, found, residual)
 
     @property
     def left_out(self) -> tuple[str, ...]:
