@@ -100,7 +100,8 @@ def sized_by(
 
     def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
         jobs = Jobs(
-            np.concatenate([zero, one.coordinates((_SLIGHT * values[0], *values[1:]))])[None], np.zeros(len(plain), dtype=int),
+            np.concatenate([zero, one.coordinates((_SLIGHT * values[0], *values[1:]))])[None],
+            np.zeros(len(plain), dtype=int),
             np.arange(len(plain)), np.zeros((len(plain), model.local_count(one))),
         )  # fmt: skip
         return without(apart(model.residuals(one, jobs) - plain), slopes) / _SLIGHT
