@@ -216,8 +216,11 @@ class InverseModel(Model):
 
     def _starts(self, track: Track, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """What the unknown states in which effects begin a record add (k, m), each over its standard deviation."""
+        found: list[np.ndarray] = []
+        if not any(self.effects[one.name].begins for one in (*self.known, *hypothesis.effects)):
+            return np.array(found)
         values = [p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)]
-        base, found = self.base(track, tuple(values[: self.own])), []
+        base = self.base(track, tuple(values[: self.own]))
         for one, mine in self._present(hypothesis, values):
             begins = self.effects[one.name].begins
             if begins is not None:

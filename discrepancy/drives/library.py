@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive
+from discrepancy.drives.description import Drive, named
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
 from discrepancy.form import Form, shaped
@@ -54,7 +53,7 @@ def values_of(hypothesis: Hypothesis, values: Sequence[float]) -> Any:
     """An effect's values by its parameters' names, its choices among them, as its law takes them."""
     names = [p.name.removeprefix(f"{hypothesis.name}.") for p in hypothesis.parameters]
     pairs = {**dict(zip(names, values, strict=True)), **hypothesis.fixed}
-    return namedtuple("p", list(pairs))(**pairs)  # type: ignore[misc]
+    return named(tuple(pairs))(*pairs.values())
 
 
 _WIDE = 10.0
