@@ -13,6 +13,7 @@ In reading order:
     selection  sets fitted to the end, and the one score by which they are compared
     search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
+    form       a free function of one variable, to which laws over it are held
     estimates  sizes with intervals, and the machine's calibration
     grades     what is said of each effect of the set selected, by one table of rules
     judging    the set before the records held out, effect by effect, and the machine that is written

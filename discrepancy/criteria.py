@@ -20,6 +20,12 @@ class Criteria:
     closes : float
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
         closes beside the others of its set. What a library lacks is imitated by one of its effects to about a half.
+    slight : float
+        Mean square of what an effect does over that of what the largest of its set does, below which it gets no name: a
+        law of that one that is right to a tenth leaves as much.
+    law : float
+        Share of what a free function of an effect's variable closes that its law may leave: the force follows that
+        variable, but beyond this by another law.
     hint : float
         The same share below which an effect is not even told as standing in for something.
     at_noise : float
@@ -46,6 +52,8 @@ class Criteria:
 
     margin: float = 30.0
     closes: float = 0.75
+    slight: float = 0.01
+    law: float = 0.05
     hint: float = 0.1
     at_noise: float = 0.2
     most: int = 3
@@ -58,8 +66,8 @@ class Criteria:
     seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("margin", "closes", "hint", "at_noise"):
-            high = 1.0 if name in ("closes", "hint") else None
+        for name in ("margin", "closes", "slight", "law", "hint", "at_noise"):
+            high = None if name in ("margin", "at_noise") else 1.0
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)

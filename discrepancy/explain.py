@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
+from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED
 from discrepancy.judging import Judge, Judged, Written, closed, written
 from discrepancy.model import Model
@@ -155,21 +156,24 @@ class Explanation:
         return closed(gap, self.after**2 - floor) if gap > 0.0 else math.nan
 
 
-def explain(model: Model, held_out: Model, criteria: Criteria | None = None) -> Explanation:
-    """Find the effects that a model lacks, by its records and records held out (the same model, other conditions)."""
+def explain(model: Model, held_out: Model, criteria: Criteria | None = None, forms: Sequence[Form] = ()) -> Explanation:
+    """Find the effects that a model lacks, by its records and records held out (the same model, other conditions).
+
+    A law over a variable that `forms` can tabulate is named only where the table closes hardly more.
+    """
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
     criteria = criteria or Criteria()
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        return _explained(model, held_out, criteria)
+        return _explained(model, held_out, criteria, forms)
 
 
-def _explained(model: Model, held_out: Model, criteria: Criteria) -> Explanation:
+def _explained(model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form]) -> Explanation:
     search = Search(model, criteria)
     selection = search.run()
-    judge = Judge(search, selection, held_out, criteria)
+    judge = Judge(search, selection, held_out, criteria, forms)
     judged, accepted = judge.judged()
     findings = tuple(
         _finding(selection, one, criteria)

@@ -39,6 +39,14 @@ class Evidence:
         The parameter that is held at a bound of what is possible, with its value; "" where none is.
     alike : tuple of str
         Other effects with which the set is as good, within the margin.
+    share : float
+        Mean square of what it does to the records held out over that of the effect of the set that does most.
+    largest : str
+        That effect.
+    missed : float
+        Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
+    over : str
+        That variable.
     """
 
     name: str
@@ -49,6 +57,10 @@ class Evidence:
     zero: bool
     bound: str
     alike: tuple[str, ...]
+    share: float = 1.0
+    largest: str = ""
+    missed: float = 0.0
+    over: str = ""
 
 
 @dataclass(frozen=True)
@@ -104,6 +116,22 @@ RULES = (
         "not steady", STANDS_IN,
         lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
         lambda e, c: f"It makes {_percent(e.better)} of the cam turns of one record better, and not more than half.",
+    ),
+    Rule(
+        "slight", STANDS_IN,
+        lambda e, c: e.share < c.slight,
+        lambda e, c: (
+            f"What it does is {100.0 * e.share:.2g} % of what {e.largest} does (mean squares), where a name needs "
+            f"{100.0 * c.slight:.2g} %: the law of that one may err by as much."
+        ),
+    ),
+    Rule(
+        "another law", STANDS_IN,
+        lambda e, c: e.missed > c.law,
+        lambda e, c: (
+            f"Its law leaves {_percent(e.missed)} of what a table over the {e.over} closes, where a name may leave "
+            f"{_percent(c.law)}: something follows that variable, but not by this law alone."
+        ),
     ),
     Rule(
         "family", FAMILY,

@@ -6,6 +6,7 @@ that takes a part of what they explain they would seem to close little.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,15 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.criteria import Criteria
+from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, FoundEffect, estimates_of
 from discrepancy.fit import fit
+from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
 from discrepancy.held_out import held_places, predicts
 from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
-from discrepancy.selection import Fitted, Selection
+from discrepancy.selection import Fitted, Selection, scores
 
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
@@ -66,12 +69,18 @@ class Judge:
     selection : Selection
     held_out : Model
     criteria : Criteria
+    forms : sequence of Form
+        Tables to which laws over their variables are held.
     """
 
-    def __init__(self, search: Search, selection: Selection, held_out: Model, criteria: Criteria) -> None:
+    def __init__(
+        self, search: Search, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = ()
+    ) -> None:
         self.search, self.selection, self.held_out, self.criteria = search, selection, held_out, criteria
+        self.forms = {form.hypothesis.name: form for form in forms}
         self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
         self.held: dict[str, Point] = {}
+        self._tables: dict[tuple[str, str], Point | None] = {}
         self._hold([self.base, self.best, *selection.without])
         self.floor = max(
             held_out.tolerated,
@@ -85,6 +94,8 @@ class Judge:
         kept = list(range(len(inside.effects)))
         while kept:
             rows = self._judged_beside(inside, whole, kept)
+            if all(row.grade in NAMED for row in rows):
+                rows = [self._by_its_law(row, inside, whole, kept.index(row.k)) for row in rows]
             found |= {row.k: row for row in rows}
             failed = [row for row in rows if row.grade not in NAMED]
             if not failed:
@@ -105,6 +116,46 @@ class Judge:
             rows.append(Judged(k, found, evidence, *graded(evidence, self.criteria)))
         return rows
 
+    def _part(self, place: Point, name: str) -> float:
+        """Mean square over the noise's of what an effect of a set does to the readings held out, all else as it is."""
+        model, hypothesis = self.held_out, place.hypothesis
+        without = place.z.copy()
+        without[len(model.parameters) + hypothesis.places(hypothesis.names.index(name))[0]] = 0.0
+        problem = Problem(model, hypothesis, frozen=True)
+        own, less = problem.residuals(np.array([place.z, without]), np.repeat(place.states[None], 2, axis=0))
+        return float(((own - less) ** 2).sum()) / float(model.counts.sum())
+
+    def _by_its_law(self, row: Judged, inside: Fitted, whole: Fitted, i: int) -> Judged:
+        """The i-th effect of a set, held to a free function of its variable beside the set."""
+        form = self.forms.get(inside.effects[i].over)
+        if form is None or row.evidence.remains**2 - 1.0 < self.criteria.at_noise:
+            return row
+        after = self._tabulated(whole, form)
+        if after is None:
+            return row
+        left, open_ = _excess(self.held[whole.name], self.held[self.search.without(inside, i).name], *self._against)
+        with_table, _ = _excess(after, after, *self._against)
+        missed = max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
+        evidence = dataclasses.replace(row.evidence, missed=missed, over=form.over)
+        return Judged(row.k, row.found, evidence, *graded(evidence, self.criteria))
+
+    def _tabulated(self, whole: Fitted, form: Form) -> Point | None:
+        """A set with a table beside it on the records held out; None where the table does not win the margin on those
+        fitted."""
+        key = whole.name, form.hypothesis.name
+        if key not in self._tables:
+            model, place = self.search.whole, beside(self.search.whole, whole.place, form)
+            price = whole.price + len(form.hypothesis.parameters) * math.log(float(model.counts.sum()))
+            tabled = Fitted(place, True, price, dispersion_of(model, place))
+            own, others = scores((tabled, whole), model)
+            wins = others - own >= self.criteria.margin
+            self._tables[key] = held_places([place], self.held_out, [self.held[whole.name]])[0] if wins else None
+        return self._tables[key]
+
+    @property
+    def _against(self) -> tuple[Model, float]:
+        return self.held_out, self.floor
+
     def _hold(self, sets: Iterable[Fitted]) -> None:
         """Physics of sets on the records held out, each trying the start states that others found there."""
         new = {one.name: one.place for one in sets if one.name not in self.held}
@@ -112,7 +163,9 @@ class Judge:
         self.held |= dict(zip(new, places, strict=True))
 
     def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point) -> Evidence:
-        left, open_ = _excess(place, other, self.held_out, self.floor)
+        left, open_ = _excess(place, other, *self._against)
+        parts = {name: self._part(place, name) for name in place.hypothesis.names}
+        largest = max(parts, key=parts.__getitem__)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
             name=found.name,
@@ -127,6 +180,8 @@ class Judge:
                 for one in self.selection.instead[k]
                 if self.selection.gap(one) < self.criteria.margin
             ),
+            share=parts[found.name] / max(parts[largest], 1e-300),
+            largest=largest,
         )  # fmt: skip
 
 

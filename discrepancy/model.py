@@ -100,6 +100,8 @@ class Hypothesis:
         Values of a single effect's parameters [units] from which its fit may begin.
     alike : tuple of str
         Effects that some records cannot tell from a single one: they are compared with it whatever they promise.
+    over : str
+        The table over the variable of which a single effect's force is a law; "" where there is none.
     effects : tuple of Hypothesis
         The single effects of a set; the effect itself where it is single, nothing where it is none.
     """
@@ -110,6 +112,7 @@ class Hypothesis:
     starts: tuple[tuple[float, ...], ...] = ((),)
     alike: tuple[str, ...] = ()
     effects: tuple[Hypothesis, ...] = ()
+    over: str = ""
 
     def __post_init__(self) -> None:
         if not self.effects and self.name != "none":

@@ -83,24 +83,24 @@ def question_of(answer: Explanation) -> Question | None:
         if finding.grade == FAMILY:
             k, names = _index(answer, finding), {effect.name for effect in finding.effects[1:]}
             members = [one for one in selection.instead[k] if one.place.hypothesis.names[-1] in names]
-            return Question(f"which one of {finding.name} it is", (answer.best, *members)[:_MOST])
+            return Question(f"which one of {finding.name} it is", (selection.best, *members)[:_MOST])
     for finding in answer.findings:
         if finding.grade != ESTABLISHED:
             k = _index(answer, finding)
             if selection.instead[k]:
                 other = selection.instead[k][0]
-                about = f"whether {finding.name} or {apart(other, answer.best)} stands for what is missing"
-                return Question(about, (answer.best, other))
-            return Question(f"what {finding.name} stands in for", (answer.best, selection.without[k]))
+                about = f"whether {finding.name} or {apart(other, selection.best)} stands for what is missing"
+                return Question(about, (selection.best, other))
+            return Question(f"what {finding.name} stands in for", (selection.best, selection.without[k]))
     if answer.after**2 - 1.0 < answer.criteria.at_noise:
         return None
     if not selection.tried:
         return Question("with what the remainder grows", ())
     first, *others = selection.tried
     if others:
-        rivals = " or ".join(apart(one, answer.best) for one in (first, others[0]))
+        rivals = " or ".join(apart(one, selection.best) for one in (first, others[0]))
         return Question(f"whether {rivals} comes nearer to what remains", (first, others[0]))
-    return Question(f"whether {apart(first, answer.best)} is a part of what remains", (first, answer.best))
+    return Question(f"whether {apart(first, selection.best)} is a part of what remains", (first, selection.best))
 
 
 def _index(answer: Explanation, finding: Finding) -> int:
@@ -117,7 +117,7 @@ def separations(subject: Subject, answer: Explanation, question: Question) -> tu
     """Every measurement of the subject by how far it separates the rivals of a question, the best first."""
     if len(question.rivals) < 2:
         return ()
-    rivals = [_rival(subject.model, one.place) for one in question.rivals]
+    rivals = [_rival(answer.selection.model, one.place) for one in question.rivals]
     pairs = list(itertools.combinations(range(len(rivals)), 2))
     found = []
     for measurement in subject.measurements():

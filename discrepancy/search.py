@@ -235,7 +235,7 @@ class Search:
         if not self._in_time():
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
-        names = {one.place.hypothesis.names[-1] for one in found}
+        names = {*base.place.hypothesis.names, *(one.place.hypothesis.names[-1] for one in found)}
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:
             found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)

@@ -11,41 +11,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from discrepancy.estimates import Estimate, estimates_of
 from discrepancy.explain import Explanation
 from discrepancy.fit import fit
+from discrepancy.form import Form
 from discrepancy.held_out import held_places
 from discrepancy.model import Hypothesis
 from discrepancy.problem import Point, Problem
 from discrepancy.race import CAUTION, race
 
-_SHARES = (0.1, 0.3, 1.0)
-"""Sizes of a table's starts, in the torque or force of the motion."""
-
 _CAREFUL, _LONG = 15, 60
 """Steps of a fit that lacks what remains, and of one that is compared."""
-
-
-@dataclass(frozen=True)
-class Form:
-    """A variable over which a torque may be tabulated.
-
-    Attributes
-    ----------
-    over : str
-        The variable with its unit: "speed of the table [rad/s]".
-    hypothesis : Hypothesis
-        The table's values as parameters, with starts as of `shaped`.
-    places : tuple of float
-        Where they stand.
-    """
-
-    over: str
-    hypothesis: Hypothesis
-    places: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +81,3 @@ def _fitted(answer: Explanation, hypotheses: Sequence[Hypothesis]) -> list[Point
         problem = Problem(model, place.hypothesis)
         found.append(fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place)
     return found
-
-
-def shaped(places: Sequence[float], size: float, *, closed: bool) -> tuple[tuple[float, ...], ...]:
-    """Values of a table at its places from which a fit may begin: nothing, and in both signs and some sizes a line and
-    a parabola over what goes to and fro, one wave over a turn."""
-    x = np.array(places)
-    shapes = (np.sin(x), np.cos(x)) if closed else (x / np.abs(x).max(), x * np.abs(x) / np.abs(x).max() ** 2)
-    laid = [sign * share * size * shape for share in _SHARES for shape in shapes for sign in (1.0, -1.0)]
-    return tuple(tuple(row.tolist()) for row in (np.zeros_like(x), *laid))

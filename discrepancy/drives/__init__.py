@@ -9,11 +9,13 @@ In reading order:
     effects/     the standard effects of drives
     library      effects as hypotheses, sized by the record itself
     windows      which samples are fitted, which are held out
+    inverse_library  effects that the inverse form can have, sized by what is left
     inverse      the model of `force(q, v, a, u, t, p)`
     forward_library  the effects that it can have
     forward      the model of `rates(x, u, t, p)`
     forces       what the standard effects do at one of its joints
-    advance      its integrator: Runge-Kutta, landing on events, with true sticking
+    stepping     rates with the effects in them, one Runge-Kutta step
+    advance      its integrator: landing on events, with true sticking
     motions      motions that could be asked of a drive next
     subject      what locating and reporting need of a drive
     door         all of it from the command's configuration

@@ -2,12 +2,12 @@
 
     ẋ = rates(x, u, t; p),   at each joint  (m + m_e) v̇ = m rates_v - F_e(q, v, t) - F_dry
 
-A share of m may hang on a spring, its motion two more states of the joint, and `rates` may see the joint where a
-transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is: against the
-motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the force that acts
-(Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is cut there: the
-event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
-
+A share of m may hang on a spring and another lie behind play, their motions four more states of the joint; the load
+behind play has dry friction of its own and strikes flanks as stiff as the steps resolve. `rates` may see the joint
+where a transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is:
+against the motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the
+force that acts (Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is
+cut there: the event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
 The integrator is compiled once per installation; a user's `rates` is handed to it as a function pointer.
 """
 
@@ -18,24 +18,22 @@ from numba import njit, types
 from discrepancy.drives.forces import (
     BILINEAR,
     BILINEAR_PLACE,
-    ERROR,
-    INERTIA,
-    MASS,
     MIDDLE,
+    PLAY,
     PRESLIDING,
     PRESLIDING_DISTANCE,
     SETTINGS,
-    SOFT,
     STOPS,
     STOPS_PLACE,
     bristle,
     compiled,
+    contact_acceleration,
     dry_level,
+    flank,
     is_dry,
-    smooth_force,
-    soft_acceleration,
-    wavered,
+    load_level,
 )
+from discrepancy.drives.stepping import INNER, acting, between, step, whole_rates
 
 _HALVINGS = 20
 _BRACKET = 2.0**-_HALVINGS
@@ -50,88 +48,19 @@ FAR = 1e8
 
 
 @compiled
-def net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out):
-    """Rates of all states into `out` as the user's function has them, but at the joints' speeds the force that is left
-    for dry friction and inertia; of loads on springs their rates. `moved` is room for the states as the user's function
-    sees them."""
-    n = len(x) - 2 * len(joints)
-    for i in range(n):
-        moved[i] = x[i]
-    for j in range(len(joints)):
-        c, q, v = joints[j], places[j, 0], places[j, 1]
-        if c[ERROR] != 0.0:
-            angle, first, _ = wavered(c, x[q], x[v])
-            moved[q], moved[v] = angle, (1.0 + first) * x[v]
-    rates(moved, u, t, row, out)
-    for j in range(len(joints)):
-        c, q, v, load = joints[j], places[j, 0], places[j, 1], n + 2 * j
-        force = c[MASS] * out[v]
-        out[load], out[load + 1] = 0.0, 0.0
-        if c[ERROR] != 0.0:
-            out[q] = x[v]
-            force -= c[MASS] * wavered(c, x[q], x[v])[2] * x[v] * x[v]
-        if c[SOFT] != 0.0:
-            pulled = soft_acceleration(c, x[q], x[v], x[load], x[load + 1])
-            out[load], out[load + 1] = x[load + 1], pulled
-            force -= c[SOFT] * c[MASS] * pulled
-        out[v] = force - smooth_force(c, x[q], x[v], z0[j], q0[j])
-
-
-@compiled
-def whole_rates(rates, x, u, t, row, places, joints, mode, z0, q0, moved, out):
-    """Rates of all states with the effects in them; a joint whose mode is 0 stays at rest."""
-    net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out)
-    for j in range(len(joints)):
-        c, q, v = joints[j], places[j, 0], places[j, 1]
-        force = out[v]
-        if is_dry(c):
-            if mode[j] == 0.0:
-                out[v] = 0.0
-                out[q] = 0.0
-                continue
-            force -= mode[j] * dry_level(c, x[q], x[v], mode[j], u)
-        inertia = c[MASS] * (1.0 - c[SOFT])
-        if c[ERROR] != 0.0:
-            inertia *= 1.0 + wavered(c, x[q], x[v])[1]
-        out[v] = force / (inertia + c[INERTIA])
-
-
-@compiled
-def acting(rates, x, u, t, row, places, joints, z0, q0, j, moved, out):
-    """Force [F] that dry friction has to hold at a joint at rest."""
-    net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out)
-    return out[places[j, 1]]
-
-
-@compiled
-def between(a, b, share, out):
-    """a + share (b - a), element by element."""
-    for i in range(len(out)):
-        out[i] = a[i] + share * (b[i] - a[i])
-
-
-@compiled
-def step(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, out):
-    """One Runge-Kutta step from x, u linear from u0 to u1, into `out`."""
-    n = len(x)
-    k, y, u = work[0], work[1], work[2, : len(u0)]
-    for i in range(n):
-        out[i] = y[i] = x[i]
-    for stage in range(4):
-        at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
-        between(u0, u1, at, u)
-        whole_rates(rates, y[:n], u, t + at * h, row, places, joints, mode, z0, q0, work[13, :n], k[:n])
-        weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
-        ahead = h if stage == 2 else 0.5 * h
-        for i in range(n):
-            out[i] += weight * k[i]
-            y[i] = x[i] + ahead * k[i]
-
-
-@compiled
 def set_modes(rates, x, u, t, row, places, joints, z0, q0, mode, moved, out):
-    """Directions of the joints: of the motion; at rest of the force, or 0 where dry friction holds it."""
-    for j in range(len(joints)):
+    """Directions (2 joints,) of the joints and of the loads behind their play: of the motion; at rest of the force, or
+    0 where dry friction holds it."""
+    m, n = len(joints), len(x) - INNER * len(joints)
+    for j in range(m):
+        c, load = joints[j], n + INNER * j + 2
+        if c[PLAY] != 0.0:
+            pushed = contact_acceleration(c, x[places[j, 0]], x[places[j, 1]], x[load], x[load + 1])
+            if x[load + 1] != 0.0:
+                mode[m + j] = 1.0 if x[load + 1] > 0.0 else -1.0
+            else:
+                mode[m + j] = 0.0 if abs(pushed) <= load_level(c) else (1.0 if pushed > 0.0 else -1.0)
+    for j in range(m):
         if not is_dry(joints[j]):
             mode[j] = 1.0
             continue
@@ -146,10 +75,20 @@ def set_modes(rates, x, u, t, row, places, joints, z0, q0, mode, moved, out):
 
 @compiled
 def happened(rates, x, y, u, t, row, places, joints, mode, z0, q0, moved, out):
-    """Joint at which something has happened between x and y: 1 + j where its speed has passed 0, -1 - j where it has
-    broken loose or a contact has opened or closed; 0 for nothing."""
-    for j in range(len(joints)):
-        c, q, v = joints[j], places[j, 0], places[j, 1]
+    """Joint at which something has happened between x and y: 1 + j where its speed has passed 0, 1 + joints + j where
+    that of the load behind its play has, -1 - j where one of them has broken loose or a contact has opened or closed; 0
+    for nothing."""
+    m, n = len(joints), len(x) - INNER * len(joints)
+    for j in range(m):
+        c, q, v, load = joints[j], places[j, 0], places[j, 1], n + INNER * j + 2
+        if c[PLAY] != 0.0:
+            if mode[m + j] * y[load + 1] < 0.0:
+                return 1 + m + j
+            if flank(c, x[q], x[load]) != flank(c, y[q], y[load]):
+                return -1 - j
+            pushed = contact_acceleration(c, y[q], y[v], y[load], y[load + 1])
+            if mode[m + j] == 0.0 and abs(pushed) > load_level(c):
+                return -1 - j
         if is_dry(c):
             if mode[j] * y[v] < 0.0:
                 return 1 + j
@@ -192,7 +131,9 @@ def landed(rates, x, u0, u1, t, h, row, places, joints, mode, z0, q0, work, y):
                 break
             # The last step of all is to the end of the bracket, just beyond the event.
             share = high if halving == _HALVINGS else 0.5 * (low + high)
-        if found > 0:
+        if found > len(joints):
+            y[len(x) - INNER * (2 * len(joints) - found + 1) + 3] = 0.0
+        elif found > 0:
             y[places[found - 1, 1]] = 0.0
         keep(x, y, places, joints, z0, q0)
         done += share * (1.0 - done)
@@ -221,16 +162,17 @@ def run(rates, start, z_start, u, begin, rate, substeps, row, places, joints, me
     lost.
     """
     n, m = len(start), len(joints)
-    whole = n + 2 * m
+    whole = n + INNER * m
     states, y, moved = work[6, :whole], work[7, :whole], work[13, :whole]
-    mode, z0, q0 = work[8, :m], work[9, :m], work[10, :m]
+    mode, z0, q0 = work[8, : 2 * m], work[9, :m], work[10, :m]
     for i in range(n):
         states[i] = start[i]
     for j in range(m):
         mode[j], z0[j], q0[j] = 1.0, z_start[j], start[places[j, 0]]
-        # loads on springs: beside the joint, as far as the start says
-        states[n + 2 * j] = start[places[j, 0]] + z_start[m + 2 * j]
-        states[n + 2 * j + 1] = start[places[j, 1]] + z_start[m + 2 * j + 1]
+        # loads: beside the joint, as far as the start says
+        for i in range(INNER):
+            states[n + INNER * j + i] = start[places[j, i % 2]] + z_start[m + INNER * j + i]
+        mode[m + j] = 0.0
     h = 1.0 / (rate * substeps)
     samples = out.shape[1]
     for k in range(samples):
@@ -268,8 +210,8 @@ SIGNATURE = types.void(_ROW, _ROW, types.float64, _ROW, _ROW)
 def run_all(
     rates, starts, z_starts, us, begins, counts, rate, substeps, rows, places, joints, measured, scale, work, out, good
 ):
-    """`run` for every job: starts (k, n), z_starts (k, 3 joints): Dahl's deflections, then where
-    loads on springs are beside their joints and how fast; us (k, samples, inputs), rows (k, parameters),
+    """`run` for every job: starts (k, n), z_starts (k, 5 joints): Dahl's deflections, then for each joint where the
+    load on its spring is beside it and how fast, and that behind play; us (k, samples, inputs), rows (k, parameters),
     joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
     for job in range(len(starts)):
         count = counts[job]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import functools
 import inspect
 import keyword
 import math
@@ -111,7 +112,13 @@ class Drive:
 
     def p(self, values: Sequence[float]) -> Any:
         """Values of the parameters [units] as the function takes them: a named tuple."""
-        return namedtuple("p", [p.name for p in self.parameters])(*map(float, values))  # type: ignore[misc]
+        return named(tuple(p.name for p in self.parameters))(*map(float, values))
+
+
+@functools.cache
+def named(names: tuple[str, ...]) -> type:
+    """The class of a named tuple `p`: making one takes longer than a law over a record."""
+    return namedtuple("p", names)  # type: ignore[misc]
 
 
 def load_drive(path: Path) -> Drive:

@@ -7,6 +7,7 @@ import math
 from numba import njit
 
 from indexer_env.kernels.effects import harmonic, imbalance_torque, knot_weight, spline_place
+from indexer_env.kernels.joints import line_torque, region_line
 
 SETTINGS = {"error_model": "numpy", "_nrt": False}
 """Nothing is allocated here, so arrays need not be counted as references."""
@@ -19,6 +20,7 @@ COLUMNS = (
     "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase", "ripple", "ripple_order", "ripple_phase",
     "inertia", "middle", "stroke", "mass", "load",
     "error", "error_phase", "error_order", "soft", "soft_inverse_square", "soft_damping",
+    "play", "play_share", "play_friction", "play_law", "contact",
     "tabulated_over", "tabulated_first", "tabulated_per",
     *(f"tabulated_{k}" for k in range(11)),
 )  # fmt: skip
@@ -28,7 +30,8 @@ COLUMNS = (
     VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED, OFFSET, IMBALANCE, IMBALANCE_PHASE,
     LINEAR, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING, PRESLIDING_DISTANCE, COGGING,
     COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
-    LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE, SOFT_DAMPING,
+    LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE, SOFT_DAMPING, PLAY, PLAY_SHARE, PLAY_FRICTION,
+    PLAY_LAW, CONTACT,
     TABULATED_OVER, TABULATED_FIRST, TABULATED_PER, TABULATED_0,
 ) = range(len(COLUMNS) - 10)  # fmt: skip
 
@@ -98,3 +101,36 @@ def soft_acceleration(c, q, v, x, y):
     """Acceleration of a load at x, y on its spring: ẍ = -2 ζ ω (y - v) - ω² (x - q)."""
     omega = 1.0 / math.sqrt(c[SOFT_INVERSE_SQUARE])
     return -2.0 * c[SOFT_DAMPING] * omega * (y - v) - omega * omega * (x - q)
+
+
+CONTACT_DAMPING = 0.5
+"""Damping ratio of a load on the contact of its play."""
+
+
+@compiled
+def flank(c, q, x):
+    """Side at which a load behind play is in contact: 1 where the joint pushes it forwards, -1 backwards, else 0."""
+    d = q - x
+    if d > 0.5 * c[PLAY]:
+        return 1.0
+    return -1.0 if d < -0.5 * c[PLAY] else 0.0
+
+
+@compiled
+def contact_acceleration(c, q, v, x, y):
+    """Force of the contact over the mass of a load behind play at x, y; c[CONTACT] is the load's frequency [rad/s]."""
+    region, omega, law = flank(c, q, x), c[CONTACT], c[PLAY_LAW]
+    damping = 2.0 * CONTACT_DAMPING * omega
+    stiffness, offset, r = region_line(
+        region, omega * omega, damping, 0.5 * c[PLAY], 1.0, damping if law == 2.0 else 0.0
+    )
+    force = line_torque(stiffness, offset, r, q - x, v - y, 0.0)
+    if law == 0.0 and region * force < 0.0:
+        force = 0.0
+    return force
+
+
+@compiled
+def load_level(c):
+    """Dry friction of a load behind play over its mass."""
+    return c[PLAY_FRICTION] / max(c[PLAY_SHARE] * c[MASS], 1e-300)

@@ -18,10 +18,11 @@ from discrepancy.drives.advance import WORK, run_all
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
-from discrepancy.drives.forces import COLUMNS, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
-from discrepancy.drives.forward_library import LINE, library_of, lines_of
+from discrepancy.drives.forces import COLUMNS, CONTACT, PLAY, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
+from discrepancy.drives.forward_library import LINE, library_of, lines_of, sized_by
 from discrepancy.drives.library import tabulated_row, values_of
-from discrepancy.drives.readings import commanded
+from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
+from discrepancy.drives.stepping import INNER
 from discrepancy.drives.track import Scales
 from discrepancy.drives.windows import Windows
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
@@ -33,6 +34,9 @@ _ACCURACY = 0.05
 """Change of a residual, in units of the noise, by halving the step below which the step is fine enough."""
 
 _MOST_SUBSTEPS = 32
+
+_IN_PLAY = (-0.95, 0.0, 0.95)
+"""Where a load behind play is looked for when a window starts, over half of the play."""
 
 _RESOLVED = 2.0
 """Least time over a step in which a load on its spring goes through one radian."""
@@ -116,44 +120,57 @@ class ForwardModel(Model):
             rows = np.array([values[p][: self.own] for p in jobs.point[mine]])
             coefficients = np.array([set_up[p][0] for p in jobs.point[mine]])
             z_starts = self._inner_starts(hypothesis, jobs.states[mine, n:], coefficients)
+            lags = [set_up[p][2] for p in jobs.point[mine]]
             found, fine = np.zeros((len(mine), self.channels, most)), np.zeros(len(mine), dtype=np.bool_)
-            work = np.zeros((WORK, max(n + 2 * joints, course.u.shape[1])))
+            work = np.zeros((WORK, max(n + INNER * joints, course.u.shape[1])))
             scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
             run_all(
                 self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
                 self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
+            for row, lag in zip(found, lags, strict=True):
+                if lag > 0.0:
+                    row[:] = lagging(row, lag, 1.0 / course.rate)
             out[mine], good[mine] = found / course.noise[:, None], fine
         return out, good
 
     def _inner_starts(self, hypothesis: Hypothesis, states: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """What starts inside the joints (k, 3 joints), as `run_all` takes it, from scaled local parameters (k, l)."""
+        """What starts inside the joints (k, 5 joints), as `run_all` takes it, from scaled local parameters (k, l)."""
         joints = len(self.drive.joints)
-        starts = np.zeros((len(states), 3 * joints))
+        starts = np.zeros((len(states), (1 + INNER) * joints))
+        loads = starts[:, joints:].reshape(len(states), joints, INNER)
+        speed = np.array([scales.V for scales in self.scales])
         at = 0
+        if self._has(hypothesis, "play"):
+            mine = states[:, : 2 * joints].reshape(-1, joints, 2)
+            loads[:, :, 2] = 0.5 * np.clip(mine[:, :, 0], -1.0, 1.0) * coefficients[:, :, PLAY]
+            loads[:, :, 3] = mine[:, :, 1] * speed
+            at = 2 * joints
         if self._has(hypothesis, "presliding"):
-            starts[:, :joints] = np.clip(states[:, :joints], -1.0, 1.0)
-            at = joints
+            starts[:, :joints] = np.clip(states[:, at : at + joints], -1.0, 1.0)
+            at += joints
         if self._has(hypothesis, "soft"):
-            speed = np.array([scales.V for scales in self.scales])
             slowness = np.sqrt(coefficients[:, :, SOFT_INVERSE_SQUARE])
-            mine = states[:, at : at + 2 * joints]
-            starts[:, joints::2], starts[:, joints + 1 :: 2] = mine[:, ::2] * speed * slowness, mine[:, 1::2] * speed
+            mine = states[:, at : at + 2 * joints].reshape(-1, joints, 2)
+            loads[:, :, 0], loads[:, :, 1] = mine[:, :, 0] * speed * slowness, mine[:, :, 1] * speed
         return starts
 
     def _has(self, hypothesis: Hypothesis, forward: str) -> bool:
         return any(self.effects[one.name].forward == forward for one in (*self.known, *hypothesis.effects))
 
-    def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple]:
-        """Coefficients of the joints (joints, k), and what is done to the command."""
+    def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple, float]:
+        """Coefficients of the joints (joints, k), what is done to the command, and how far the sensors lag [s]."""
         p = self.drive.p(values[: self.own])
         table = np.zeros((len(self.drive.joints), len(COLUMNS)))
         at = {name: k for k, name in enumerate(COLUMNS)}
         for j, (joint, scales) in enumerate(zip(self.drive.joints, self.scales, strict=True)):
             mass = getattr(p, joint.inertia) if isinstance(joint.inertia, str) else joint.inertia
             table[j, at["mass"]], table[j, at["middle"]], table[j, at["stroke"]] = mass, scales.middle, scales.Q
-        command = []
+        command, lag = [], 0.0
         for one, mine in self._present(hypothesis, values):
             effect = self.effects[one.name]
+            if effect.forward == SENSOR_LAG:
+                lag += mine[0]
+                continue
             if effect.acts == "reading":
                 command.append((effect.forward, *mine))
                 continue
@@ -170,10 +187,11 @@ class ForwardModel(Model):
                 named = [named[0], named[2], named[1]]
             for column, value in zip((size, *shape), named, strict=True):
                 table[j, at[column]] = value
+        table[:, CONTACT] = self.courses[0].rate * self.substeps / _RESOLVED
         # a load that swings faster than the steps resolve moves with its joint
         swing = np.sqrt(np.maximum(table[:, SOFT_INVERSE_SQUARE], 1e-300) * (1.0 - table[:, SOFT]))
         table[swing * self.courses[0].rate * self.substeps < _RESOLVED, SOFT] = 0.0
-        return table, tuple(command)
+        return table, tuple(command), lag
 
     def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
         at, found = self.own, []
@@ -199,10 +217,13 @@ class ForwardModel(Model):
     # ------------------------------------------------------------------ as a Model
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        """The library; what a fit has left, residuals (w, n), proposes the frequencies of lines."""
-        if residual is None or LINE not in self._library:
+        """The library; what a fit has left, residuals (w, n), proposes the frequencies of lines, and sizes."""
+        if residual is None:
             return self._library
-        return {**self._library, LINE: lines_of(self, residual)}
+        found = dict(self._library)
+        if LINE in found:
+            found[LINE] = lines_of(self, residual)
+        return sized_by(self, found, residual)
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -231,11 +252,19 @@ class ForwardModel(Model):
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        inner = self._has(hypothesis, "presliding") + 2 * self._has(hypothesis, "soft")
+        inner = self._has(hypothesis, "presliding") + 2 * (
+            self._has(hypothesis, "soft") + self._has(hypothesis, "play")
+        )
         return len(self.drive.states) + inner * len(self.drive.joints)
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
-        return np.zeros((0, 0))
+        """Where a load lies in its play: at either flank or between."""
+        n, joints = len(self.drive.states), len(self.drive.joints)
+        if not self._has(hypothesis, "play"):
+            return np.zeros((0, 0))
+        grid = np.zeros((len(_IN_PLAY), n + 2 * joints))
+        grid[:, n::2] = np.array(_IN_PLAY)[:, None]
+        return grid
 
     def jobs(self, values: Sequence[float] | np.ndarray) -> Jobs:
         """Every window at one global point, started where the measured motion says."""

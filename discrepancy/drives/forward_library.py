@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from discrepancy.drives.course import Course
 from discrepancy.drives.effects.ripple import lines
-from discrepancy.drives.library import hypotheses_of
+from discrepancy.drives.library import hypotheses_of, sized, without
 from discrepancy.drives.track import Scales
-from discrepancy.model import NONE, Hypothesis
+from discrepancy.model import NONE, Hypothesis, Jobs
+from discrepancy.problem import Problem
 from indexer_env.effects.sensor import SensorMainsHum
 
 if TYPE_CHECKING:
     from discrepancy.drives.forward import ForwardModel
 
 LINE = SensorMainsHum.name
+_SLIGHT = 0.05
+"""Share of a start's size at which its response is taken: at its whole size the drive may stand where it moved."""
+
 _BAND = 0.8
 """Highest frequency at which a line is looked for, of half the sampling rate."""
 
@@ -73,6 +77,36 @@ def lines_of(model: ForwardModel, residual: np.ndarray) -> tuple[Hypothesis, ...
         for _, omega, phase in lines(t, row, slowest, _BAND * math.pi * model.courses[k].rate)
     ]
     return hypotheses_of(model.effects[LINE], scales, proposed)
+
+
+def sized_by(
+    model: ForwardModel, library: Mapping[str, tuple[Hypothesis, ...]], residual: np.ndarray
+) -> dict[str, tuple[Hypothesis, ...]]:
+    """The library with starts of the sizes that a fit's residuals (w, n) ask for beside the model's own parameters and
+    the windows' start states."""
+    problem = Problem(model, NONE)
+    zero = np.zeros(len(model.parameters))
+    plain, by_global, by_local = problem.linearised(
+        problem.point(zero, np.zeros((len(model.counts), model.local_count(NONE))))
+    )
+    bases = [np.linalg.qr(by_local[:, w].T)[0] for w in range(len(plain))]
+
+    def apart(rows: np.ndarray) -> np.ndarray:
+        """Rows (w, n) without what start states can give of them."""
+        return np.concatenate([row - base @ (base.T @ row) for row, base in zip(rows, bases, strict=True)])
+
+    slopes = np.array([apart(rows) for rows in by_global])
+    left = without(apart(-residual), slopes)
+
+    def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
+        jobs = Jobs(
+            np.concatenate([zero, one.coordinates((_SLIGHT * values[0], *values[1:]))])[None],
+            np.zeros(len(plain), dtype=int),
+            np.arange(len(plain)), np.zeros((len(plain), model.local_count(one))),
+        )  # fmt: skip
+        return without(apart(model.residuals(one, jobs) - plain), slopes) / _SLIGHT
+
+    return {name: tuple(sized(one, response, left) for one in choices) for name, choices in library.items()}
 
 
 def _of_input(scales: Scales, courses: Sequence[Course]) -> Scales:

@@ -17,10 +17,10 @@ from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects, machine_yaml
 from discrepancy.drives.windows import Windows, split
+from discrepancy.form import Form
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
-from discrepancy.table import Form
 from indexer_env.errors import ParameterError
 
 _CELLS = 8

@@ -2,8 +2,10 @@
 
     reading = R(f(q, v, a, u, t; p) + Σ effects) + friction,   residual = (h * reading - h * measured)/noise
 
-Motion and measured force have passed one kernel (`smoothing`), and both sides pass the comparison's, h. There are no
-start states. Dry friction follows Coulomb's law as it is, not a smoothed sign: while the drive moves it is the level
+Motion and measured force have passed one kernel (`smoothing`), and both sides pass the comparison's, h. The state in
+which a load on a spring begins a record is unknown, and what it adds is linear in that: it is eliminated by least
+squares, its prior that of a load left standing or moving (variable projection; Golub and Pereyra, SIAM J. Numer. Anal.
+10 (1973) 413). Dry friction follows Coulomb's law as it is, not a smoothed sign: while the drive moves it is the level
 against the direction; while it stands, any force between the levels of both directions may act, so that a residual
 counts only beyond them (Moreau's law, the motion being given).
 """
@@ -18,25 +20,13 @@ import numpy as np
 
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
-from discrepancy.drives.library import (
-    check_slopes,
-    done_by_model,
-    hypotheses_of,
-    proposals,
-    sensible,
-    sessions_of,
-    sized,
-    values_of,
-    without,
-)
+from discrepancy.drives.inverse_library import library_of, proposed_by
+from discrepancy.drives.library import sessions_of, values_of
 from discrepancy.drives.track import Scales, Track
 from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
-from discrepancy.model import NONE, Hypothesis, Jobs, Model
+from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.errors import ParameterError
-
-_NUDGE = 1e-4
-"""Relative to a parameter's scale, for the slopes of the model's own parameters."""
 
 _REMEMBERED = 64
 """Forces of single effects that are kept: a fit moves one parameter at a time."""
@@ -77,7 +67,21 @@ class InverseModel(Model):
         self.measured = [self.tracks[k].measured for k in windows.tracks]
         self._kept: dict[Any, Any] = {}
         self._left_out: tuple[str, ...] = ()
-        self._library = self._found() if library is None else library
+        self._inside = [self._covered(group) for group in range(len(self.measured))]
+        if library is None:
+            library, self._left_out = library_of(self)
+        self._library = library
+
+    def _covered(self, group: int) -> np.ndarray:
+        inside = np.zeros(len(self.measured[group]), dtype=bool)
+        mine = self.groups == group
+        for first, count in zip(self.windows.first[mine], self.counts[mine], strict=True):
+            inside[first : first + count] = True
+        return inside
+
+    def inside(self, group: int) -> np.ndarray:
+        """Which samples (m,) of a record, as they are compared, lie in the windows."""
+        return self._inside[group]
 
     # ------------------------------------------------------------------ the model's own force
 
@@ -176,24 +180,7 @@ class InverseModel(Model):
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         """The library; what a fit has left, residuals (w, n), proposes wavelengths of what wavers, and sizes."""
-        if residual is None:
-            return self._library
-        left = [np.zeros(len(row)) for row in self.measured]
-        for w, (group, first, count) in enumerate(zip(self.groups, self.windows.first, self.counts, strict=True)):
-            left[group][first : first + count] = -residual[w, :count] * self.noise[group]
-        tracks = [self.tracks[k] for k in self.windows.tracks]
-        found = dict(self._library)
-        for name in found:
-            if proposed := proposals(self.effects[name], tracks, left):
-                found[name] = hypotheses_of(self.effects[name], self.scales, proposed)
-        zero, slopes = np.zeros(len(self.parameters)), self._slopes()
-        plain, whole = self._plain(NONE, zero), without(np.concatenate(left), slopes)
-
-        def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
-            given = self._plain(one, np.concatenate([zero, one.coordinates(values)]))
-            return without(given - plain, slopes)
-
-        return {name: tuple(sized(one, response, whole) for one in choices) for name, choices in found.items()}
+        return self._library if residual is None else proposed_by(self, self._library, residual)
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -217,8 +204,28 @@ class InverseModel(Model):
         track = self.tracks[self.windows.tracks[group]]
         predicted, rest = self.compared(track, hypothesis, point)
         left = predicted + self._shift(point, group) - self.measured[group]
+        rows = self._starts(track, hypothesis, point)
+        if len(rows):
+            # what friction at rest holds tells nothing of the start
+            told = self.inside(group) & (rest[0] == rest[1])
+            seen = rows[:, told] / self.noise[group]
+            found = np.linalg.solve(np.eye(len(rows)) + seen @ seen.T, seen @ left[told] / self.noise[group])
+            left = left - found @ rows
         # friction at rest takes what is left as far as it reaches
         return (left - np.clip(left, -rest[0], -rest[1])) / self.noise[group]
+
+    def _starts(self, track: Track, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        """What the unknown states in which effects begin a record add (k, m), each over its standard deviation."""
+        found: list[np.ndarray] = []
+        if not any(self.effects[one.name].begins for one in (*self.known, *hypothesis.effects)):
+            return np.array(found)
+        values = [p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)]
+        base = self.base(track, tuple(values[: self.own]))
+        for one, mine in self._present(hypothesis, values):
+            begins = self.effects[one.name].begins
+            if begins is not None:
+                found += [track.thinned(row) for row in begins(track, values_of(one, mine), base)]
+        return np.array(found)
 
     def _shift(self, point: np.ndarray, group: int) -> float:
         place = next((k for k, p in enumerate(self.parameters) if p.record == group), None)
@@ -236,60 +243,6 @@ class InverseModel(Model):
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.zeros((0, 0))
-
-    # ------------------------------------------------------------------ the library
-
-    def _found(self) -> dict[str, tuple[Hypothesis, ...]]:
-        """Effects that may be missing: sensible for the channels, and not done by the model's own parameters."""
-        zero, slopes = np.zeros(len(self.parameters)), self._slopes()
-        check_slopes(self.drive, slopes[: self.own])
-        left = self._left_by(slopes)
-        known = {one.name: one for one in self.known}
-        found, done = {}, []
-        for effect in sensible(self.drive.effects, self.scales, known):
-            proposed = proposals(effect, [self.tracks[k] for k in self.windows.tracks], left)
-            choices = hypotheses_of(effect, self.scales, proposed)
-            if not choices:
-                continue
-            start = np.concatenate([zero, choices[0].coordinates(choices[0].starts[0])])
-            response = self._plain(choices[0], start) - self._plain(NONE, zero)
-            if effect.acts != "dry" and done_by_model(response, slopes):
-                done.append(effect.name)
-                continue
-            found[effect.name] = choices
-        self._left_out = tuple(done)
-        return found
-
-    def _plain(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        """Readings of all records at a point, one after the other."""
-        return np.concatenate([self.compared(self.tracks[k], hypothesis, point)[0] for k in self.windows.tracks])
-
-    def _slopes(self) -> np.ndarray:
-        """Derivatives (g, n) of all readings by the model's own parameters, an offset of each record among them."""
-        zero = np.zeros(len(self.parameters))
-        physics = [k for k, p in enumerate(self.parameters) if not p.of_record]
-        slopes = np.array([self._slope(NONE, zero, k) for k in physics])
-        if not self.drive.sessions:
-            return slopes
-        owner = np.repeat(np.arange(len(self.measured)), [len(row) for row in self.measured])
-        return np.concatenate([slopes, owner == np.arange(len(self.measured))[:, None]])
-
-    def _slope(self, hypothesis: Hypothesis, point: np.ndarray, place: int) -> np.ndarray:
-        nudged = point.copy()
-        nudged[place] += _NUDGE
-        return (self._plain(hypothesis, nudged) - self._plain(hypothesis, point)) / _NUDGE
-
-    def _left_by(self, slopes: np.ndarray) -> list[np.ndarray]:
-        """What the model with plain friction and an offset leaves of each record fitted: where waves are looked for."""
-        measured = np.concatenate(self.measured)
-        v = np.concatenate([self.tracks[k].thinned(self.tracks[k].v) for k in self.windows.tracks])
-        side = np.concatenate([self.tracks[k].thinned(self.tracks[k].direction) for k in self.windows.tracks])
-        columns = np.stack([*slopes, v, side, np.ones_like(v)], axis=1)
-        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        target = measured - self._plain(NONE, np.zeros(len(self.parameters)))
-        fitted, *_ = np.linalg.lstsq(columns, target, rcond=1e-10)
-        edges = np.cumsum([len(row) for row in self.measured])[:-1]
-        return np.split(target - columns @ fitted, edges)
 
 
 def _kept(row: np.ndarray) -> np.ndarray:

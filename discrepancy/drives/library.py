@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive
+from discrepancy.drives.description import Drive, named
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.track import Scales, Track
+from discrepancy.form import Form, shaped
 from discrepancy.model import Hypothesis, Parameter
-from discrepancy.table import Form, shaped
 from indexer_env.effects.tabulated import PLACES, coefficients_of_values
 from indexer_env.errors import ParameterError
 
@@ -37,7 +36,9 @@ def hypotheses_of(
     laid = product(*([s * scales.of(size.dimension) for s in size.starts] for size in effect.sizes))
     starts = (*proposed, *(tuple(row) for row in laid if row))
     inside = tuple(_inside(own, row) for row in dict.fromkeys(starts))
-    return tuple(Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike) for c in effect.choices)
+    return tuple(
+        Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike, over=effect.over) for c in effect.choices
+    )
 
 
 def _with(size: Any, nominal: float) -> Any:
@@ -52,7 +53,7 @@ def values_of(hypothesis: Hypothesis, values: Sequence[float]) -> Any:
     """An effect's values by its parameters' names, its choices among them, as its law takes them."""
     names = [p.name.removeprefix(f"{hypothesis.name}.") for p in hypothesis.parameters]
     pairs = {**dict(zip(names, values, strict=True)), **hypothesis.fixed}
-    return namedtuple("p", list(pairs))(**pairs)  # type: ignore[misc]
+    return named(tuple(pairs))(*pairs.values())
 
 
 _WIDE = 10.0

@@ -1,10 +1,25 @@
-"""What the effects between command and force do to a command, for the forward form."""
+"""What the effects between command and force do to a command, and a sensor to a motion, for the forward form."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+
+SENSOR_LAG = "sensor_lag"
+"""Name of the effect that acts on what is measured."""
+
+
+def lagging(rows: np.ndarray, time: float, step: float) -> np.ndarray:
+    """Channels (k, n) as sensors read them that lag by a time constant: τ dy/dt = x - y, x linear between samples, and
+    y at first as if x had come at its first rate for long."""
+    import scipy.signal
+
+    left, per = np.exp(-step / time), time / step
+    b = [1.0 - (1.0 - left) * per, (1.0 - left) * per - left]
+    rate = rows[:, 1:2] - rows[:, :1]
+    before = b[1] * (rows[:, :1] - rate) + left * (rows[:, :1] - rate * (1.0 + per))
+    return scipy.signal.lfilter(b, [1.0, -left], rows, axis=1, zi=before)[0]
 
 
 def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) -> np.ndarray:

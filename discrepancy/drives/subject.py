@@ -14,10 +14,10 @@ from discrepancy.drives.motions import imagined
 from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
+from discrepancy.form import Form
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
-from discrepancy.table import Form
 
 _CELLS = 8
 _MAINS = (50.0, 60.0, 100.0, 120.0)

@@ -34,6 +34,12 @@ HOUSING = "housing_inertia"
 _HOUSING_SPREAD = 0.2
 """Relative standard deviation with which the housing's inertia is known: nothing that a tight machine does tells it."""
 
+_LAWS = {
+    "friction.viscous": "tabulated.speed", "load.imbalance": "tabulated.angle",
+    "output.cubic_stiffness": "tabulated.deflection",
+}  # fmt: skip
+"""Effects whose torque on the table is a smooth law of one variable, and the table over it."""
+
 _SEEN = 0.99 * BRACKET_LIMIT
 """Highest frequency of a sensor's filter that is looked for, over the sampling rate."""
 
@@ -96,7 +102,14 @@ def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hyp
         starts.append((value,))
     laid_out = tuple(itertools.product(*starts))
     return tuple(
-        Hypothesis(effect.name, tuple(parameters), dict(zip(choices, chosen, strict=True)), laid_out, effect.alike)
+        Hypothesis(
+            effect.name,
+            tuple(parameters),
+            dict(zip(choices, chosen, strict=True)),
+            laid_out,
+            effect.alike,
+            over=_LAWS.get(effect.name, ""),
+        )
         for chosen in itertools.product(*choices.values())
     )
 

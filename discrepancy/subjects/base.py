@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from discrepancy.form import Form
 from discrepancy.model import Model
 from discrepancy.origin import Origin
 from discrepancy.place import Point
-from discrepancy.table import Form
 
 
 @dataclass(frozen=True, eq=False)

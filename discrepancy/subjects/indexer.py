@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from discrepancy.form import Form, shaped
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
 from discrepancy.indexer.scans import origin_at
 from discrepancy.indexer.windows import START_PHASE
@@ -18,7 +19,6 @@ from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
-from discrepancy.table import Form, shaped
 from indexer_env.effects import EFFECTS, TABLES
 from indexer_env.effects.measures import measures
 from indexer_env.effects.tabulated import PLACES

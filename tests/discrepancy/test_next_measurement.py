@@ -30,9 +30,9 @@ def fitted(model: IndexerModel, hypothesis: Hypothesis, start: tuple[float, ...]
     return fit(problem, problem.searched(problem.point(z, np.zeros((len(model.counts), 4)))), steps=20).place
 
 
-def separated(subject, *places: Point) -> tuple[Separation, ...]:
+def separated(subject, *places: Point, searched: IndexerModel | None = None) -> tuple[Separation, ...]:
     question = Question("which one it is", tuple(Fitted(place, True, 0.0, 1.0) for place in places))
-    answer = SimpleNamespace(selection=SimpleNamespace(dispersion=1.0))
+    answer = SimpleNamespace(selection=SimpleNamespace(dispersion=1.0, model=searched or subject.model))
     return separations(subject, answer, question)  # type: ignore[arg-type]
 
 
@@ -55,6 +55,15 @@ def test_the_same_again_separates_little_and_the_proposal_much(made) -> None:
     assert by_name["1500 rpm, 2 N m, 1 turn of the table"] < ENOUGH
     assert found[0].separation > 10.0 * ENOUGH and found[0].pair == tuple(PAIR)
     assert [one.separation for one in found] == sorted(by_name.values(), reverse=True)
+
+
+def test_rivals_may_be_fitted_to_a_part_of_the_records(made) -> None:
+    subject, *_ = made
+    library, part = subject.model.hypotheses(), subject.model.part(4)
+    assert len(part.counts) < len(subject.model.counts)
+    places = [fitted(part, library[name][0], start) for name, start in PAIR.items()]
+    found = separated(subject, *places, searched=part)
+    assert found[0].separation > ENOUGH and found[0].pair == tuple(PAIR)
 
 
 def test_a_torque_sensor_tells_friction_from_slip_at_the_same_speed(made) -> None:

@@ -15,6 +15,7 @@ from discrepancy.problem import Problem
 from discrepancy.race import race
 from discrepancy.search import Search
 from tests.discrepancy.toy import Chord, Stateless
+from tests.discrepancy.toy import effect as effect_like
 
 
 def selected(model: Chord, **criteria: float) -> set[str]:
@@ -41,6 +42,17 @@ def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypa
         monkeypatch.setattr(Search, "_exchanged", lambda self, fitted: [])
     names = selected(Chord(LIKE, 5, OFFERED), most=2)
     assert (names == {"a", "b"}) == swaps and ("a and b" in names) == (not swaps)
+
+
+def test_an_effect_that_looks_alike_is_not_added_to_a_set_that_has_it(monkeypatch) -> None:
+    """`tone` looks like `beat`, which stands beside it: without `tone` the set is not tried with a second `beat`."""
+    model = Chord({"tone": 10.0, "beat": 9.0}, 5)
+    model.library["tone"] = (effect_like("tone", alike=("beat",)),)
+    monkeypatch.setattr(Search, "_rivals", lambda *_: True)
+    found = Search(model, Criteria()).run()
+    assert set(found.best.place.hypothesis.names) == {"tone", "beat"}
+    names = [one.place.hypothesis.names for group in found.instead for one in group]
+    assert all(len(set(row)) == len(row) for row in names)
 
 
 def test_an_effect_enters_only_by_the_margin() -> None:

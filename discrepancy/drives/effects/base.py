@@ -84,12 +84,17 @@ class DriveEffect:
         "reading": the law turns the force that is given, a further argument (n,), into the force that is read.
     alike : tuple of str
         Effects that some records cannot tell from it.
+    over : str
+        The table over the variable of which it is a smooth law, by its name in `TABLES`; "" where there is none.
     rotary : bool
         True where it makes sense for an angle alone.
     of_base : bool
         True where the law calls `base`, so that it changes with the model's own parameters.
     starts : callable or None
         Further starts that the record itself proposes: (track, what the model leaves) -> tuples of values [units].
+    begins : callable or None
+        What the unknown state in which it begins a record adds to the force, linear in that: (track, p, base) -> arrays
+        (k, n), each for one standard deviation of what is unknown.
     forward : str
         Its name in the integrator of the forward form; "" where it acts in the inverse form only.
     choices : tuple of mapping
@@ -104,9 +109,11 @@ class DriveEffect:
     law: Law
     acts: str = "force"
     alike: tuple[str, ...] = ()
+    over: str = ""
     rotary: bool = False
     of_base: bool = False
     starts: Callable[[Track, np.ndarray], list[tuple[float, ...]]] | None = None
+    begins: Callable[..., np.ndarray] | None = None
     forward: str = ""
     choices: tuple[Mapping[str, float], ...] = field(default=({},))
 

@@ -93,26 +93,24 @@ def carried(
 def _contact(m: Track, p, base) -> np.ndarray:
     if p.play <= 0.0:
         return np.zeros_like(m.q)
-    size = float(np.std(m.a))
-    mass = p.share * float(np.median(base(m.q, m.v, m.a + size) - base(m.q, m.v, m.a))) / size
+    mass = p.share * _mass(m, base)
     if mass <= 0.0:
         return np.zeros_like(m.q)
     omega = 2.0 * math.pi * _CONTACT * 0.5 / m.step
-    felt = mass * carried(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law))
-    return felt - mass * m.a - p.friction * m.direction
+    return mass * (carried(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law)) - m.a)
 
 
 standard(
     DriveEffect(
-        "play.contact", "Part of the mass, with some of the dry friction, lies behind play and strikes its flanks.",
-        "F += M - s m a - F_l sign(v), s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
+        "play.contact", "Part of the mass, with dry friction of its own, lies behind play and strikes its flanks.",
+        "F += M - s m a, s m ẍ = M(q - x, v - ẋ) - F_l sign(ẋ), with play g and a stiff contact",
         "the joint of the indexing machine: docs/explanation/physics.md, section Joints",
         (
             Size("play", "total play g", "Q", (0.003, 0.02), 0.0, 1.0, 0.0, 0.005),
             Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),
             Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
-        _contact, of_base=True, alike=("play", "compliance"),
+        _contact, of_base=True, alike=("play", "compliance"), forward="play",
         choices=tuple({"law": float(k)} for k in range(len(LAWS))),
     )
 )  # fmt: skip
@@ -124,13 +122,35 @@ def _rung(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     return [(0.5, 1.0 / omega**2, 0.05) for _, omega, _ in ringing(m, left)]
 
 
-def _compliance(m: Track, p, base) -> np.ndarray:
-    frequency = 1.0 / (2.0 * math.pi * math.sqrt(p.inverse_square))
+def _swings(m: Track, p) -> bool:
+    """Whether samples can follow the load on its spring."""
     limit = 0.5 * BRACKET_LIMIT / m.step
-    if p.share <= 0.0 or frequency >= limit:
+    return p.share > 0.0 and 1.0 / (2.0 * math.pi * math.sqrt(p.inverse_square)) < limit
+
+
+def _compliance(m: Track, p, base) -> np.ndarray:
+    if not _swings(m, p):
         return np.zeros_like(m.q)
+    frequency = 1.0 / (2.0 * math.pi * math.sqrt(p.inverse_square))
     felt = filtered(bracket_sections(frequency, p.damping, 1.0 / m.step), m.a[None])[0]
     return p.share * (base(m.q, m.v, felt) - base(m.q, m.v, m.a))
+
+
+def _ringing_down(m: Track, p, base) -> np.ndarray:
+    """The load's free swing from the record's first sample, of a speed beside the joint's of the motion's rms."""
+    if not _swings(m, p):
+        return np.zeros((0, len(m.q)))
+    omega = 1.0 / math.sqrt(p.inverse_square)
+    t, beside = m.t - m.t[0], math.sqrt(1.0 - p.damping**2)
+    size = omega * float(np.sqrt(np.mean(m.v**2)))
+    waves = np.stack([np.cos(omega * beside * t), np.sin(omega * beside * t)]) * np.exp(-p.damping * omega * t)
+    return p.share * _mass(m, base) * size * waves
+
+
+def _mass(m: Track, base) -> float:
+    """Mass of the model: how its force grows with the acceleration."""
+    size = float(np.std(m.a))
+    return float(np.median(base(m.q, m.v, m.a + size) - base(m.q, m.v, m.a))) / size
 
 
 standard(
@@ -144,7 +164,7 @@ standard(
                  step=0.003),
             Size("damping", "damping ratio ζ", "", (0.05,), 0.005, 0.9, step=0.05),
         ),
-        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung, forward="soft",
+        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung, begins=_ringing_down, forward="soft",
     )
 )  # fmt: skip
 

@@ -13,6 +13,7 @@ standard(
         ViscousFriction.name, "Drag grows in proportion to the speed.", "F += c v", ViscousFriction.source,
         (Size("coefficient", "drag c", "F V-1", (0.1, 0.3, 1.0), 0.0, 30.0, 0.0),),
         lambda m, p, base: p.coefficient * m.v, alike=("friction.quadratic",), forward="viscous",
+        over="tabulated.speed",
     )
 )  # fmt: skip
 
@@ -21,7 +22,8 @@ standard(
         "friction.quadratic", "Drag grows with the square of the speed, as of a fan or a fluid.", "F += c |v| v",
         "drag at high Reynolds number, e.g. White, Fluid Mechanics, section 7.6",
         (Size("coefficient", "drag c", "F V-2", (0.1, 0.3, 1.0), 0.0, 30.0, 0.0),),
-        lambda m, p, base: p.coefficient * np.abs(m.v) * m.v, alike=(ViscousFriction.name,), forward="quadratic",
+        lambda m, p, base: p.coefficient * np.abs(m.v) * m.v, alike=(ViscousFriction.name,),
+        forward="quadratic", over="tabulated.speed",
     )
 )  # fmt: skip
 
@@ -52,7 +54,7 @@ standard(
         "F += F_s/(1 + (v/v_s)²) sign(v)", StribeckFriction.source,
         (
             Size("force", "breakaway above the dry friction F_s", "F", (0.1, 0.3, 0.8), 0.0, 20.0, 0.0),
-            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.15, 0.4), 0.01, 0.5, step=0.05),
+            Size("speed", "speed v_s at which half is left", "V", (0.05, 0.15, 0.4), 0.01, 2.0, step=0.05),
         ),
         lambda m, p, base, direction: p.force / (1.0 + (m.v / p.speed) ** 2), acts="dry",
         alike=(CoulombFriction.name, "friction.presliding"), forward="stribeck",
@@ -77,6 +79,16 @@ standard(
         "first term of a friction law over position",
         (Size("force", "what is added at the end of the stroke F_p", "F", (0.1, 0.3, -0.1, -0.3), -20.0, 20.0, 0.0),),
         lambda m, p, base, direction: p.force * (m.q - m.middle) / m.stroke, acts="dry", forward="tilted",
+    )
+)  # fmt: skip
+
+
+standard(
+    DriveEffect(
+        "friction.time", "Dry friction grows while the drive runs, as a lubricant is lost; or falls, as it warms.",
+        "F += r t sign(v), t from the record's first sample", "first term of a friction law over time",
+        (Size("rate", "rate r at which it grows", "F T-1", (1e-4, -1e-4, 1e-3, -1e-3), -1.0, 1.0, 0.0),),
+        lambda m, p, base, direction: p.rate * m.t, acts="dry", alike=(CoulombFriction.name, "friction.stribeck"),
     )
 )  # fmt: skip
 

@@ -28,7 +28,7 @@ standard(
             Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
         ),
         lambda m, p, base: p.torque * np.sin(m.q + p.phase), rotary=True, alike=("offset", "spring.linear"),
-        forward="imbalance",
+        forward="imbalance", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -45,7 +45,8 @@ standard(
         "spring.linear", "A spring pulls towards one place of the stroke.",
         "F += k (q - q_m), q_m the middle of the stroke", "Hooke's law",
         (Size("stiffness", "stiffness k", "F Q-1", (0.1, 0.4, -0.1), -20.0, 50.0, 0.0),),
-        lambda m, p, base: p.stiffness * (m.q - m.middle), alike=("spring.cubic", Imbalance.name), forward="linear",
+        lambda m, p, base: p.stiffness * (m.q - m.middle), alike=("spring.cubic", Imbalance.name),
+        forward="linear", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -54,7 +55,8 @@ standard(
         "spring.cubic", "A spring hardens away from the middle of the stroke.", "F += k₃ (q - q_m)³",
         "Duffing's spring, e.g. Nayfeh and Mook, Nonlinear Oscillations, section 4.1",
         (Size("stiffness", "stiffness k₃", "F Q-3", (0.1, 0.4, -0.1), -20.0, 50.0, 0.0),),
-        lambda m, p, base: p.stiffness * (m.q - m.middle) ** 3, alike=("spring.linear", "end_stop"), forward="cubic",
+        lambda m, p, base: p.stiffness * (m.q - m.middle) ** 3, alike=("spring.linear", "end_stop"),
+        forward="cubic", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -70,7 +72,7 @@ standard(
                  -1.0, 1.0, step=0.1),
         ),
         lambda m, p, base: _one_sided(m.q - m.middle - p.place, p.stiffness),
-        alike=("end_stop", "spring.linear"), forward="bilinear",
+        alike=("end_stop", "spring.linear"), forward="bilinear", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -90,6 +92,6 @@ standard(
                  step=0.05),
         ),
         lambda m, p, base: p.stiffness * np.sign(m.q - m.middle) * np.maximum(np.abs(m.q - m.middle) - p.place, 0.0),
-        alike=("spring.cubic", "spring.bilinear"), forward="stops",
+        alike=("spring.cubic", "spring.bilinear"), forward="stops", over="tabulated.position",
     )
 )  # fmt: skip

@@ -49,9 +49,10 @@ def _lagged(m: Track, p, base, f: np.ndarray) -> np.ndarray:
 
 standard(
     DriveEffect(
-        SensorLowpass.name, "The force sensor lags.", "τ d(reading)/dt = F - reading", SensorLowpass.source,
+        SensorLowpass.name, "The sensor lags: of the force, or in the forward form of the motion.",
+        "τ d(reading)/dt = F - reading", SensorLowpass.source,
         (Size("time_constant", "time constant τ", "T", _TIMES, 0.0, 5.0, 0.0),), _lagged, acts="reading",
-        alike=("delay",),
+        alike=("delay",), forward="sensor_lag",
     )
 )  # fmt: skip
 

@@ -21,6 +21,10 @@ _PEAKS = 3
 _MOVING = 0.99
 """Share of the speed's variance that the band of the motion holds."""
 
+_SEEN = 2.0
+"""Highest frequency of a line over the cut-off: both kernels leave a sixth of it there, and half the rate at which
+samples are compared lies above."""
+
 _FINENESS = 4
 """Trial wavelengths per one that the record can resolve."""
 
@@ -58,13 +62,13 @@ def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float
 def ringing(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     """The strongest lines in time, (a, ω, φ), from three periods in the record up."""
     t = m.t[m.at]
-    return lines(t, left, 6.0 * math.pi / float(np.ptp(t)), 2.0 * math.pi * m.cutoff)
+    return lines(t, left, 6.0 * math.pi / float(np.ptp(t)), _SEEN * 2.0 * math.pi * m.cutoff)
 
 
 def _over_time(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
     """Above the band of the motion: within it, a line in time is not told from what the motion does."""
     slowest = holding(m.v, 1.0 / m.step, _MOVING)
-    found = lines(m.t[m.at], left, 2.0 * math.pi * slowest, 2.0 * math.pi * m.cutoff)
+    found = lines(m.t[m.at], left, 2.0 * math.pi * slowest, _SEEN * 2.0 * math.pi * m.cutoff)
     return [(a, k / (2.0 * math.pi), phase) for a, k, phase in found]
 
 

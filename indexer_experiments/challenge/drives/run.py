@@ -61,7 +61,7 @@ def judged(case: Case) -> Judged:
     """One case through the search."""
     begun = time.process_time()
     subject = subject_of(case.drive, case.records)
-    answer = explain(subject.model, subject.held_out)
+    answer = explain(subject.model, subject.held_out, forms=subject.forms())
     named = tuple(tuple(e.name for e in f.effects) for f in answer.findings if f.grade in NAMED)
     hints = tuple(f.name for f in answer.findings if f.grade not in NAMED)
     return Judged(

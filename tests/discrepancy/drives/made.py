@@ -10,6 +10,7 @@ from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.forward import ForwardModel
+from discrepancy.drives.stepping import INNER
 from discrepancy.model import Hypothesis, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -91,12 +92,12 @@ def run_plain(
     """Measured channels (channels, n) of the k-th record at a global point, simulated from one start state."""
     parameters = model.parameters + hypothesis.parameters
     told = [p.value(z) for p, z in zip(parameters, point, strict=True)]
-    joints, command = model.set_up(hypothesis, told)
+    joints, command, _ = model.set_up(hypothesis, told)
     course = model.courses[k]
     out = np.zeros((model.channels, len(course.u)))
-    work = np.zeros((WORK, max(len(start) + 2 * len(joints), course.u.shape[1])))
+    work = np.zeros((WORK, max(len(start) + INNER * len(joints), course.u.shape[1])))
     scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
-    inner = np.zeros(3 * len(joints))
+    inner = np.zeros((1 + INNER) * len(joints))
     run(
         model.rates, np.asarray(start, dtype=float), inner, model.command(k, command), 0.0, course.rate,
         model.substeps, np.array(told[: model.own]), model.places, joints, model.measured, scale, work, out,

@@ -45,6 +45,7 @@ MADE = {
     "friction.asymmetric": (lambda t, q, v, a: 8.0 * np.sign(v) ** 2, {"force": 8.0}),
     "friction.stribeck": (lambda t, q, v, a: 9.0 * np.sign(v) / (1.0 + (v / 0.03) ** 2), {"force": 9.0, "speed": 0.03}),
     "friction.load": (lambda t, q, v, a: 0.2 * np.abs(95.0 * a) * np.sign(v), {"coefficient": 0.2}),
+    "friction.time": (lambda t, q, v, a: 0.9 * t * np.sign(v), {"rate": 0.9}),
     "friction.presliding": (lambda t, q, v, a: 8.0 * dahl(q, 0.004), {"force": 8.0, "distance": 0.004}),
     "offset": (lambda t, q, v, a: 6.0 + 0.0 * t, {"force": 6.0}),
     "spring.linear": (lambda t, q, v, a: 80.0 * q, {"stiffness": 80.0}),

@@ -1,0 +1,105 @@
+"""The standard effects that the inverse form can have, as hypotheses, sized by what a fit has left of the records."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from discrepancy.drives.library import (
+    check_slopes,
+    done_by_model,
+    hypotheses_of,
+    proposals,
+    sensible,
+    sized,
+    without,
+)
+from discrepancy.model import NONE, Hypothesis
+
+if TYPE_CHECKING:
+    from discrepancy.drives.inverse import InverseModel
+
+_NUDGE = 1e-4
+"""Relative to a parameter's scale, for the slopes of the model's own parameters."""
+
+
+def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], tuple[str, ...]]:
+    """Effects that may be missing, sensible for the channels; and those left out as the model's own parameters can do
+    the same."""
+    zero, slopes, inside = np.zeros(len(model.parameters)), _slopes(model), _fitted(model)
+    check_slopes(model.drive, slopes[: model.own])
+    tracks, left = [model.tracks[k] for k in model.windows.tracks], _left_by(model, slopes, inside)
+    found, done = {}, []
+    for effect in sensible(model.drive.effects, model.scales, {one.name: one for one in model.known}):
+        choices = hypotheses_of(effect, model.scales, proposals(effect, tracks, left))
+        if not choices:
+            continue
+        start = np.concatenate([zero, choices[0].coordinates(choices[0].starts[0])])
+        response = _plain(model, choices[0], start) - _plain(model, NONE, zero)
+        if effect.acts != "dry" and done_by_model(response, slopes):
+            done.append(effect.name)
+            continue
+        found[effect.name] = choices
+    return found, tuple(done)
+
+
+def proposed_by(
+    model: InverseModel, library: dict[str, tuple[Hypothesis, ...]], residual: np.ndarray
+) -> dict[str, tuple[Hypothesis, ...]]:
+    """The library with the wavelengths and sizes that a fit's residuals (w, n) ask for."""
+    left = [np.zeros(len(row)) for row in model.measured]
+    windows = model.windows
+    for w, (group, first, count) in enumerate(zip(model.groups, windows.first, windows.count, strict=True)):
+        left[group][first : first + count] = -residual[w, :count] * model.noise[group]
+    tracks = [model.tracks[k] for k in windows.tracks]
+    found = dict(library)
+    for name in found:
+        if proposed := proposals(model.effects[name], tracks, left):
+            found[name] = hypotheses_of(model.effects[name], model.scales, proposed)
+    zero, inside = np.zeros(len(model.parameters)), _fitted(model)
+    slopes = _slopes(model)[:, inside]
+    plain, whole = _plain(model, NONE, zero), without(np.concatenate(left)[inside], slopes)
+
+    def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
+        given = _plain(model, one, np.concatenate([zero, one.coordinates(values)]))
+        return without((given - plain)[inside], slopes)
+
+    return {name: tuple(sized(one, response, whole) for one in choices) for name, choices in found.items()}
+
+
+def _fitted(model: InverseModel) -> np.ndarray:
+    """Which samples (n,) of all records, one after the other, lie in the model's windows."""
+    return np.concatenate([model.inside(group) for group in range(len(model.measured))])
+
+
+def _plain(model: InverseModel, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    """Readings (n,) of all records at a point, one after the other."""
+    return np.concatenate([model.compared(model.tracks[k], hypothesis, point)[0] for k in model.windows.tracks])
+
+
+def _slopes(model: InverseModel) -> np.ndarray:
+    """Derivatives (g, n) of all readings by the model's own parameters, an offset of each record among them."""
+    zero = np.zeros(len(model.parameters))
+    plain, slopes = _plain(model, NONE, zero), []
+    for place in [k for k, p in enumerate(model.parameters) if not p.of_record]:
+        nudged = zero.copy()
+        nudged[place] += _NUDGE
+        slopes.append((_plain(model, NONE, nudged) - plain) / _NUDGE)
+    if not model.drive.sessions:
+        return np.array(slopes)
+    owner = np.repeat(np.arange(len(model.measured)), [len(row) for row in model.measured])
+    return np.concatenate([slopes, owner == np.arange(len(model.measured))[:, None]])
+
+
+def _left_by(model: InverseModel, slopes: np.ndarray, inside: np.ndarray) -> list[np.ndarray]:
+    """What the model with plain friction and an offset leaves of each record fitted: where waves are looked for."""
+    tracks = [model.tracks[k] for k in model.windows.tracks]
+    v, side = (np.concatenate([t.thinned(row) for t in tracks for row in (getattr(t, name),)])
+               for name in ("v", "direction"))  # fmt: skip
+    columns = np.stack([*slopes, v, side, np.ones_like(v)], axis=1)
+    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    target = np.concatenate(model.measured) - _plain(model, NONE, np.zeros(len(model.parameters)))
+    fitted, *_ = np.linalg.lstsq(columns[inside], target[inside], rcond=1e-10)
+    edges = np.cumsum([len(row) for row in model.measured])[:-1]
+    return np.split(np.where(inside, target - columns @ fitted, 0.0), edges)
