@@ -64,6 +64,7 @@ def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
 def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):
     x = turn({"reducer_play": 0.5})
     low = told([-9.0, -9.0, 3.0], [0.1, 0.1, 0.4])
+    monkeypatch.setattr(module, "again", lambda work, fit: fit)
     assert fitted(synthesis(), x, [POINT], low).size[0, 2] == pytest.approx(0.5, abs=0.02)
     monkeypatch.setattr(work_module, "_FACTORS", (1.0,))
     assert fitted(synthesis(), x, [POINT], low).size[0, 2] < 0.45
