@@ -92,7 +92,8 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
     sign = np.where([fault.signed for fault in of.faults], np.sign(told["size"]), 1.0)
     size = sign * np.clip(sign * told["size"], STEP, LARGEST)
     station = np.argmax(told["station"], axis=1) if "station" in told else np.zeros(n, dtype=int)
-    work = Work(of, of.seen(x), points, possible, station)
+    chance = of.chance(x)
+    work = Work(of, of.seen(x), points, possible, station, chance=chance)
     phases = work.phases(np.where(possible, size, 0.0))
     rows, starts = [], []
     for k in range(n):
@@ -109,7 +110,7 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
         fit = fit.part(fit.best(kept))
         fit = descended(work, work.scanned(fit.t, fit.at, fit.q), fit.at, steps)
     if of.nuisance.count:
-        work = Work(of, work.m, points, possible, station, joint=True)
+        work = Work(of, work.m, points, possible, station, joint=True, chance=chance)
         fit = descended(work, fit.t, fit.at, _JOINT)
     fit = again(work, fit.part(fit.best()))
     errors = np.array([_errors(c, work.free[k])[:f] for c, k in zip(fit.curvature, fit.at, strict=True)])

@@ -17,7 +17,7 @@ import numpy as np
 from indexer_env import Machine, OperatingPoint, Sensor, simulate_batch
 from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.errors import ParameterError
-from twin.synthesis import Synthesis, effect_of
+from twin.synthesis import Synthesis, effect_of, modes, scatter
 from twin.turns import behind_lead_in, lead_in
 
 _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
@@ -70,10 +70,10 @@ class Work:
 
     def __init__(
         self, of: Synthesis, m: np.ndarray, points: Sequence[OperatingPoint], possible: np.ndarray, station: np.ndarray,
-        joint: bool = False,
+        joint: bool = False, chance: np.ndarray | float = 0.0,
     ) -> None:  # fmt: skip
         self.of, self.m, self.points, self.station = of, m, points, station
-        self.open = np.repeat(of.covariance[None], len(m), axis=0) if joint else of.open_at(m)
+        self.open = (np.repeat(of.covariance[None], len(m), axis=0) if joint else of.open_at(m)) + chance
         self.phased = [place for place, fault in enumerate(of.faults) if "phase" in fault.others]
         f, p, g = possible.shape[1], len(self.phased), of.nuisance.count
         self.sizes, self.own = slice(0, f), slice(f + p, f + p + g)
@@ -104,10 +104,7 @@ class Work:
     def at(self, t: np.ndarray, at: np.ndarray) -> Beside:
         """The turns `at` at the unknowns t (n, u) beside their measured ones."""
         x = self.simulated(t, at)
-        own = x @ self.of.axes
-        m = math.sqrt(x.shape[1]) * own.mean(axis=1)
-        own -= own.mean(axis=1, keepdims=True)
-        chance = np.einsum("nsi,nsj->nij", own, own) / (x.shape[1] - 1)
+        m, chance = modes(x, self.of.axes), scatter(x, self.of.axes)
         bad = ~np.isfinite(m).all(axis=1)
         chance[bad], m[bad] = 0.0, 0.0
         weight = np.linalg.inv(self.open[at] + chance) / m.shape[1]
