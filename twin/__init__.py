@@ -11,7 +11,8 @@ In reading order:
     learn        how they are trained
     nuisance     the machine's own parameters as the posterior leaves them open
     synthesis    what a turn with faults of some sizes would look like, beside a measured one
-    work         steps of such a fit, many turns at once
+    work         what such a fit leaves, many turns at once
+    descend      Levenberg and Marquardt's method on them
     refine       the sizes that fit a turn, from what the networks estimate
     growth       how wide such a fit may miss
     weigh        what such a fit is worth: names, intervals, novelty

@@ -25,7 +25,7 @@ from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
-VERSION = 3
+VERSION = 4
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""

@@ -70,7 +70,7 @@ class Modes(nn.Module):
     exact = True
     """Noise may be added to what is seen, as that is linear in x."""
 
-    def __init__(self, faults: int, cells: int, stations: int, width: int = 128) -> None:
+    def __init__(self, faults: int, cells: int, stations: int, width: int = 256) -> None:
         super().__init__()
         self.stations = stations
         kept = min(MODES, cells), min(STATION_MODES, cells)

@@ -18,6 +18,7 @@ import numpy as np
 from safetensors.numpy import load_file, save_file
 
 from indexer_env import OperatingPoint
+from twin.descend import again, descended
 from twin.synthesis import Synthesis
 from twin.work import LARGEST, STEP, Work
 
@@ -30,8 +31,8 @@ _MOST = 4
 _ROUNDS = ((3, 3), (2, 3))
 """Starts that go on, and for how many steps."""
 
-_JOINT = 10
-"""Steps of the fit with the machine's own parameters; with 5 of them a third of the turns with play are not there."""
+_JOINT = 15
+"""Most steps of the fit with the machine's own parameters; half of the turns are at rest after four."""
 
 TOGETHER = 32
 """Turns fitted at once, which bounds the memory."""
@@ -91,7 +92,8 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
     sign = np.where([fault.signed for fault in of.faults], np.sign(told["size"]), 1.0)
     size = sign * np.clip(sign * told["size"], STEP, LARGEST)
     station = np.argmax(told["station"], axis=1) if "station" in told else np.zeros(n, dtype=int)
-    work = Work(of, of.seen(x), points, possible, station)
+    chance = of.chance(x)
+    work = Work(of, of.seen(x), points, possible, station, chance=chance)
     phases = work.phases(np.where(possible, size, 0.0))
     rows, starts = [], []
     for k in range(n):
@@ -103,28 +105,21 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
             starts.append([*start, *phases[k]])
     at = np.array(rows)
     t = np.concatenate([starts, np.zeros((len(at), of.nuisance.count))], axis=1)
-    q, curvature = work.at(t, at).q, np.zeros((len(at), t.shape[1], t.shape[1]))
+    fit = descended(work, t, at, 0)
     for kept, steps in _ROUNDS:
-        best = _best(at, q, kept)
-        at, t, q, curvature = work.moved(work.scanned(t[best], at[best], q[best]), at[best], steps)
+        fit = fit.part(fit.best(kept))
+        fit = descended(work, work.scanned(fit.t, fit.at, fit.q), fit.at, steps)
     if of.nuisance.count:
-        work = Work(of, work.m, points, possible, station, joint=True)
-        at, t, q, curvature = work.moved(t, at, _JOINT)
-    best = _best(at, q, 1)
-    errors = np.array([_errors(c, work.free[k])[:f] for c, k in zip(curvature[best], at[best], strict=True)])
-    return Fits(t[best, :f], errors, q[best])
+        work = Work(of, work.m, points, possible, station, joint=True, chance=chance)
+        fit = descended(work, fit.t, fit.at, _JOINT)
+    fit = again(work, fit.part(fit.best()))
+    errors = np.array([_errors(c, work.free[k])[:f] for c, k in zip(fit.curvature, fit.at, strict=True)])
+    return Fits(fit.t[:, :f], errors, fit.q)
 
 
 def _subsets(count: int) -> Iterable[tuple[float, ...]]:
     """1 for what is in and 0 for what is not, of all subsets."""
     return itertools.product((0.0, 1.0), repeat=count)
-
-
-def _best(at: np.ndarray, q: np.ndarray, kept: int) -> np.ndarray:
-    """Places of the best few of each turn."""
-    order = np.lexsort((q, at))
-    rank = np.arange(len(at)) - np.searchsorted(at[order], at[order])
-    return order[rank < kept]
 
 
 def _errors(curvature: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -6,9 +6,9 @@ remainder is
     q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k,   C = C_noise + C_open + |m|²/k C_faulty + C_chance
 
 C_noise is the covariance of noise and shift, C_open what the posterior leaves open of healthy turns, C_faulty what it
-leaves open besides in turns with faults, which grows with them, C_chance that among the cam turns of the simulated turn
-itself, which rattles where there is play. Where the machine's own parameters are fitted beside the sizes (`work`),
-C_open and C_faulty have no part.
+leaves open besides in turns with faults, which grows with them, C_chance those among the cam turns of the simulated
+turn and of the measured one, as both rattle where there is play. Where the machine's own parameters are fitted beside
+the sizes (`work`), C_open and C_faulty have no part.
 
 At the sizes that fit best it tells a turn that no fault of the table makes from one that some fault does.
 """
@@ -63,6 +63,12 @@ class Synthesis:
         """m (n, k) of turns x (n, stations, cells)."""
         return modes(x, self.axes)
 
+    def chance(self, x: np.ndarray) -> np.ndarray:
+        """C_chance (n, k, k) of measured turns x (n, stations, cells): their scatter beyond that of noise."""
+        found = scatter(x, self.axes)
+        power = np.einsum("nii->n", found)
+        return found * np.maximum(0.0, 1.0 - np.trace(self.covariance) / np.maximum(power, 1e-12))[:, None, None]
+
     def open_at(self, m: np.ndarray) -> np.ndarray:
         """C_noise + C_open + |m|²/k C_faulty (n, k, k) of turns m (n, k)."""
         return self.covariance + self.open + (m**2).mean(axis=1)[:, None, None] * self.growth
@@ -76,6 +82,13 @@ class Synthesis:
 def modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Mean cam turns (n, k) of turns x (n, stations, cells) along axes (cells, k), with the noise of a single one."""
     return math.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
+
+
+def scatter(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Covariance (n, k, k) among the cam turns of turns x (n, stations, cells) along axes (cells, k)."""
+    own = x @ axes
+    own = own - own.mean(axis=1, keepdims=True)
+    return own.transpose(0, 2, 1) @ own / (x.shape[1] - 1)
 
 
 def effect_of(

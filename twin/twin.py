@@ -200,7 +200,7 @@ class Twin:
             return dataclasses.replace(networks, strange=float(strange[0]))
         fits = fitted(self.synthesis, x, [point], told)
         strange = float(self.weights.strangeness(told["strength"], fits.left)[0])
-        logits = self.weights.logits(told["faults"], fits)[0]
+        logits = self.weights.logits(fits)[0]
         return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 
     def explain(self, turns: Sequence[tuple[Signal, Conditions]]) -> physics.Physics:

@@ -1,8 +1,9 @@
 """What the fit of a turn by simulation is worth: names, intervals of sizes, and what no fault of the table makes.
 
 Everything is taken from simulated turns that no network was taught on, with noise, fitted as a measured one is. A fault
-is named where the logistic law of four numbers says so: what the networks say, its size over its standard deviation,
-and ln of its size. Intervals are conformal in groups: each fault alone and beside others (Mondrian).
+is named where the logistic law of its size over its spread says so; what the networks say of it has no part, as they
+err where a third fault stands beside two, and a fit does not. Intervals are conformal in groups: each fault alone and
+beside others (Mondrian).
 """
 
 from __future__ import annotations
@@ -23,11 +24,8 @@ ACCEPTED = 0.99
 LEAST = 30
 """Fewest turns of a group for an interval of its own."""
 
-_FLOOR = 2e-3
-"""Least standard deviation of a size: the base, and play, are stiff to step in below it."""
-
-_LOGIT = 10.0
-"""Logits of networks beyond which they say no more."""
+_FLOOR = 1e-3
+"""Least standard deviation of a size: half of the smallest that is simulated."""
 
 _RIDGE = 1e-2
 
@@ -36,8 +34,8 @@ _RIDGE = 1e-2
 class Weights:
     """Attributes
     ----------
-    name : ndarray (4,)
-        Of the logistic law.
+    name : ndarray (2,)
+        Of the logistic law: its constant, and what asinh(size over spread) counts.
     reach : ndarray (faults, 2)
         Half width of a size's interval over its standard deviation: named alone, and beside others.
     usual : ndarray (2,)
@@ -69,10 +67,9 @@ class Weights:
             given["quiet"],
         )
 
-    def logits(self, logits: np.ndarray, fits: Fits) -> np.ndarray:
+    def logits(self, fits: Fits) -> np.ndarray:
         """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
-        there = np.isfinite(fits.error)
-        return np.where(there, evidence(logits, fits) @ self.name, 2.0 * POSSIBLE)
+        return np.where(np.isfinite(fits.error), evidence(fits) @ self.name, 2.0 * POSSIBLE)
 
     def strangeness(self, strength: np.ndarray, left: np.ndarray) -> np.ndarray:
         """rms of a fit's remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
@@ -95,22 +92,20 @@ def spread(fits: Fits) -> np.ndarray:
     return np.hypot(error * np.maximum(1.0, fits.left)[:, None], _FLOOR)
 
 
-def evidence(logits: np.ndarray, fits: Fits) -> np.ndarray:
-    """The four numbers (n, faults, 4)."""
+def evidence(fits: Fits) -> np.ndarray:
+    """1 and asinh(size over spread) of each fault (n, faults, 2)."""
     size = np.abs(fits.size)
-    columns = (np.ones_like(size), np.clip(logits, -_LOGIT, _LOGIT), np.arcsinh(size / spread(fits)),
-               np.log(np.maximum(size, _FLOOR)))  # fmt: skip
-    return np.stack(columns, axis=2)
+    return np.stack([np.ones_like(size), np.arcsinh(size / spread(fits))], axis=2)
 
 
 def weights_of(
     told: Mapping[str, np.ndarray], fits: Fits, there: np.ndarray, size: np.ndarray,
     sound_left: np.ndarray, coverage: float,
 ) -> Weights:  # fmt: skip
-    """From faulty turns (what networks say, fits, truth) and the remainders of healthy ones, each kind for itself: so
-    that the many healthy ones do not decide what may be left of faulty ones."""
+    """From faulty turns (strength, fits, truth) and the remainders of healthy ones, each kind for itself: so that the many
+    healthy ones do not decide what may be left of faulty ones."""
     possible = np.isfinite(fits.error)
-    x, y = evidence(told["faults"], fits)[possible], there[possible]
+    x, y = evidence(fits)[possible], there[possible]
     scale = np.maximum(x.std(axis=0), 1.0)
 
     def loss(w: np.ndarray) -> float:
@@ -122,7 +117,7 @@ def weights_of(
     usual = np.polyfit(strength, left, 1)
     strange, quiet = _limit(left - np.polyval(usual, strength)), _limit(sound_left)
     found = Weights(name, np.zeros(0), usual, strange, quiet)
-    named = found.logits(told["faults"], fits) > 0.0
+    named = found.logits(fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
     return Weights(name, reaches(error, named & there, named, coverage), usual, strange, quiet)
 

@@ -1,4 +1,4 @@
-"""Turns beside simulated ones: what is left at some sizes, how it changes with them, and steps to where it is least.
+"""Turns beside simulated ones: what is left at some sizes, and how it changes with them.
 
     q(t, z) = [(m − m(t, z))ᵀ C⁻¹ (m − m(t, z)) + |z|²] / k
 
@@ -17,7 +17,7 @@ import numpy as np
 from indexer_env import Machine, OperatingPoint, Sensor, simulate_batch
 from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.errors import ParameterError
-from twin.synthesis import Synthesis, effect_of
+from twin.synthesis import Synthesis, effect_of, modes, scatter
 from twin.turns import behind_lead_in, lead_in
 
 _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
@@ -26,7 +26,7 @@ _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
 STEP = 0.01
 """Step of a size by which its derivative is taken; the motion is not smooth in play, so not smaller."""
 
-_LEAST, LARGEST = 2e-3, 0.99
+LEAST, LARGEST = 2e-3, 1.0
 """Sizes between which faults are simulated; a base less loose than the first is too stiff for the step in time."""
 
 _STRIDE = 0.3
@@ -41,10 +41,6 @@ _PHASES = 8
 BAD = 1e12
 """q of what cannot be simulated."""
 
-_KEPT = 5
-"""Steps for which derivatives by the machine's own parameters are kept (the chord method): they are most of the
-unknowns, and what they do to a turn hardly changes with the sizes."""
-
 _OWN_STEP, _OWN_STRIDE, _WIDEST = 0.5, 1.0, 4.0
 """Of the machine's own parameters, in standard deviations: step of a derivative, largest change in a step, bound."""
 
@@ -58,6 +54,15 @@ class Beside:
     off: np.ndarray
     q: np.ndarray
 
+    def part(self, rows: np.ndarray) -> Beside:
+        """Some of the turns."""
+        return Beside(self.m[rows], self.weight[rows], self.off[rows], self.q[rows])
+
+    def put(self, rows: np.ndarray, other: Beside) -> None:
+        """Other turns in the place of these."""
+        for name, given in vars(other).items():
+            getattr(self, name)[rows] = given
+
 
 class Work:
     """Turns that are fitted together. Unknown are the sizes, the phases of the faults that have one, and, where the
@@ -65,10 +70,10 @@ class Work:
 
     def __init__(
         self, of: Synthesis, m: np.ndarray, points: Sequence[OperatingPoint], possible: np.ndarray, station: np.ndarray,
-        joint: bool = False,
+        joint: bool = False, chance: np.ndarray | float = 0.0,
     ) -> None:  # fmt: skip
         self.of, self.m, self.points, self.station = of, m, points, station
-        self.open = np.repeat(of.covariance[None], len(m), axis=0) if joint else of.open_at(m)
+        self.open = (np.repeat(of.covariance[None], len(m), axis=0) if joint else of.open_at(m)) + chance
         self.phased = [place for place, fault in enumerate(of.faults) if "phase" in fault.others]
         f, p, g = possible.shape[1], len(self.phased), of.nuisance.count
         self.sizes, self.own = slice(0, f), slice(f + p, f + p + g)
@@ -99,10 +104,7 @@ class Work:
     def at(self, t: np.ndarray, at: np.ndarray) -> Beside:
         """The turns `at` at the unknowns t (n, u) beside their measured ones."""
         x = self.simulated(t, at)
-        own = x @ self.of.axes
-        m = math.sqrt(x.shape[1]) * own.mean(axis=1)
-        own -= own.mean(axis=1, keepdims=True)
-        chance = np.einsum("nsi,nsj->nij", own, own) / (x.shape[1] - 1)
+        m, chance = modes(x, self.of.axes), scatter(x, self.of.axes)
         bad = ~np.isfinite(m).all(axis=1)
         chance[bad], m[bad] = 0.0, 0.0
         weight = np.linalg.inv(self.open[at] + chance) / m.shape[1]
@@ -129,42 +131,16 @@ class Work:
                 best[k] = tried[mine[np.argmin(found[mine])]]
         return best
 
-    def moved(self, t: np.ndarray, at: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Unknowns after so many steps, with the turns, q and the curvature of k q at them."""
-        n, u = t.shape
-        sizes = np.arange(u) < len(self.of.faults)
-        now, damping, curvature = self.at(t, at), np.full(n, 1e-2), np.zeros((n, u, u))
-        slopes, fresh = np.zeros((n, self.m.shape[1], u)), self.free[at]
-        without_own = fresh & (np.arange(u) < self.own.start)
-        for taken in range(steps):
-            slopes = self._slopes(t, at, now, slopes, without_own if taken % _KEPT else fresh)
-            curvature = np.einsum("nki,nkl,nlj->nij", slopes, now.weight, slopes) + np.diag(self.prior)
-            pull = np.einsum("nki,nkl,nl->ni", slopes, now.weight, now.off) - self.prior * t
-            held = ~self.free[at] | ((t <= self.low) & (pull <= 0.0))
-            matrix = np.where(held[:, :, None] | held[:, None, :], 0.0, curvature)
-            diagonal = np.einsum("nii->ni", matrix)
-            matrix = matrix + (damping[:, None] * diagonal + held + 1e-6)[:, :, None] * np.eye(u)
-            step = np.linalg.solve(matrix, np.where(held, 0.0, pull)[:, :, None])[:, :, 0]
-            new = np.clip(t + np.clip(step, -self.stride, self.stride), self.low, self.high)
-            new[sizes & (np.abs(new) < _LEAST)] = 0.0
-            then = self.at(new, at)
-            better = then.q < now.q
-            t = np.where(better[:, None], new, t)
-            for name in ("m", "weight", "off", "q"):
-                old = getattr(now, name)
-                chosen = better.reshape((-1,) + (1,) * (old.ndim - 1))
-                setattr(now, name, np.where(chosen, getattr(then, name), old))
-            damping = np.where(better, damping / 5.0, damping * 8.0)
-        return at, t, now.q, curvature * now.m.shape[1]
-
-    def _slopes(self, t: np.ndarray, at: np.ndarray, now: Beside, before: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """dm/dt (n, k, u), those of `before` with those that are asked for afresh, (n, u)."""
-        row, place = np.nonzero(fresh)
+    def slopes(self, t: np.ndarray, at: np.ndarray, now: Beside) -> np.ndarray:
+        """dm/dt (n, k, u) at unknowns t (n, u), 0 where one is not free or cannot be simulated beside."""
+        row, place = np.nonzero(self.free[at])
+        slopes = np.zeros((len(t), self.m.shape[1], t.shape[1]))
+        if not len(row):
+            return slopes
         step = np.where(t[row, place] > self.high[place] - self.step[place], -1.0, 1.0) * self.step[place]
         moved = t[row].copy()
         moved[np.arange(len(row)), place] += step
         beside = self.at(moved, at[row])
-        slopes = before.copy()
         fine = beside.q < BAD
         slopes[row, :, place] = np.where(fine[:, None], (beside.m - now.m[row]) / step[:, None], 0.0)
         return slopes

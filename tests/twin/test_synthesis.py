@@ -63,10 +63,11 @@ def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
 
 def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):
     x = turn({"reducer_play": 0.5})
-    low = told([-9.0, -9.0, 3.0], [0.1, 0.1, 0.4])
-    assert fitted(synthesis(), x, [POINT], low).size[0, 2] == pytest.approx(0.5, abs=0.02)
+    high = told([-9.0, -9.0, 3.0], [0.1, 0.1, 0.8])
+    monkeypatch.setattr(module, "again", lambda work, fit: fit)
+    assert fitted(synthesis(), x, [POINT], high).size[0, 2] == pytest.approx(0.5, abs=0.02)
     monkeypatch.setattr(work_module, "_FACTORS", (1.0,))
-    assert fitted(synthesis(), x, [POINT], low).size[0, 2] < 0.45
+    assert fitted(synthesis(), x, [POINT], high).size[0, 2] > 0.7
 
 
 def test_a_fault_with_a_phase_is_found_with_it():
@@ -124,12 +125,34 @@ def test_intervals_hold_in_every_group():
     strength = {"faults": logits, "strength": rng.uniform(5.0, 50.0, 3000)}
     weights = weights_of(strength, fits, there, size, np.ones(200), 0.9)
     fits, there, size, logits = drawn(rng, 3000)
-    named = weights.logits(logits, fits) > 0.0
+    named = weights.logits(fits) > 0.0
     assert (named == there).mean() > 0.99
     held = np.abs(fits.size - size) <= spread(fits) * weights.reach[:, (named.sum(axis=1) > 1).astype(int)].T
     for group in (True, False):
         mine = named & there & ((named.sum(axis=1) > 1) == group)[:, None]
         assert 0.86 < held[mine].mean() < 0.94
+
+
+def test_a_fault_that_a_fit_shows_is_named_whatever_the_networks_say_of_it():
+    rng = np.random.default_rng(0)
+    fits, there, size, _ = drawn(rng, 400)
+    said = {"faults": np.where(there, -3.0, 3.0), "strength": rng.uniform(5.0, 50.0, 400)}
+    weights = weights_of(said, fits, there, size, np.ones(200), 0.9)
+    sizes = Fits(np.array([[0.1, 0.003]]), np.full((1, 2), 0.002), np.ones(1))
+    assert (weights.logits(sizes)[0] > 0.0).tolist() == [True, False]
+
+
+def test_a_fit_that_leaves_much_shows_less():
+    sizes = [Fits(np.array([[0.02]]), np.array([[0.002]]), np.array([left])) for left in (1.0, 20.0)]
+    assert WEIGHTS.logits(sizes[0])[0, 0] > 0.0 > WEIGHTS.logits(sizes[1])[0, 0]
+
+
+def test_the_measured_turns_own_scatter_counts_beyond_that_of_noise():
+    of, rng = synthesis(), np.random.default_rng(0)
+    quiet = rng.standard_normal((1, 8, CELLS.count))
+    rattling = quiet + 30.0 * rng.standard_normal((1, 8, 1)) * np.sin(np.arange(CELLS.count) / 3.0)
+    calm, loud = (np.trace(of.chance(x)[0]) for x in (quiet, rattling))
+    assert calm < 0.5 * np.trace(of.covariance) < loud
 
 
 def test_a_small_group_takes_the_reach_of_its_fault():
