@@ -1,5 +1,6 @@
 """What every test needs: no windows, no crowding of the processors, and the same examples on every run."""
 
+import gc
 import logging
 import os
 import sys
@@ -15,6 +16,10 @@ from hydra.core.global_hydra import GlobalHydra
 from hypothesis import HealthCheck, settings
 
 from indexer_env.engine import prepare_kernel
+
+# Some hundred thousand objects live as long as the tests: to look for cycles among them after every 700 new ones, as
+# Python does unless told otherwise, takes a tenth of the time.
+gc.set_threshold(10_000, 10, 10)
 
 # No deadline and no check of how fast examples are made: the first may compile a kernel, and a machine may be busy.
 # Derandomised: a failure in CI is the same failure here.

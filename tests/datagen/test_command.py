@@ -15,7 +15,7 @@ from datagen.shard import read_manifest, read_shards
 from indexer_cli.command import BAD_INPUT, INTERRUPTED
 from tests.patience import PATIENCE
 
-SHORT = ["run.samples=200", "run.warmup_turns=1", "count=6"]
+SHORT = ["run.samples=200", "run.warmup_turns=1", "count=2"]
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def call(tmp_path, monkeypatch, run_command):
 
 def test_a_data_set_and_nothing_else_in_the_folder(call, tmp_path):
     code, out, _ = call("campaign=table2", "out=set", "seed=5", *SHORT)
-    assert code == 0 and "6 records" in out
+    assert code == 0 and "2 records" in out
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
     assert read_manifest("set")["config"]["seed"] == 5
     assert read_manifest("set")["config"]["run"]["samples"] == 200
@@ -165,9 +165,9 @@ def test_python_m_from_any_folder(tmp_path):
     root = str(Path(command.__file__).parents[1])
     environment = {**os.environ, "PYTHONPATH": root}
     done = subprocess.run(
-        [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT[:2], "count=1"],
+        [sys.executable, "-m", "datagen", "campaign=table2", "out=set", *SHORT],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert len(read_shards(tmp_path / "set")) == 1
+    assert len(read_shards(tmp_path / "set")) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["set"]

@@ -2,6 +2,7 @@
 
 import asyncio
 import datetime
+import gc
 import socket
 import threading
 import time
@@ -38,6 +39,13 @@ def impatient(monkeypatch):
     """A server that is away is soon asked again."""
     monkeypatch.setattr("monitor.sources.opcua._RETRY_S", 0.2)
     monkeypatch.setattr("monitor.sources.opcua._WATCH_S", 0.2)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def sockets_are_collected():
+    """Here, where the warning is ignored, and not in a later test."""
+    yield
+    gc.collect()
 
 
 def wait_for(condition):
