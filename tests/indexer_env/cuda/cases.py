@@ -31,7 +31,7 @@ def with_effects(machine: Machine, **effects: dict[str, Any]) -> Machine:
 
 
 def machines() -> list[Machine]:
-    """One of each model, with play, with effects, some that go with the strides of the dwell, and a motor that slips."""
+    """One of each model, with play, with effects, some of which go with strides, and with a motor that slips."""
     reference = load_machine("reference")
     worn = Faults(backlash=np.radians(8.0), roller_crack=0.3).applied_to(reference)
     return [
