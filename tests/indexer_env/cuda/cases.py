@@ -36,11 +36,11 @@ def machines() -> list[Machine]:
     worn = Faults(backlash=np.radians(8.0), roller_crack=0.3).applied_to(reference)
     return [
         with_effects(worn, friction__coulomb={"torque": 8.0}, drive__speed_ripple={"depth": 0.02}),
-        with_effects(worn, load__imbalance={"torque": 30.0}, drive__transmission_error={"amplitude": 1e-4}),
         Faults(screw_looseness=0.5).applied_to(reference),
         with_effects(worn, drive__slip={"compliance": 0.5}),
         dataclasses.replace(reference, model="A"),
         worn,
+        with_effects(worn, load__imbalance={"torque": 30.0}, drive__transmission_error={"amplitude": 1e-4}),
     ]
 
 
