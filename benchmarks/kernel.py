@@ -2,7 +2,8 @@
 
 Every case runs in fresh processes of both checkouts, turn and turn about, each with its own compiled code; processor
 time of one thread counts, the best of the rounds, since others may be at work on the machine. Beside them what a start
-costs, and the discrepancy workflow on the records of examples/hidden_effect.py. Writes the section `kernel`.
+costs, and the discrepancy workflow on the records of examples/hidden_effect.py. Writes the section `kernel`, of a part
+of the cases their rows alone.
 """
 
 from __future__ import annotations
@@ -185,6 +186,8 @@ def main() -> None:
     rows = speeds(arguments.other.resolve(), arguments.cases, arguments.rounds)
     if tuple(arguments.cases) == CASES:
         store("kernel", [*rows, *starts(), hidden_effect()], session)
+    else:
+        store("kernel", rows, None)
 
 
 if __name__ == "__main__" and "--child" not in sys.argv:

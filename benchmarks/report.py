@@ -67,10 +67,15 @@ def number(value: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
-def store(section: str, rows: list[Row], session: dict[str, str]) -> None:
-    """Replace a section of results.json and write the README's table anew."""
+def store(section: str, rows: list[Row], session: dict[str, str] | None) -> None:
+    """Replace a section of results.json, or without a session those of its rows that bear the same names, and write the
+    README's table anew."""
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
-    results[section] = {"session": session, "rows": [dataclasses.asdict(row) for row in rows]}
+    new = [dataclasses.asdict(row) for row in rows]
+    if session is None:
+        session, named = results[section]["session"], {row["what"]: row for row in new}
+        new = [named.get(row["what"], row) for row in results[section]["rows"]]
+    results[section] = {"session": session, "rows": new}
     results = {name: results[name] for name in SECTIONS if name in results}
     RESULTS.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     text = README.read_text(encoding="utf-8")

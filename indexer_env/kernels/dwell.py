@@ -29,6 +29,7 @@ from .edges import (
 from .forced import (
     FORCES,
     begin_forced,
+    drift,
     end_forced,
     forced,
     lane_forces,
@@ -237,7 +238,7 @@ def mend_joint(w, i, joint, features):
             x1, v1, push1 = forced(w, i, w[MOTOR + i], k, r, features)
         if joint == 1 and features & USES_IMBALANCE:
             push0 = -left_over(w, i, x - offset, offset, torque, stiffness)
-            kick = 0.5 * rest * push0
+            kick, x0 = 0.5 * rest * push0, drift(w, i, rest, x + w[C_0 + i], v, k - stiffness)
         a, b, d, e, f, g = propagator(rest, k, r, inertia, c)
         w[start], w[start + LANES] = x, v
         w[start + TWO * LANES] = c - (k * (x - offset) + r * v) / inertia + push0

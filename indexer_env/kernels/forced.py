@@ -7,11 +7,14 @@ A harmonic D = A sin θ, θ̇ = Ω, drives the deflection δ1 by its D̈. With k
 
 and what is left over swings freely. An eccentric weight turns the table by T sin(φ + ψ). With x the deflection beyond
 the offset of joint 2's line and φ0 the table's angle at x = 0, the constant T sin(φ0 + ψ) and, on a flank, the
-stiffness g = T cos(φ0 + ψ) belong to the oscillator; what is left, T x²/2 or less of some millinewton metres, acts as
-two kicks, half of the stride's each, at both ends of it (Strang splitting).
+stiffness g = T cos(φ0 + ψ) belong to the oscillator; what is left, T x²/2 or less, acts as two kicks, half of the
+stride's each, at both ends of it (Strang splitting). In free flight, where it is T cos(φ0 + ψ) x, its change over the
+stride t takes the table further by T cos(φ + ψ) φ̇ t³/(6 J_t).
 """
 
 from __future__ import annotations
+
+import math
 
 from .compiling import lanes, outlined, scalar
 from .drive import RIPPLES, ripples
@@ -92,6 +95,14 @@ def left_over(w, i, x, offset, torque, stiffness):
     return (whole - torque - stiffness * x) / w[J_TABLE + i]
 
 
+@scalar
+def drift(w, i, t, table, rate, stiffness):
+    """How far the change of the imbalance's torque takes lane i from an angle and a rate in a time of free flight."""
+    slope = imbalance_torque(table, w[IMBALANCE_TORQUE + i], w[IMBALANCE_PHASE + i] + 0.5 * math.pi)
+    free = 1.0 if stiffness == 0.0 else 0.0
+    return free * (slope * rate * (t * t * t)) / (6.0 * w[J_TABLE + i])
+
+
 @outlined
 def use_forces(w, i, joint, features):
     """Take what forces lane i on the present line of joint 0 or 1, at its present state."""
@@ -109,6 +120,7 @@ def use_forces(w, i, joint, features):
             w, i, w[TABLE + i] - w[C_0 + i] - offset, offset, w[WEIGHT + i], w[WEIGHT_STIFFNESS + i]
         )
         w[KICK + i] = 0.5 * w[STRIDE_TIME + i] * acceleration
+        w[DRIFT + i] = drift(w, i, w[STRIDE_TIME + i], w[TABLE + i], w[TABLE_RATE + i], w[LINE_K_2 + i])
 
 
 @outlined
@@ -128,6 +140,7 @@ def begin_forced(w, high, features):
     if features & USES_IMBALANCE:
         for i in range(high):
             if w[STRIDE_TIME + i] > 0.0:
+                w[DEFLECTION_2 + i] -= w[DRIFT + i]
                 w[DEFLECTION_RATE_2 + i] -= w[KICK + i]
 
 
@@ -162,6 +175,9 @@ def end_forced(w, high, features):
                 w[LOAD_EXTRA + i] = w[VISCOUS + i] * w[TABLE_RATE + i] + torque
             else:
                 w[LOAD_EXTRA + i] = w[VISCOUS + i] * w[TABLE_RATE + i]
+    if features & USES_IMBALANCE and features & HAS_EDGES_2:
+        for i in range(high):
+            w[DRIFT + i] = drift(w, i, w[STRIDE_TIME + i], w[TABLE + i], w[TABLE_RATE + i], w[LINE_K_2 + i])
 
 
 @outlined

@@ -179,6 +179,10 @@ def test_a_stored_section_replaces_only_itself(monkeypatch, tmp_path) -> None:
         in table
     )
     assert list(json.loads(report.RESULTS.read_text())) == ["accuracy", "speed"]
+    report.store("accuracy", [report.Row("order", "4", "3", False), report.Row("other", "", "6")], None)
+    stored = json.loads(report.RESULTS.read_text())["accuracy"]
+    assert stored["session"] == session
+    assert [(row["what"], row["measured"]) for row in stored["rows"]] == [("order", "3"), ("seen", "5")]
 
 
 @pytest.mark.parametrize(

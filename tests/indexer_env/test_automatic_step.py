@@ -24,6 +24,9 @@ EFFECTS = (
 """Effects that have a say in the step or act at each of its stages, and the ranges their sizes are drawn from."""
 
 
+FORCES = tuple(pair for pair in EFFECTS if pair[0].startswith(("drive.speed", "drive.trans", "load.")))
+"""Those that force the oscillators of the dwell."""
+
 FRICTION = (("friction.coulomb", {"torque": (1.0, 20.0)}), ("friction.stribeck", {"torque": (1.0, 20.0)}))
 
 
@@ -62,11 +65,18 @@ def with_friction(machine: Machine, rng: np.random.Generator) -> Machine:
     return with_effect(machine, rng, FRICTION)
 
 
+def with_forces(machine: Machine, rng: np.random.Generator) -> Machine:
+    """Two effects that force the dwell, or one."""
+    return with_effect(with_effect(machine, rng, FORCES), rng, FORCES)
+
+
 KINDS = {
     "smooth": ((), 1500, 1e-6),
     "play": ((with_play,), 500, 1e-5),
     "effect": ((with_effect,), 500, 1e-5),
     "play and effect": ((with_play, with_effect), 500, 1e-5),
+    "forced dwell": ((with_forces,), 400, 1e-6),
+    "forced dwell and play": ((with_play, with_forces), 400, 1e-5),
     "friction": ((with_friction,), 500, 1e-4),  # a table that changes its direction within a step
 }
 """What is added to a machine, samples compared, relative rms error allowed."""
@@ -82,7 +92,11 @@ def errors(smooth: Machine, kind: str, seed: int = SEED, count: int = MACHINES) 
         for add in added:
             machine = add(machine, rng)
         machines.append(machine)
-        points.append(OperatingPoint(motor_speed=157.0 * float(rng.uniform(0.3, 1.5))))
+        point = OperatingPoint(motor_speed=157.0 * float(rng.uniform(0.3, 1.5)))
+        if kind.startswith("forced"):  # from just before the dwell
+            load, angle = float(rng.uniform(-60.0, 60.0)), float(rng.uniform(3.0, 3.3))
+            point = dataclasses.replace(point, load_torque=load, start_angle=angle)
+        points.append(point)
     batch = simulate_batch(machines, points, Run(samples=samples, warmup_turns=0))
     assert not batch.rejected
     truth = np.stack([

@@ -157,6 +157,27 @@ def test_a_lane_that_is_forced_leaves_its_neighbours_their_bits(smooth):
         assert simulate(machine, IN_DWELL, run).table_acceleration.tobytes() == record.tobytes()
 
 
+def test_a_forced_run_in_parts_is_the_run_in_one(smooth):
+    """What forces a lane is worked out anew from its state, with the same bits."""
+    point = OperatingPoint(start_angle=2.9, load_torque=40.0)
+    plays = ((0.0, 0.0), (1e-4, 1e-4), (0.01, 1e-3))
+    machines = [with_play(smooth, *play).with_effects(effect) for play in plays for effect, *_ in FORCED.values()]
+    count = len(machines)
+
+    def run(parts: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        packed, out = pack([coefficients(machine, point) for machine in machines], [point] * count), []
+        for steps in parts:
+            out.append(advance(
+                packed, np.full(count, steps), np.full(count, 1e-3), np.zeros(count), every=1, samples=steps,
+                rows=np.array([layout.CAM_ACC, layout.TABLE_ACC, layout.TORQUE_1]),
+            )[0])  # fmt: skip
+        return np.concatenate(out, axis=2), packed.states
+
+    (whole, end), (joined, end_in_parts) = run([400]), run([1, 1, 98, 150, 37, 113])
+    np.testing.assert_array_equal(joined, whole)
+    assert end.tobytes() == end_in_parts.tobytes()
+
+
 @pytest.mark.parametrize(
     ("name", "size"), [("cam.profile_error", {"height": 1e-3}), ("load.process", {"torque": 50.0})]
 )

@@ -31,16 +31,16 @@ def with_effects(machine: Machine, **effects: dict[str, Any]) -> Machine:
 
 
 def machines() -> list[Machine]:
-    """One of each model, with play, with effects, some that go with the strides of the dwell, and a motor that slips."""
+    """One of each model, with play, with effects, some of which go with strides, and with a motor that slips."""
     reference = load_machine("reference")
     worn = Faults(backlash=np.radians(8.0), roller_crack=0.3).applied_to(reference)
     return [
         with_effects(worn, friction__coulomb={"torque": 8.0}, drive__speed_ripple={"depth": 0.02}),
-        with_effects(worn, load__imbalance={"torque": 30.0}, drive__transmission_error={"amplitude": 1e-4}),
         Faults(screw_looseness=0.5).applied_to(reference),
         with_effects(worn, drive__slip={"compliance": 0.5}),
         dataclasses.replace(reference, model="A"),
         worn,
+        with_effects(worn, load__imbalance={"torque": 30.0}, drive__transmission_error={"amplitude": 1e-4}),
     ]
 
 
