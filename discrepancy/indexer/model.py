@@ -34,6 +34,7 @@ ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
 
 _LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
 
+
 class IndexerModel(Model):
     """A nominal machine, records of it, and the effects it may lack.
 
@@ -270,7 +271,8 @@ class IndexerModel(Model):
                 turns = np.minimum(np.ceil(self._periods).astype(int), samples)
                 let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
             for part in parts(len(mine), samples):
-                yield mine[part], advanced(part_of(pack, part), counts[mine[part]], sample_rates[part], channels, samples)
+                some = mine[part]
+                yield some, advanced(part_of(pack, part), counts[some], sample_rates[part], channels, samples)
 
     def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
         """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""

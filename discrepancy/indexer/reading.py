@@ -11,7 +11,6 @@ import numpy as np
 from discrepancy.indexer.nuisance import without_nuisance
 from indexer_env.sensors import Sensor
 
-
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
 
