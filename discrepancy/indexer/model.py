@@ -191,9 +191,11 @@ class IndexerModel(Model):
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
-        numbers: dict[Sensor, int] = {}
-        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for _, sensor in extended])[jobs.point]
-        sensors = list(numbers)
+        # to hash a sensor takes as long as to read a window, and most points have the model's own
+        numbers: dict[Sensor | None, int] = {}
+        own = [None if sensor is self.sensor else sensor for _, sensor in extended]
+        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])[jobs.point]
+        sensors = [sensor or self.sensor for sensor in numbers]
         for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
                 mine = np.flatnonzero(sensor_of[some] == number)
