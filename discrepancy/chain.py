@@ -105,8 +105,11 @@ def run_chain(
     left = where
     if answer.names:
         left = attempted(STAGES[1], lambda: locate(model, answer.accepted.place, subject.view(model), streams[1]), None)
-    with threadpool_limits(limits=1, user_api="blas"):
-        origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
+    origin = None
+    # what does not differ from noise comes from nowhere
+    if left is None or left.significant or not answer.at_noise:
+        with threadpool_limits(limits=1, user_api="blas"):
+            origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])

@@ -149,6 +149,11 @@ class Explanation:
         return self.accepted.place.hypothesis.names
 
     @property
+    def at_noise(self) -> bool:
+        """Whether what is accepted leaves nothing to explain on the records held out."""
+        return (self.after / self.remains.noise) ** 2 - 1.0 < self.criteria.at_noise
+
+    @property
     def closed_share(self) -> float:
         """Share of the gap on the records held out that what is accepted closes; NaN where there was none."""
         floor = self.remains.noise**2

@@ -34,10 +34,6 @@ _EASE = 3.0
 _ROUNDS = 2
 """Steps by which start states near to good ones are refined."""
 
-_LITTLE = 0.01
-"""Fall of a window's squares below which its start state is refined no further: all windows together stay below what
-ends a fit."""
-
 _POLISHED, _ONE_OF = 3, 56
 """Start states per window, the best of the grid, that are refined before the best of them is kept: so many, and one of
 so many where the grid is large."""
@@ -226,37 +222,30 @@ class Problem:
 
     def _refined(self, jobs: Jobs, rounds: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss–Newton on the start states (k, l) of jobs in one or more rounds; refined states and their squares."""
-        states = jobs.states.copy()
-        if not states.shape[1]:
-            return states, self.model.squares(self.hypothesis, jobs)
-        squares, going = np.full(len(states), math.inf), np.arange(len(states))
-        for _ in range(rounds):
-            some = Jobs(jobs.points, jobs.point[going], jobs.window[going], states[going])
-            before, states[going], squares[going] = self._stepped(some)
-            going = going[before - squares[going] > _LITTLE]
-            if not len(going):
-                break
-        return states, squares
-
-    def _stepped(self, jobs: Jobs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Squares (k,) of jobs, their states (k, l) after one Gauss–Newton step, or as they were, and the squares
-        there."""
         states = jobs.states
         k, size = states.shape
-        nudged = np.repeat(states[None], size + 1, axis=0)
-        nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
-        r = self.model.residuals(self.hypothesis, _each(jobs, nudged)).reshape(size + 1, k, -1)
-        slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
-        B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
-        diagonal = np.einsum("wii->wi", B)
-        tried = np.array([
-            states - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
-            for d in (1e-4, 1e-1, 10.0)
-        ])  # fmt: skip
-        before = np.einsum("wn,wn->w", r[0], r[0])
-        costs = np.concatenate([before[None], self._tried(jobs, tried)])
-        best = costs.argmin(axis=0)
-        return before, np.concatenate([states[None], tried])[best, np.arange(k)], costs[best, np.arange(k)]
+        if not size:
+            return states, self.model.squares(self.hypothesis, jobs)
+        for _ in range(rounds):
+            nudged = np.repeat(states[None], size + 1, axis=0)
+            nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
+            r = self.model.residuals(self.hypothesis, _each(jobs, nudged)).reshape(size + 1, k, -1)
+            squares = np.einsum("wn,wn->w", r[0], r[0])
+            slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
+            B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
+            diagonal = np.einsum("wii->wi", B)
+            tried = np.array(
+                [
+                    states
+                    - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
+                    for d in (1e-4, 1e-1, 10.0)
+                ]
+            )
+            costs = np.concatenate([squares[None], self._tried(jobs, tried)])
+            best = costs.argmin(axis=0)
+            states = np.concatenate([states[None], tried])[best, np.arange(k)]
+            squares = costs[best, np.arange(k)]
+        return states, squares
 
     def _tried(self, jobs: Jobs, states: np.ndarray) -> np.ndarray:
         """Sums of squares (c, k) of jobs (k,) from each of the states (c, k, l) that are tried."""
@@ -283,20 +272,17 @@ class Problem:
         self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
     ) -> tuple[np.ndarray, np.ndarray]:
         """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
-        states (o, l), of which the best `kept` are refined once, and the best of those for the rounds that are left."""
+        states (o, l) after the best `kept` are refined."""
         k = len(jobs.window)
         states = np.repeat(jobs.states[None], len(grid), axis=0)
         states[:, :, : grid.shape[1]] = grid[:, None, :]
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort(self._tried(jobs, states), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        first = _at(jobs.points[0], np.tile(jobs.window, len(order)), best)
-        polished, squares = (one.reshape(len(order), k, -1) for one in self._refined(first, 1))
-        leading = squares.argmin(axis=0)[:, 0], np.arange(k)
-        states, squares = polished[leading], squares[leading][:, 0]
-        if rounds > 1:
-            states, squares = self._refined(_at(jobs.points[0], jobs.window, states), rounds - 1)
-        return states, squares
+        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
+        squares = squares.reshape(-1, k)
+        first = squares.argmin(axis=0)
+        return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
 
     def merged(self, a: Point, b: Point) -> Point:
         """Of two places with equal globals, the better start state of each window."""

@@ -34,6 +34,7 @@ ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
 
 _LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
 
+
 class IndexerModel(Model):
     """A nominal machine, records of it, and the effects it may lack.
 
@@ -190,9 +191,11 @@ class IndexerModel(Model):
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
-        numbers: dict[Sensor, int] = {}
-        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for _, sensor in extended])[jobs.point]
-        sensors = list(numbers)
+        # to hash a sensor takes as long as to read a window, and most points have the model's own
+        numbers: dict[Sensor | None, int] = {}
+        own = [None if sensor is self.sensor else sensor for _, sensor in extended]
+        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])[jobs.point]
+        sensors = [sensor or self.sensor for sensor in numbers]
         for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
                 mine = np.flatnonzero(sensor_of[some] == number)
@@ -270,7 +273,8 @@ class IndexerModel(Model):
                 turns = np.minimum(np.ceil(self._periods).astype(int), samples)
                 let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
             for part in parts(len(mine), samples):
-                yield mine[part], advanced(part_of(pack, part), counts[mine[part]], sample_rates[part], channels, samples)
+                some = mine[part]
+                yield some, advanced(part_of(pack, part), counts[some], sample_rates[part], channels, samples)
 
     def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
         """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""

@@ -11,14 +11,18 @@ import numpy as np
 from discrepancy.indexer.nuisance import without_nuisance
 from indexer_env.sensors import Sensor
 
-
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
 
 
-@functools.lru_cache(maxsize=64)
 def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
-    """A sensor's filters as second-order sections: to design them takes as long as to filter ten windows."""
+    """A sensor's filters as second-order sections."""
+    return () if sensor.bracket_hz is None and sensor.lowpass_hz is None else _designed(sensor, sample_rate)
+
+
+@functools.lru_cache(maxsize=64)
+def _designed(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
+    """The same: to design them takes as long as to filter ten windows."""
     return tuple(sensor.sections(sample_rate))
 
 

@@ -116,7 +116,8 @@ class _Spectrum:
         self.step = float(np.median(np.diff(np.sort(time))))
         self._at = np.rint((time - time.min()) / self.step).astype(int)
         self._count = int(self._at.max()) + 1
-        self._padded = next_fast_len(_PADDING * self._count, real=True)
+        # even, so that the spectrum ends at half the rate
+        self._padded = 2 * next_fast_len(_PADDING * self._count // 2, real=True)
         self._per_width = self._padded / self._count
         self._per_hertz = self._padded * self.step
         self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2

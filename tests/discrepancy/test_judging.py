@@ -7,7 +7,8 @@ import pytest
 
 from discrepancy.explain import explain
 from discrepancy.fit import fit
-from discrepancy.judging import closed, unrepeated, written
+from discrepancy.held_out import held_places
+from discrepancy.judging import Written, closed, unrepeated, written
 from discrepancy.model import NONE
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -25,13 +26,17 @@ def shifted(offset: float, seed: int) -> Chord:
     return model
 
 
+def written_of(model: Chord, place: Point, bounds_hit: tuple[str, ...], held_out: Chord) -> Written:
+    return written(model, place, bounds_hit, held_out, *held_places([place], held_out))
+
+
 def test_the_calibrated_machine_is_written_where_it_predicts_better() -> None:
-    made = written(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(0.2, 6))
+    made = written_of(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(0.2, 6))
     assert made.held_back == "" and made.remarks == () and made.place.z[0] > 1.0
 
 
 def test_the_nominal_machine_is_written_where_it_predicts_better() -> None:
-    made = written(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(-0.2, 6))
+    made = written_of(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(-0.2, 6))
     assert made.place.z.tolist() == [0.0] and made.place.hypothesis is NONE
     assert "predicts record 1 of those held out worse" in made.remarks[0]
 
@@ -43,7 +48,7 @@ def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_ag
         one.shapes["level"] = np.ones_like(one.x)
     problem = Problem(model, effect("level"))
     place = problem.point(np.array([3.0, 0.6]), np.zeros((WINDOWS, 0)))
-    made = written(model, place, ("offset",), held_out)
+    made = written_of(model, place, ("offset",), held_out)
     assert made.place.z[0] == 0.0 and made.place.values[0] == pytest.approx(0.9, abs=0.1)
     assert made.remarks[0].startswith("offset is nominal: the fit holds it at the bound")
 
