@@ -11,6 +11,7 @@ from the simulated record with the noise drawn.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -54,20 +55,22 @@ class Null:
         """Residuals (w, n), one by one, 0 beyond the windows' ends."""
         clean = self.view.measured / self._noise + self.residual
         for _ in range(count):
-            noise = np.where(self.view.inside, self._drawn(rng), 0.0)
+            noise = np.where(self.view.inside, self._coloured(rng.standard_normal(self.view.inside.shape)), 0.0)
             left = self._cleaned(noise[None])[0]
             right = np.tensordot(self._slopes, left, 2) + self._root * rng.standard_normal(len(self._root))
             left = left - np.tensordot(np.linalg.solve(self._curvature, right), self._slopes, 1)
             yield left / self._estimate(clean + noise)
 
-    def _drawn(self, rng: np.random.Generator) -> np.ndarray:
-        """Noise (w, n) of size 1, e_k = ρ e_{k-1} + √(1 - ρ²) w_k within each window."""
-        noise, colour = rng.standard_normal(self.view.inside.shape), self.view.colour
-        if colour is not None:
-            noise[:, 1:] *= np.sqrt(1.0 - colour**2)[self.view.groups][:, None]
-            for number, one in enumerate(colour.tolist()):
-                mine = self.view.groups == number
-                noise[mine] = lfilter([1.0], [1.0, -one], noise[mine], axis=1)
+    def _coloured(self, white: np.ndarray) -> np.ndarray:
+        """e_k = ρ e_{k-1} + √(1 - ρ²) w_k of noise w (..., w, n), within each window."""
+        if self.view.colour is None:
+            return white
+        noise = white.copy()
+        for number, colour in enumerate(self.view.colour.tolist()):
+            mine = self.view.groups == number
+            own = noise[..., mine, :]
+            own[..., 1:] *= math.sqrt(1.0 - colour**2)
+            noise[..., mine, :] = lfilter([1.0], [1.0, -colour], own, axis=-1)
         return noise
 
     @property
