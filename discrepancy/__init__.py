@@ -9,7 +9,8 @@ In reading order:
     fit        joint fit of the parameters and of every window's start state (Levenberg–Marquardt)
     linearised what the starts of one more effect promise
     race       where its fit should begin: successive halving
-    dispersion how much less a residual tells than white noise
+    noise      the size and the colour of measuring noise, read where a machine is quiet
+    dispersion how much less a residual tells than white noise: by itself, and by what it has bent
     selection  sets fitted to the end, and the one score by which they are compared
     search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to

@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import detrend
 
 _PIECE, _SHORTEST = 0.2, 32
 """Length of a piece: so many seconds, short enough for a dwell, or samples, if that is longer."""
@@ -41,7 +40,8 @@ _MAD = 0.6745
 def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
     # a drift of the sensor's offset is no noise
-    found = autoregression([detrend(values)], rate)
+    rise = np.linspace(-1.0, 1.0, len(values))
+    found = autoregression([values - float(values @ rise) / float(rise @ rise) * rise], rate)
     if found is None or not found[1] > 0.0:
         return white_noise(values), 0.0
     colour, variance = found
@@ -59,10 +59,12 @@ def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, floa
     if sum(map(len, pieces)) < _LEAST_PIECES:
         return None
     whole, window = np.concatenate(pieces), np.hanning(length)
-    powers = np.abs(np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
+    spectra = np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     band = frequencies > min(_FROM_HZ, 0.25 * rate)
-    power = np.quantile(powers, _QUARTILE, axis=0)[band]
+    # as an order statistic it is found five times as fast as between two of them
+    rank = round(_QUARTILE * (len(whole) - 1))
+    power = np.partition(np.abs(spectra[:, band]) ** 2, rank, axis=0)[rank]
     turn = np.cos(2.0 * math.pi * frequencies[band] / rate)
     shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)
     levels = np.maximum((power / shapes).mean(axis=1, keepdims=True), 1e-300)

@@ -11,6 +11,7 @@ from the simulated record with the noise drawn.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -59,23 +60,25 @@ class Null:
             size = min(_AT_ONCE, count - first)
             noise, known = np.empty((size, *clean.shape)), np.empty((size, len(self._root)))
             for one, two in zip(noise, known, strict=True):
-                one[:] = self._drawn(rng)
+                rng.standard_normal(out=one)
                 rng.standard_normal(out=two)
-            noise *= self.view.inside
+            noise = self._coloured(noise) * self.view.inside
             left = self._cleaned(noise)
             right = left.reshape(size, -1) @ self._slopes.T + self._root * known
             left -= (np.linalg.solve(self._curvature, right.T).T @ self._slopes).reshape(left.shape)
             for one, own in zip(left, noise, strict=True):
                 yield one / self._estimate(clean + own)
 
-    def _drawn(self, rng: np.random.Generator) -> np.ndarray:
-        """Noise (w, n) of size 1, e_k = ρ e_{k-1} + √(1 - ρ²) w_k within each window."""
-        noise, colour = rng.standard_normal(self.view.inside.shape), self.view.colour
-        if colour is not None:
-            noise[:, 1:] *= np.sqrt(1.0 - colour**2)[self.view.groups][:, None]
-            for number, one in enumerate(colour.tolist()):
-                mine = self.view.groups == number
-                noise[mine] = lfilter([1.0], [1.0, -one], noise[mine], axis=1)
+    def _coloured(self, white: np.ndarray) -> np.ndarray:
+        """e_k = ρ e_{k-1} + √(1 - ρ²) w_k of noise w (..., w, n), within each window."""
+        if self.view.colour is None:
+            return white
+        noise = white.copy()
+        for number, colour in enumerate(self.view.colour.tolist()):
+            mine = self.view.groups == number
+            own = noise[..., mine, :]
+            own[..., 1:] *= math.sqrt(1.0 - colour**2)
+            noise[..., mine, :] = lfilter([1.0], [1.0, -colour], own, axis=-1)
         return noise
 
     @property

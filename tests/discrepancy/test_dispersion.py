@@ -48,3 +48,9 @@ def test_what_the_free_ones_explain_is_no_evidence() -> None:
     assert one.typical == pytest.approx(dispersions(
         np.zeros((2, 2)), np.zeros(2), np.array([1.0, 0.0]), np.zeros(2), 1.0, 1e5
     ).typical)  # fmt: skip
+
+
+def test_a_direction_that_the_records_do_not_tell_is_no_evidence() -> None:
+    """Its slope is what the derivatives are off by; over so little information it would be a huge distance."""
+    told, slope, z = np.diag([100.0, 1e-5]), np.array([0.0, 100.0]), np.array([0.5, 0.0])
+    assert dispersions(told, slope, np.ones(2), z, 1.0, 1e5).typical < 3.0

@@ -206,9 +206,14 @@ def test_linear_theory_is_that_of_real_residuals(records) -> None:
     """Seed 29; without play a fit leaves residuals whose mean square is that of the draws within 2 %."""
     model, held_out, truth = records(29, 0.0)
     view = view_of(model, held_out)
-    null = Null(model, calibrated(model, truth), view)
+    place = calibrated(model, truth)
+    null = Null(model, place, view)
     drawn = np.mean([(r[view.inside] ** 2).mean() for r in null.draws(np.random.default_rng(0), 20)])
     assert (null.residual[view.inside] ** 2).mean() == pytest.approx(drawn, rel=0.05)
+    # noise that is correlated is drawn so
+    coloured = dataclasses.replace(view, colour=np.full(len(view.noise), 0.8))
+    drawn = next(Null(model, place, coloured).draws(np.random.default_rng(0), 1))
+    assert (drawn[:, 1:] * drawn[:, :-1]).sum() / (drawn**2).sum() == pytest.approx(0.8, abs=0.05)
 
 
 def test_lines_that_slow_records_cannot_hold_are_left_out(one_record) -> None:
