@@ -1,5 +1,7 @@
 """The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,15 @@ def test_an_effect_is_judged_without_those_that_do_not_hold() -> None:
     grades = {finding.name: finding.grade for finding in answer.findings}
     assert set(answer.best.place.hypothesis.names) == {"a", "beside"} and grades["beside"] == "stands in"
     assert answer.names == ("a",) and answer.findings[0].closes == pytest.approx(0.87, abs=0.03)
+
+
+@pytest.mark.parametrize(("limits", "alike"), [((), ("twin",)), (("tone",), ())])
+def test_a_law_that_becomes_the_effect_at_a_limit_is_no_rival(limits: tuple, alike: tuple) -> None:
+    """`twin` has the shape of `tone`, but two choices of it must be paid for."""
+    models = [Chord({"tone": 10.0}, seed, ("tone", "twin")) for seed in (5, 6)]
+    for model in models:
+        (one,) = model.library["twin"]
+        choices = ({"way": 0.0}, {"way": 1.0})
+        model.library["twin"] = tuple(dataclasses.replace(one, fixed=c, limits=limits, effects=()) for c in choices)
+    (finding,) = explain(models[0], models[1]).findings
+    assert [effect.name for effect in finding.effects] == ["tone", *alike]
