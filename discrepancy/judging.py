@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,7 +80,7 @@ class Judge:
         self.forms = {form.hypothesis.name: form for form in forms}
         self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
         self.held: dict[str, Point] = {}
-        self._tables: dict[tuple[str, str], Point | None] = {}
+        self._tables: dict[str, Point | None] = {}
         self._hold([self.base, self.best, *selection.without])
         self.floor = max(
             held_out.tolerated,
@@ -94,8 +94,6 @@ class Judge:
         kept = list(range(len(inside.effects)))
         while kept:
             rows = self._judged_beside(inside, whole, kept)
-            if all(row.grade in NAMED for row in rows):
-                rows = [self._by_its_law(row, inside, whole, kept.index(row.k)) for row in rows]
             found |= {row.k: row for row in rows}
             failed = [row for row in rows if row.grade not in NAMED]
             if not failed:
@@ -113,8 +111,21 @@ class Judge:
         for i, (k, effect) in enumerate(zip(kept, inside.effects, strict=True)):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, self.held[whole.name], self.held[self.search.without(inside, i).name])
-            rows.append(Judged(k, found, evidence, *graded(evidence, self.criteria)))
+            grade, why = graded(evidence, self.criteria)
+            if grade in NAMED and effect.over in self.forms:
+                form = self.forms[effect.over]
+                evidence = dataclasses.replace(evidence, missed=self._missed(k, form), over=form.over)
+                grade, why = graded(evidence, self.criteria)
+            rows.append(Judged(k, found, evidence, grade, why))
         return rows
+
+    def _alike(self, k: int, name: str) -> Iterator[str]:
+        """Effects with which the set is as good, but those that become this one at a limit and so explain no less."""
+        for one in self.selection.instead[k]:
+            other = self.selection.other(one, k)
+            limits = next(effect.limits for effect in one.effects if effect.name == other)
+            if self.selection.gap(one) < self.criteria.margin and name not in limits:
+                yield other
 
     def _part(self, place: Point, name: str) -> float:
         """Mean square over the noise's of what an effect of a set does to the readings held out, all else as it is."""
@@ -125,32 +136,28 @@ class Judge:
         own, less = problem.residuals(np.array([place.z, without]), np.repeat(place.states[None], 2, axis=0))
         return float(((own - less) ** 2).sum()) / float(model.counts.sum())
 
-    def _by_its_law(self, row: Judged, inside: Fitted, whole: Fitted, i: int) -> Judged:
-        """The i-th effect of a set, held to a free function of its variable beside the set."""
-        form = self.forms.get(inside.effects[i].over)
-        if form is None or row.evidence.remains**2 - 1.0 < self.criteria.at_noise:
-            return row
-        after = self._tabulated(whole, form)
+    def _missed(self, k: int, form: Form) -> float:
+        """Share of what a free function closes that the law of the k-th effect leaves, both beside the whole set: what
+        stands in for something else takes up its part of it."""
+        after = self._tabulated(self.best, form)
         if after is None:
-            return row
-        left, open_ = _excess(self.held[whole.name], self.held[self.search.without(inside, i).name], *self._against)
+            return 0.0
+        left, open_ = _excess(self.held[self.best.name], self.held[self.selection.without[k].name], *self._against)
         with_table, _ = _excess(after, after, *self._against)
-        missed = max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
-        evidence = dataclasses.replace(row.evidence, missed=missed, over=form.over)
-        return Judged(row.k, row.found, evidence, *graded(evidence, self.criteria))
+        return max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
 
     def _tabulated(self, whole: Fitted, form: Form) -> Point | None:
-        """A set with a table beside it on the records held out; None where the table does not win the margin on those
-        fitted."""
-        key = whole.name, form.hypothesis.name
-        if key not in self._tables:
+        """A set with a table beside it on the records held out; None where that is no better by the margin on those
+        fitted, as where nothing is left."""
+        name = form.hypothesis.name
+        if name not in self._tables:
             model, place = self.search.whole, beside(self.search.whole, whole.place, form)
             price = whole.price + len(form.hypothesis.parameters) * math.log(float(model.counts.sum()))
             tabled = Fitted(place, True, price, dispersion_of(model, place))
             own, others = scores((tabled, whole), model)
             wins = others - own >= self.criteria.margin
-            self._tables[key] = held_places([place], self.held_out, [self.held[whole.name]])[0] if wins else None
-        return self._tables[key]
+            self._tables[name] = held_places([place], self.held_out, [self.held[whole.name]])[0] if wins else None
+        return self._tables[name]
 
     @property
     def _against(self) -> tuple[Model, float]:
@@ -175,11 +182,7 @@ class Judge:
             size=_words(size),
             zero=not found.shown,
             bound=found.bound,
-            alike=tuple(
-                self.selection.other(one, k)
-                for one in self.selection.instead[k]
-                if self.selection.gap(one) < self.criteria.margin
-            ),
+            alike=tuple(self._alike(k, found.name)),
             share=parts[found.name] / max(parts[largest], 1e-300),
             largest=largest,
         )  # fmt: skip

@@ -100,6 +100,9 @@ class Hypothesis:
         Values of a single effect's parameters [units] from which its fit may begin.
     alike : tuple of str
         Effects that some records cannot tell from a single one: they are compared with it whatever they promise.
+    limits : tuple of str
+        Effects that a single one becomes where its shape comes to an end: where it is no better than one of them, it is
+        no rival.
     over : str
         The table over the variable of which a single effect's force is a law; "" where there is none.
     effects : tuple of Hypothesis
@@ -113,6 +116,7 @@ class Hypothesis:
     alike: tuple[str, ...] = ()
     effects: tuple[Hypothesis, ...] = ()
     over: str = ""
+    limits: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.effects and self.name != "none":

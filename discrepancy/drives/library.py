@@ -37,7 +37,8 @@ def hypotheses_of(
     starts = (*proposed, *(tuple(row) for row in laid if row))
     inside = tuple(_inside(own, row) for row in dict.fromkeys(starts))
     return tuple(
-        Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike, over=effect.over) for c in effect.choices
+        Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike, over=effect.over, limits=effect.limits)
+        for c in effect.choices
     )
 
 

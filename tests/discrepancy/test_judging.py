@@ -1,5 +1,6 @@
 """The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -93,3 +94,15 @@ def test_two_pairs_of_windows_tell_what_does_not_repeat(pairs: int, level: float
         model.y[5] += 9.0
     place = Problem(model, NONE).point(np.zeros(1), np.zeros((WINDOWS, 0)))
     assert unrepeated([(model, place)]) == pytest.approx(level, rel=0.25)
+
+
+@pytest.mark.parametrize(("limits", "alike"), [((), ("twin",)), (("tone",), ())])
+def test_a_law_that_becomes_the_effect_at_a_limit_is_no_rival(limits: tuple, alike: tuple) -> None:
+    """`twin` has the shape of `tone`, but two choices of it must be paid for."""
+    models = [Chord({"tone": 10.0}, seed, ("tone", "twin")) for seed in (5, 6)]
+    for model in models:
+        (one,) = model.library["twin"]
+        choices = ({"way": 0.0}, {"way": 1.0})
+        model.library["twin"] = tuple(dataclasses.replace(one, fixed=c, limits=limits, effects=()) for c in choices)
+    (finding,) = explain(models[0], models[1]).findings
+    assert [effect.name for effect in finding.effects] == ["tone", *alike]

@@ -84,6 +84,8 @@ class DriveEffect:
         "reading": the law turns the force that is given, a further argument (n,), into the force that is read.
     alike : tuple of str
         Effects that some records cannot tell from it.
+    limits : tuple of str
+        Effects that it becomes where its shape comes to an end: where it is no better than one of them, it is no rival.
     over : str
         The table over the variable of which it is a smooth law, by its name in `TABLES`; "" where there is none.
     rotary : bool
@@ -109,6 +111,7 @@ class DriveEffect:
     law: Law
     acts: str = "force"
     alike: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
     over: str = ""
     rotary: bool = False
     of_base: bool = False

@@ -11,6 +11,7 @@ from numba import njit
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
 from discrepancy.drives.effects.ripple import ringing
 from indexer_env.effects.drive import TransmissionError
+from indexer_env.effects.friction import CoulombFriction
 from indexer_env.filters import BRACKET_LIMIT, bracket_sections, filtered
 from indexer_env.kernels.joints import line_torque, region_line
 
@@ -111,6 +112,7 @@ standard(
             Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
         _contact, of_base=True, alike=("play", "compliance"), forward="play",
+        limits=(CoulombFriction.name,),
         choices=tuple({"law": float(k)} for k in range(len(LAWS))),
     )
 )  # fmt: skip

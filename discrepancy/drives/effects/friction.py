@@ -58,6 +58,7 @@ standard(
         ),
         lambda m, p, base, direction: p.force / (1.0 + (m.v / p.speed) ** 2), acts="dry",
         alike=(CoulombFriction.name, "friction.presliding"), forward="stribeck",
+        limits=(CoulombFriction.name,),
     )
 )  # fmt: skip
 
@@ -116,5 +117,6 @@ standard(
         ),
         lambda m, p, base: p.force * dahl(m.q, p.distance),
         alike=(CoulombFriction.name, StribeckFriction.name, "play"), forward="presliding",
+        limits=(CoulombFriction.name,),
     )
 )  # fmt: skip
