@@ -64,7 +64,7 @@ class View:
         return np.array([((p.motor_speed - s) / ds, (p.load_torque - t) / dt) for p in points], dtype=np.float32)
 
     def shapes(self, reference: np.ndarray) -> np.ndarray:
-        """`shift_shapes` in units of the noise."""
+        """`shift_shapes` of turns (..., stations, cells) in units of the noise."""
         return (shift_shapes(reference, self.shift) / self.remains.noise).astype(np.float32)
 
     def measured(self, left: np.ndarray, reference: np.ndarray, point: OperatingPoint) -> np.ndarray:
@@ -84,7 +84,7 @@ class Feed:
     """Batches of turns as a network will see measured ones."""
 
     def __init__(self, turns: Turns, view: View) -> None:
-        noise = view.remains.noise
+        self.view, noise = view, view.remains.noise
         self.x = torch.from_numpy(turns.x) / noise
         self.point = torch.from_numpy(turns.point)
         self.shapes = torch.from_numpy(np.array([view.shapes(r) for r in turns.reference]))
@@ -100,6 +100,12 @@ class Feed:
         """x of these rows without noise."""
         return still(self.x[rows], self.shapes[self.point[rows]])
 
+    def shifts(self, rows: Tensor) -> Tensor:
+        """What shifts add to these rows (n, 2, stations, cells) beyond what they add to the healthy turn: a shift moves
+        what a fault does to the turn, too."""
+        own = torch.from_numpy(self.view.shapes(self.x[rows].numpy() * self.view.remains.noise))
+        return still(own.flatten(0, 1), self.shapes[self.point[rows]].repeat_interleave(2, dim=0)).reshape(own.shape)
+
     def noise(self, point: Tensor, generator: torch.Generator) -> Tensor:
         """What is measured of nothing at these points: noise, what comes and goes of the residual, shift."""
         shapes, n = self.shapes[point], len(point)
@@ -111,7 +117,9 @@ class Feed:
 
     def noisy(self, rows: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
         """x of these rows with noise, and conditions."""
-        return self.clean(rows) + self.noise(self.point[rows], generator), self.conditions[self.point[rows]]
+        moved = torch.randn((len(rows), 2, 1, 1), generator=generator) * self.shifts(rows)
+        x = self.clean(rows) + self.noise(self.point[rows], generator) + moved.sum(dim=1)
+        return x, self.conditions[self.point[rows]]
 
 
 class Sight:
@@ -125,6 +133,10 @@ class Sight:
             points = feed.point[rows[torch.randint(0, len(rows), (_NOISES,), generator=generator)]]
             parts = [network.sees(feed.noise(part, generator)) for part in points.split(512)]  # type: ignore[operator]
             self.noise = torch.cat(parts)
+            self.shifts = torch.stack([
+                torch.cat([network.sees(feed.shifts(part)[:, k]) for part in rows.split(512)])  # type: ignore[operator]
+                for k in (0, 1)
+            ])  # fmt: skip
         else:
             looks = rows.repeat(_LOOKS).split(512)
             self.seen = torch.cat([network.sees(feed.noisy(part, generator)[0]) for part in looks])  # type: ignore[operator]
@@ -138,7 +150,9 @@ class Sight:
         # two draws of a normal law, turned by an angle, are a new draw of it
         angle = 2.0 * math.pi * torch.rand((n, 1), generator=self.generator)
         first, second = torch.randint(0, _NOISES, (2, n), generator=self.generator)
-        return self.seen[places] + torch.cos(angle) * self.noise[first] + torch.sin(angle) * self.noise[second]
+        noise = torch.cos(angle) * self.noise[first] + torch.sin(angle) * self.noise[second]
+        moved = torch.randn((2, n, 1), generator=self.generator) * self.shifts[:, places]
+        return self.seen[places] + noise + moved.sum(dim=0)
 
 
 def trained(

@@ -219,15 +219,16 @@ def _kept(mean: np.ndarray, variance: float) -> float:
     return max(0.0, 1.0 - variance / found) if found > 0.0 else 0.0
 
 
-def shift_shapes(reference: np.ndarray, shift: float) -> np.ndarray:
-    """What one standard deviation of a shift [rad] adds to a turn (stations, cells): of the whole turn, and growing
-    from its beginning to its end. Shape (2, stations, cells)."""
-    flat = reference.ravel()
-    width = _TURN / reference.shape[1]
-    slope = (np.roll(flat, -1) - np.roll(flat, 1)) / (2.0 * width)
-    along = np.linspace(-0.5, 0.5, len(flat))
-    shapes = np.stack([slope * shift, slope * along * math.sqrt(2.0) * shift])
-    return shapes.reshape(2, *reference.shape)
+def shift_shapes(turn: np.ndarray, shift: float) -> np.ndarray:
+    """What one standard deviation of a shift [rad] adds to turns (..., stations, cells): of the whole turn, and growing
+    from its beginning to its end. Shape (..., 2, stations, cells)."""
+    before, own = turn.shape[:-2], turn.shape[-2:]
+    flat = turn.reshape(*before, -1)
+    width = _TURN / own[1]
+    slope = (np.roll(flat, -1, axis=-1) - np.roll(flat, 1, axis=-1)) / (2.0 * width)
+    along = np.linspace(-0.5, 0.5, flat.shape[-1])
+    shapes = np.stack([slope * shift, slope * along * math.sqrt(2.0) * shift], axis=-2)
+    return shapes.reshape(*before, 2, *own)
 
 
 def without_shift(left: np.ndarray, shapes: np.ndarray, noise: float) -> np.ndarray:

@@ -102,8 +102,8 @@ def weights_of(
     told: Mapping[str, np.ndarray], fits: Fits, there: np.ndarray, size: np.ndarray,
     sound_left: np.ndarray, coverage: float,
 ) -> Weights:  # fmt: skip
-    """From faulty turns (strength, fits, truth) and the remainders of healthy ones, each kind for itself: so that the many
-    healthy ones do not decide what may be left of faulty ones."""
+    """From faulty turns (strength, fits, truth) and the remainders of healthy ones, each kind for itself: so that the
+    many healthy ones do not decide what may be left of faulty ones."""
     possible = np.isfinite(fits.error)
     x, y = evidence(fits)[possible], there[possible]
     scale = np.maximum(x.std(axis=0), 1.0)

@@ -107,11 +107,20 @@ class Work:
         m, chance = modes(x, self.of.axes), scatter(x, self.of.axes)
         bad = ~np.isfinite(m).all(axis=1)
         chance[bad], m[bad] = 0.0, 0.0
-        weight = np.linalg.inv(self.open[at] + chance) / m.shape[1]
+        moved = self.shifted(x, at)
+        moved[bad] = 0.0
+        weight = np.linalg.inv(self.open[at] + chance + moved.transpose(0, 2, 1) @ moved) / m.shape[1]
         off = self.m[at] - m
         q = np.einsum("ni,nij,nj->n", off, weight, off) + t**2 @ self.prior
         q[bad] = BAD
         return Beside(m, weight, off, q)
+
+    def shifted(self, x: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """What one standard deviation of each shift adds along the axes (n, 2, k) to turns x (n, stations, cells): it
+        moves what a fault does to the turn, too."""
+        shapes = self.of.shapes(x * self.of.noise).reshape(len(x), 2, -1)
+        still = _without(shapes, np.asarray(self.shapes[at], dtype=float).reshape(len(x), 2, -1))
+        return modes(still.reshape(2 * len(x), *x.shape[1:]), self.of.axes).reshape(len(x), 2, -1)
 
     def scanned(self, t: np.ndarray, at: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Unknowns t (n, u), one size of each turn changed where that lessens q."""
@@ -164,10 +173,8 @@ class Work:
                     values = made[k][1].read(acceleration, cells.rate).values
                     x[k] = behind_lead_in(healthy.machine, cells, values, point.motor_speed)
         x = (x - self.reference[at]) / self.of.noise
-        D = self.shapes[at].reshape(len(at), 2, -1)
-        flat = x.reshape(len(at), -1)
-        shift = np.linalg.solve(D @ D.transpose(0, 2, 1) + np.eye(2), D @ flat[:, :, None])
-        return (flat - (shift.transpose(0, 2, 1) @ D)[:, 0]).reshape(x.shape)
+        flat = x.reshape(len(at), 1, -1)
+        return _without(flat, self.shapes[at].reshape(len(at), 2, -1)).reshape(x.shape)
 
     def _machine(self, t: np.ndarray, station: int) -> tuple[Machine, Sensor, float]:
         sound, f = self.of.healthy.machine, len(self.of.faults)
@@ -182,3 +189,12 @@ class Work:
                 elif isinstance(effect, SensorEffect):
                     sensor = effect.extend_sensor(sensor)
         return machine, sensor, factor
+
+
+def _without(rows: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Rows (n, r, c) of turns without the most likely shift along shapes (n, 2, c)."""
+    across = shapes.transpose(0, 2, 1)
+    return (
+        rows
+        - np.linalg.solve(shapes @ across + np.eye(2), shapes @ rows.transpose(0, 2, 1)).transpose(0, 2, 1) @ shapes
+    )

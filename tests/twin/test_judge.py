@@ -57,6 +57,20 @@ def taught() -> tuple[Any, Turns, Turns, Judge]:
     return network, control, sound, judge
 
 
+def test_a_shift_moves_what_a_fault_does_to_a_turn_that_is_learned_from():
+    part = turns(40, 5, faulty=True)
+    feed, rows = Feed(part, view()), torch.arange(40)
+    cells, step = CELLS.count, 0.002
+    cam = 2.0 * np.pi * np.arange(cells) / cells
+    waves = np.stack([5.0 * np.cos(5.0 * cam), 11.0 * np.cos(11.0 * cam)])
+    wanted = step * np.repeat((part.size @ waves)[:, None], 8, axis=1) / view().remains.noise
+    found = feed.shifts(rows)[:, 0].numpy()
+    away = np.abs(found - wanted).reshape(40, -1).max(axis=1)
+    assert (away < 0.5 * np.abs(wanted).reshape(40, -1).max(axis=1)).all()
+    healthy_rows = turns(10, 6, faulty=False)
+    assert np.abs(Feed(healthy_rows, view()).shifts(torch.arange(10)).numpy()).max() == 0.0
+
+
 def told(network: Any, part: Turns, seed: int) -> dict[str, np.ndarray]:
     x, conditions = Feed(part, view()).noisy(torch.arange(len(part.x)), torch.Generator().manual_seed(seed))
     return said(network, x, conditions)

@@ -196,6 +196,21 @@ def test_the_shift_of_a_simulated_turn_is_taken_out_as_that_of_a_measured_one():
     assert fits.size[0, 0] == pytest.approx(0.3, abs=0.02) and math.isfinite(NOISE)
 
 
+def test_a_shift_moves_what_a_fault_does_too(monkeypatch):
+    """Two standard deviations of the pulse on a turn with a large crack."""
+    machine = MACHINE.with_effects(effect_of(FAULTS["crack"], 0.9, MACHINE, 0.0, 0))
+    signal, stated = record(machine)
+    reference = healthy().turn(POINT)
+    left = []
+    for off in (0.0, 0.004):
+        (found,) = CELLS.turns(signal.values, MACHINE.reduction * stated.motor_speed, 3.0 + off)
+        x = view().measured(found - reference, reference, POINT)[None]
+        left.append(fitted(synthesis(), x, [POINT], told([3.0, -9.0, -9.0], [0.85, 0.2, 0.2])).left[0])
+    assert left[0] < 0.1 and left[1] < 1.0
+    monkeypatch.setattr(Work, "shifted", lambda self, x, at: np.zeros((len(x), 2, self.m.shape[1])))
+    assert fitted(synthesis(), x, [POINT], told([3.0, -9.0, -9.0], [0.85, 0.2, 0.2])).left[0] > 2.0 * left[1]
+
+
 def test_what_the_posterior_leaves_open_grows_with_the_faults():
     soft = dataclasses.replace(MACHINE, output_joint=dataclasses.replace(MACHINE.output_joint, stiffness=43000.0))
     sizes, turns = [0.2, 0.5, 0.8] * 2, []
