@@ -242,12 +242,12 @@ class IndexerModel(Model):
         w, n_records, samples = self.windows, len(self.experiments), self._inside.shape[1]
         record = w.record[jobs.window]
         used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
-        items = self._items(machines, *np.divmod(used, n_records))
+        of_point, of_record = np.divmod(used, n_records)
+        items = self._items(machines, of_point, of_record)
         pieces = items[0].law.pieces
         table = np.stack([item.row for item in items])
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
-        item_point, item_record = np.divmod(used, n_records)
-        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[item_point], item_record)
+        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
         counts, every = self.counts[jobs.window], steps_per_sample(self.sample_rate)
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
