@@ -168,6 +168,11 @@ class Jobs:
     window: np.ndarray
     states: np.ndarray
 
+    def each(self, states: np.ndarray) -> Jobs:
+        """All jobs (n,) once from each of the states (c, n, l)."""
+        c, n, size = states.shape
+        return Jobs(self.points, np.tile(self.point, c), np.tile(self.window, c), states.reshape(c * n, size))
+
 
 class Model(ABC):
     """A model of a machine together with records of it, cut into windows.

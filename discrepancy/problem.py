@@ -229,18 +229,15 @@ class Problem:
         for _ in range(rounds):
             nudged = np.repeat(states[None], size + 1, axis=0)
             nudged[1 + np.arange(size), :, np.arange(size)] += _LOCAL_NUDGE
-            r = self.model.residuals(self.hypothesis, _each(jobs, nudged)).reshape(size + 1, k, -1)
+            r = self.model.residuals(self.hypothesis, jobs.each(nudged)).reshape(size + 1, k, -1)
             squares = np.einsum("wn,wn->w", r[0], r[0])
             slope = np.moveaxis((r[1:] - r[0]) / _LOCAL_NUDGE, 0, 1)
             B, b = slope @ np.swapaxes(slope, 1, 2), (slope @ r[0][:, :, None])[:, :, 0]
             diagonal = np.einsum("wii->wi", B)
-            tried = np.array(
-                [
-                    states
-                    - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
-                    for d in (1e-4, 1e-1, 10.0)
-                ]
-            )
+            tried = np.array([
+                states - np.linalg.solve(B + np.eye(size) * (d * diagonal + 1e-4)[:, :, None], b[:, :, None])[:, :, 0]
+                for d in (1e-4, 1e-1, 10.0)
+            ])  # fmt: skip
             costs = np.concatenate([squares[None], self._tried(jobs, tried)])
             best = costs.argmin(axis=0)
             states = np.concatenate([states[None], tried])[best, np.arange(k)]
@@ -249,7 +246,7 @@ class Problem:
 
     def _tried(self, jobs: Jobs, states: np.ndarray) -> np.ndarray:
         """Sums of squares (c, k) of jobs (k,) from each of the states (c, k, l) that are tried."""
-        return self.model.squares(self.hypothesis, _each(jobs, states)).reshape(states.shape[:2])
+        return self.model.squares(self.hypothesis, jobs.each(states)).reshape(states.shape[:2])
 
     def searched(self, place: Point, which: np.ndarray | None = None) -> Point:
         """The place with the windows' start states looked for over the whole grid, then refined; of windows that are
@@ -299,9 +296,3 @@ class Problem:
 def _at(z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> Jobs:
     """Windows (k,) from start states (k, l), all with the same globals (g,)."""
     return Jobs(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)
-
-
-def _each(jobs: Jobs, states: np.ndarray) -> Jobs:
-    """Jobs (k,) once from each of the states (c, k, l)."""
-    c, k, size = states.shape
-    return Jobs(jobs.points, np.tile(jobs.point, c), np.tile(jobs.window, c), states.reshape(c * k, size))

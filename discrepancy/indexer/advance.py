@@ -21,6 +21,10 @@ _AT_ONCE, _LEAST = 2**17, 2 * _BLOCK
 """Samples simulated at once, which stay in a core's cache until they are judged, and least windows, so that two cores
 have work."""
 
+_NEARLY = 0.05
+"""Share by which steps may be longer: the sampling rate that a fit finds differs a little from the stated one, and half
+the step takes twice the time."""
+
 _SLIP_ROUNDS = 3
 """Windows simulated to find how much faster than the mean speed a slipping motor's command is."""
 
@@ -29,24 +33,24 @@ _MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
 )
 
 
-def parts(count: int, samples: int) -> Iterator[slice]:
-    """Slices of so many windows of so many samples each, simulated one after the other."""
+def in_parts(
+    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, every: int, rows: Sequence[int | np.integer], samples: int
+) -> Iterator[tuple[slice, np.ndarray]]:
+    """As `advanced`, some items at a time, which fit into a core's cache."""
     step = max(_LEAST, _AT_ONCE // samples // _BLOCK * _BLOCK)
-    return (slice(first, first + step) for first in range(0, count, step))
-
-
-def part_of(pack: Pack, part: slice) -> Pack:
-    """A slice of a pack's items."""
-    return Pack(pack.model, pack.features, pack.states[part], pack.coefficients[part], pack.pieces)
+    for part in (slice(first, first + step) for first in range(0, len(counts), step)):
+        some = Pack(pack.model, pack.features, pack.states[part], pack.coefficients[part], pack.pieces)
+        yield part, advanced(some, counts[part], sample_rates[part], every, rows, samples)
 
 
 def advanced(
-    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, rows: Sequence[int | np.integer], samples: int
+    pack: Pack, counts: np.ndarray, sample_rates: np.ndarray, every: int, rows: Sequence[int | np.integer], samples: int
 ) -> np.ndarray:
-    """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz]; these rows of the workspace
-    (n, rows, samples), without meaning behind an item's end, NaN where a run left the physical range."""
+    """Advance a pack in place, each item over `counts` (n,) samples at its rate (n,) [Hz], `every` steps to each; these
+    rows of the workspace (n, rows, samples), without meaning behind an item's end, NaN where a run left the physical
+    range."""
     prepare_kernel()
-    every, n = _every(sample_rates), len(counts)
+    n = len(counts)
     out = np.empty((n, len(rows), samples))
     status, when = np.zeros(n, dtype=np.int64), np.zeros(n)
     run_kernel((
@@ -58,14 +62,13 @@ def advanced(
     return out
 
 
-def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.ndarray) -> None:
+def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.ndarray, every: int) -> None:
     """Set command and start rate of slipping motors so that each cam turn takes as long as it was measured to.
 
     What the motor loses in one index it makes up for in the dwell, so one window of each machine and record, told apart
     by `kind` (n,), tells how much faster the command is than the mean speed, and at which rate a window ends and the
     next one starts.
     """
-    every = _every(sample_rates)
     _, one, of = np.unique(kind, return_index=True, return_inverse=True)
     time = (counts[one] * every - 1) / (sample_rates[one] * every)
     mean, rate = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE]
@@ -75,7 +78,7 @@ def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.
         states[:, _MOTOR_RATE], states[:, _COMMAND] = rate, command
         start = states[:, _MOTOR_ANGLE].copy()
         trial = Pack(pack.model, pack.features, states, pack.coefficients[one], pack.pieces)
-        advanced(trial, counts[one], sample_rates[one], (layout.TABLE_ACC,), 0)
+        advanced(trial, counts[one], sample_rates[one], every, (layout.TABLE_ACC,), 0)
         lost = mean - (states[:, _MOTOR_ANGLE] - start) / time
         failed = ~np.isfinite(lost + states[:, _MOTOR_RATE])
         command, rate = command + lost, states[:, _MOTOR_RATE]
@@ -84,6 +87,6 @@ def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.
     pack.states[:, _MOTOR_RATE], pack.states[:, _COMMAND] = rate[of], command[of]
 
 
-def _every(sample_rates: np.ndarray) -> int:
-    """Integrator steps per sample."""
-    return max(1, math.ceil(1.0 / (float(sample_rates.min()) * _STEP) - 1e-9))
+def steps_per_sample(sample_rate: float) -> int:
+    """Integrator steps from one sample of a rate [Hz], or of one next to it, to the next."""
+    return max(1, math.ceil(1.0 / (sample_rate * _STEP) - _NEARLY))

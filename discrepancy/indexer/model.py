@@ -5,15 +5,15 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import advanced, let_slip, part_of, parts
+from discrepancy.indexer.advance import in_parts, let_slip, steps_per_sample
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, torque_power
-from discrepancy.indexer.reading import Reading, bounded
+from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, successive, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
@@ -28,9 +28,6 @@ from indexer_env.sensors import Sensor
 
 _FACTORS = (0.95, 0.98, 1.02, 1.05)
 """By which all torques are multiplied at once, steps within how well they are known."""
-
-ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
-"""Sensor, true accelerations (k, samples), windows (k,) -> what is read of them."""
 
 _LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
 
@@ -191,16 +188,13 @@ class IndexerModel(Model):
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
-        # to hash a sensor takes as long as to read a window, and most points have the model's own
-        numbers: dict[Sensor | None, int] = {}
-        own = [None if sensor is self.sensor else sensor for _, sensor in extended]
-        sensor_of = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])[jobs.point]
-        sensors = [sensor or self.sensor for sensor in numbers]
+        sensors, number_of = numbered([sensor for _, sensor in extended], self.sensor)
+        sensor_of = number_of[jobs.point]
         for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
+                # one sensor's jobs stand side by side
                 mine = np.flatnonzero(sensor_of[some] == number)
                 window = jobs.window[some[mine]]
-                # one sensor's jobs stand side by side
                 rows = reading(sensors[number], made[mine[0] : mine[-1] + 1, 0], window)
                 rows *= (1.0 / self._noise[self.windows.record[window]])[:, None]
                 yield some[mine], rows, bounded(rows, self.counts[window])
@@ -248,14 +242,14 @@ class IndexerModel(Model):
         w, n_records, samples = self.windows, len(self.experiments), self._inside.shape[1]
         record = w.record[jobs.window]
         used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
-        items = self._items(machines, *np.divmod(used, n_records))
+        of_point, of_record = np.divmod(used, n_records)
+        items = self._items(machines, of_point, of_record)
         pieces = items[0].law.pieces
         table = np.stack([item.row for item in items])
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
-        item_point, item_record = np.divmod(used, n_records)
-        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[item_point], item_record)
+        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
-        counts = self.counts[jobs.window]
+        counts, every = self.counts[jobs.window], steps_per_sample(self.sample_rate)
         # windows of one length side by side, since a block of the kernel takes as long as its longest; the last block
         # may be half empty, so it gets the shortest
         order = np.lexsort((-counts, beside))
@@ -271,10 +265,9 @@ class IndexerModel(Model):
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
                 turns = np.minimum(np.ceil(self._periods).astype(int), samples)
-                let_slip(pack, kind[mine], turns[record[mine]], sample_rates)
-            for part in parts(len(mine), samples):
-                some = mine[part]
-                yield some, advanced(part_of(pack, part), counts[some], sample_rates[part], channels, samples)
+                let_slip(pack, kind[mine], turns[record[mine]], sample_rates, every)
+            for part, made in in_parts(pack, counts[mine], sample_rates, every, channels, samples):
+                yield mine[part], made
 
     def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
         """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""

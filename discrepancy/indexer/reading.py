@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.indexer.nuisance import without_nuisance
 from indexer_env.sensors import Sensor
+
+ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
+"""Sensor, true accelerations (k, samples), windows (k,) -> what is read of them."""
 
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
@@ -24,6 +28,15 @@ def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
 def _designed(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
     """The same: to design them takes as long as to filter ten windows."""
     return tuple(sensor.sections(sample_rate))
+
+
+def numbered(sensors: Sequence[Sensor], usual: Sensor) -> tuple[list[Sensor], np.ndarray]:
+    """The different ones among sensors (p,), and the number of each one's among them (p,)."""
+    numbers: dict[Sensor | None, int] = {}
+    # to hash a sensor takes as long as to read a window, and most are the usual one itself
+    own = (None if sensor is usual else sensor for sensor in sensors)
+    found = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])
+    return [sensor or usual for sensor in numbers], found
 
 
 def bounded(rows: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -59,9 +59,9 @@ class Null:
         for first in range(0, count, _AT_ONCE):
             size = min(_AT_ONCE, count - first)
             noise, known = np.empty((size, *clean.shape)), np.empty((size, len(self._root)))
-            for one, two in zip(noise, known, strict=True):
-                rng.standard_normal(out=one)
-                rng.standard_normal(out=two)
+            for k in range(size):
+                rng.standard_normal(out=noise[k])
+                rng.standard_normal(out=known[k])
             noise = self._coloured(noise) * self.view.inside
             left = self._cleaned(noise)
             right = left.reshape(size, -1) @ self._slopes.T + self._root * known

@@ -117,7 +117,9 @@ class _Spectrum:
         self._at = np.rint((time - time.min()) / self.step).astype(int)
         self._count = int(self._at.max()) + 1
         # even, so that the spectrum ends at half the rate
-        self._padded = 2 * next_fast_len(_PADDING * self._count // 2, real=True)
+        half = next_fast_len(_PADDING * self._count // 2, real=True)
+        assert half is not None
+        self._padded = 2 * half
         self._per_width = self._padded / self._count
         self._per_hertz = self._padded * self.step
         self._hann = np.sin(math.pi * np.arange(self._count) / self._count) ** 2
@@ -128,7 +130,7 @@ class _Spectrum:
         white noise where that is more."""
         rows = np.zeros((len(residual), self._count))
         rows[:, self._at] = residual.reshape(len(residual), -1)[:, self._part]
-        power = np.abs(rfft(self._hann * rows, self._padded)) ** 2
+        power = np.abs(np.asarray(rfft(self._hann * rows, self._padded))) ** 2
         distances = np.arange(_AROUND[0], _AROUND[1] + 0.5)
         shifts = np.concatenate([[0.0], -distances, distances]) * self._per_width
         bins = np.rint(frequencies[:, None] * self._per_hertz + shifts).astype(int)

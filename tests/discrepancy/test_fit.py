@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-from discrepancy.fit import fit
+from discrepancy.fit import crossed, fit, rested
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.problem import Problem
 from discrepancy.stages import FITS
@@ -44,6 +44,44 @@ def test_a_thorough_fit_crosses_what_the_records_tell_little_of(thorough: bool, 
     missing = float(abs(place.z - floor).max())
     assert missing < left if thorough else missing > left
     assert caplog.messages == [f"none at {place.level(model):.2f} times the noise"]
+
+
+def test_a_place_is_crossed_without_a_search() -> None:
+    problem = Problem(Valley(), NONE)
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=30).place
+    thorough = fit(problem, place, steps=30, thorough=True).place
+    assert np.abs(place.z - thorough.z).max() > 1.0
+    assert crossed(problem, place).z == pytest.approx(thorough.z, abs=0.05)
+
+
+class Mirrored(Valley):
+    """The same, and a symmetry that leads elsewhere."""
+
+    def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        return point[None] + 1.0
+
+
+@pytest.mark.parametrize("frozen", [True, False])
+def test_where_all_is_held_a_symmetry_is_not_followed(monkeypatch: pytest.MonkeyPatch, frozen: bool) -> None:
+    followed = []
+    points = Problem.points
+    monkeypatch.setattr(Problem, "points", lambda self, z, states: followed.append(z) or points(self, z, states))
+    problem = Problem(Mirrored(), NONE, frozen=frozen)
+    place = problem.point(np.zeros(2), np.zeros((4, 0)))
+    followed.clear()
+    rested(problem, place, place.cost)
+    assert any(len(z) == 1 and np.abs(z - place.z).min() > 0.5 for z in followed) is not frozen
+
+
+@pytest.mark.parametrize("fallen", [True, False])
+def test_windows_are_searched_again_where_the_cost_has_fallen_since(
+    monkeypatch: pytest.MonkeyPatch, fallen: bool
+) -> None:
+    problem, searched = Problem(Valley(), NONE), []
+    monkeypatch.setattr(Problem, "searched", lambda self, place, which=None: searched.append(place) or place)
+    place = crossed(problem, problem.point(np.full(2, 1.4), np.zeros((4, 0))))
+    rested(problem, place, place.cost + (5.0 if fallen else 0.0))
+    assert bool(searched) is fallen
 
 
 class Burrows(Stateless):

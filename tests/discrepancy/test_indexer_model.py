@@ -7,6 +7,7 @@ import pytest
 
 from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
+from discrepancy.indexer.advance import steps_per_sample
 from discrepancy.indexer.parameters import read, torque_power
 from discrepancy.model import NONE, Jobs, together
 from discrepancy.problem import Problem
@@ -153,6 +154,33 @@ def test_a_slipping_motor_that_fails_is_worse_than_any_other() -> None:
     windows = np.arange(len(model.counts))
     found = model.residuals(hypothesis, Jobs(point, 0 * windows, windows, states(model)))
     assert (np.abs(found).max(axis=1) == 1e3).all()
+    squares = model.squares(hypothesis, Jobs(point, 0 * windows, windows, states(model)))
+    assert squares == pytest.approx(1e6 * model.counts)
+
+
+def test_sums_of_squares_are_those_of_the_residuals() -> None:
+    """Seed 4; more jobs than are simulated at once, of windows of different lengths, and three sensors."""
+    signal = Signal(np.sin(0.1 * np.arange(8200.0)), 1000.0, unit="rad/s^2")
+    points = (OperatingPoint(), OperatingPoint(motor_speed=140.0, load_torque=20.0))
+    model = IndexerModel(load_machine("reference"), [Experiment(signal, point, noise=1.0) for point in points])
+    lowpass = model.hypotheses()["sensor.lowpass"][0]
+    rng, windows = np.random.default_rng(4), len(model.counts)
+    own = 0.3 * rng.standard_normal((12, len(model.parameters)))
+    cutoffs = np.array([lowpass.coordinates(start) for start in lowpass.starts[:3]])[np.arange(12) % 3]
+    jobs = Jobs(
+        np.hstack([own, cutoffs]), np.repeat(np.arange(12), windows), np.tile(np.arange(windows), 12),
+        rng.standard_normal((12 * windows, 4)),
+    )  # fmt: skip
+    residuals = model.residuals(lowpass, jobs)
+    one = Jobs(jobs.points, jobs.point[-1:], jobs.window[-1:], jobs.states[-1:])
+    assert residuals[-1] == pytest.approx(model.residuals(lowpass, one)[0])
+    assert model.squares(lowpass, jobs) == pytest.approx((residuals**2).sum(axis=1))
+
+
+@pytest.mark.parametrize(("rate", "steps"), [(500.0, 2), (994.0, 1), (1000.0, 1), (900.0, 2), (5000.0, 1)])
+def test_a_rate_a_little_below_1_khz_takes_no_second_step(rate: float, steps: int) -> None:
+    """The clock that a fit finds is up to 0.6 % off."""
+    assert steps_per_sample(rate) == steps
 
 
 def states(model: IndexerModel) -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 
 from discrepancy.explain import explain
 from discrepancy.fit import fit
-from discrepancy.held_out import held_places
+from discrepancy.held_out import held_places, predicts
 from discrepancy.judging import Written, closed, unrepeated, written
 from discrepancy.model import NONE
 from discrepancy.place import Point
@@ -40,6 +40,14 @@ def test_the_nominal_machine_is_written_where_it_predicts_better() -> None:
     made = written_of(shifted(0.2, 5), fitted(shifted(0.2, 5)), (), shifted(-0.2, 6))
     assert made.place.z.tolist() == [0.0] and made.place.hypothesis is NONE
     assert "predicts record 1 of those held out worse" in made.remarks[0]
+
+
+def test_what_is_held_is_of_a_place_by_its_physics() -> None:
+    model, held_out = shifted(0.2, 5), shifted(0.2, 6)
+    place = fitted(model)
+    (held,) = held_places([place], held_out)
+    assert predicts(place, held, held_out)
+    assert not predicts(Problem(model, NONE).point(place.z + 0.01, place.states), held, held_out)
 
 
 def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_again() -> None:

@@ -127,6 +127,15 @@ def test_json_holds_all_criteria_and_the_rule_table(filed: Filed) -> None:
     assert json.loads(report_files(outcome)["report.json"])["criteria"]["numbers"]["margin"] == 44.0
 
 
+@pytest.mark.parametrize(("hidden", "traced"), [({}, False), ({"rest": 5.0}, True)])
+def test_what_does_not_differ_from_noise_is_not_traced(
+    monkeypatch: pytest.MonkeyPatch, hidden: dict[str, float], traced: bool
+) -> None:
+    origin = Origin(PLACES[0], 0.7, (), ())
+    monkeypatch.setattr(ChordSubject, "origin", lambda self, model, place: origin)
+    assert run_chain(ChordSubject(hidden), 5).origin is (origin if traced else None)
+
+
 @pytest.mark.parametrize("name", ["found", "family", "stands in", "nothing", "remainder"])
 def test_every_ranking_has_none_of_these(filed: Filed, name: str) -> None:
     for ranking in json.loads(filed(name)["report.json"])["ranking"]:
