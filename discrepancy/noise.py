@@ -1,8 +1,9 @@
 """The size and the colour of measuring noise, read where a machine is quiet.
 
 Noise is taken for a first-order autoregression, e_k = ρ e_{k-1} + w_k with w white, by the likelihood of its spectrum
-(Whittle, J. Roy. Stat. Soc. B 15 (1953) 125): of short pieces, whose lower quartile is that of the dwells, and at high
-frequencies, where machines do little. What ρ says of the frequencies below is all that is known of them.
+(Whittle, J. Roy. Stat. Soc. B 15 (1953) 125): of short pieces, whose lower quartile is that of the dwells, at high
+frequencies, where machines do little, and without the lines that stand there. What ρ says of the frequencies below is
+all that is known of them.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ _QUARTILE = 0.25
 
 _FROM_HZ = 50.0
 """Below it lies what machines do; or half of the spectrum, where that is more."""
+
+_LINE, _ROUNDS = 3.0, 8
+"""Power over that of the noise at which a frequency is left out as a line, and rounds in which lines are found."""
 
 _COLOURS = np.linspace(0.0, 0.98, 50)
 """Coefficients that are compared."""
@@ -67,9 +71,16 @@ def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, floa
     power = np.partition(np.abs(spectra[:, band]) ** 2, rank, axis=0)[rank]
     turn = np.cos(2.0 * math.pi * frequencies[band] / rate)
     shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)
-    levels = np.maximum((power / shapes).mean(axis=1, keepdims=True), 1e-300)
-    unlikely = (np.log(levels * shapes) + power / (levels * shapes)).sum(axis=1)
-    best = int(unlikely.argmin())
+    kept, best, levels = np.ones(len(power), dtype=bool), 0, np.zeros((len(shapes), 1))
+    for _ in range(_ROUNDS):
+        levels = np.maximum((power / shapes)[:, kept].mean(axis=1, keepdims=True), 1e-300)
+        unlikely = np.log(levels * shapes) + power / (levels * shapes)
+        best = int(unlikely[:, kept].sum(axis=1).argmin())
+        # hum and other lines are no noise
+        below = power < _LINE * levels[best] * shapes[best]
+        if below.sum() < 0.5 * len(below) or bool((below == kept).all()):
+            break
+        kept = below
     # the quantile of an exponential law over its mean
     mean = -math.log(1.0 - _QUARTILE) * float((window**2).sum())
     return float(_COLOURS[best]), float(levels[best, 0]) / mean
