@@ -45,24 +45,23 @@ def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
     # a drift of the sensor's offset is no noise
     rise = np.linspace(-1.0, 1.0, len(values))
-    found = autoregression([values - float(values @ rise) / float(rise @ rise) * rise], rate)
+    level = values - float(values @ rise) / float(rise @ rise) * rise
+    found = autoregression([level], rate)
     if found is None or not found[1] > 0.0:
         return white_noise(values), 0.0
     colour, variance = found
-    return math.sqrt(variance / (1.0 - colour**2)), colour
+    # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
+    quiet = float(np.quantile(_pieces([level], rate).var(axis=1), _QUARTILE))
+    return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
 
 
 def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, float] | None:
     """ρ and the variance of w in rows (n,) of one sampling rate [Hz]; None where they hold too few pieces."""
-    length = max(_SHORTEST, round(_PIECE * rate))
-    pieces = [
-        np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP]
-        for row in rows
-        if len(row) >= length
-    ]
-    if sum(map(len, pieces)) < _LEAST_PIECES:
+    whole = _pieces(rows, rate)
+    if len(whole) < _LEAST_PIECES:
         return None
-    whole, window = np.concatenate(pieces), np.hanning(length)
+    length = whole.shape[1]
+    window = np.hanning(length)
     spectra = np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     band = frequencies > min(_FROM_HZ, 0.25 * rate)
@@ -84,6 +83,14 @@ def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, floa
     # the quantile of an exponential law over its mean
     mean = -math.log(1.0 - _QUARTILE) * float((window**2).sum())
     return float(_COLOURS[best]), float(levels[best, 0]) / mean
+
+
+def _pieces(rows: Sequence[np.ndarray], rate: float) -> np.ndarray:
+    """Pieces (p, n) of rows (n,)."""
+    length = max(_SHORTEST, round(_PIECE * rate))
+    long = [row for row in rows if len(row) >= length]
+    cut = [np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP] for row in long]
+    return np.concatenate(cut) if cut else np.zeros((0, length))
 
 
 def white_noise(values: np.ndarray) -> float:
