@@ -1,8 +1,9 @@
 """The size and the colour of measuring noise, read where a machine is quiet.
 
 Noise is taken for a first-order autoregression, e_k = ρ e_{k-1} + w_k with w white, by the likelihood of its spectrum
-(Whittle, J. Roy. Stat. Soc. B 15 (1953) 125): of short pieces, whose lower quartile is that of the dwells, and at high
-frequencies, where machines do little. What ρ says of the frequencies below is all that is known of them.
+(Whittle, J. Roy. Stat. Soc. B 15 (1953) 125): of short pieces, whose lower quartile is that of the dwells, at high
+frequencies, where machines do little, and without the lines that stand there. What ρ says of the frequencies below is
+all that is known of them.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ _QUARTILE = 0.25
 _FROM_HZ = 50.0
 """Below it lies what machines do; or half of the spectrum, where that is more."""
 
+_LINE, _ROUNDS = 3.0, 8
+"""Power over that of the noise at which a frequency is left out as a line, and rounds in which lines are found."""
+
 _COLOURS = np.linspace(0.0, 0.98, 50)
 """Coefficients that are compared."""
 
@@ -41,24 +45,23 @@ def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
     # a drift of the sensor's offset is no noise
     rise = np.linspace(-1.0, 1.0, len(values))
-    found = autoregression([values - float(values @ rise) / float(rise @ rise) * rise], rate)
+    level = values - float(values @ rise) / float(rise @ rise) * rise
+    found = autoregression([level], rate)
     if found is None or not found[1] > 0.0:
         return white_noise(values), 0.0
     colour, variance = found
-    return math.sqrt(variance / (1.0 - colour**2)), colour
+    # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
+    quiet = float(np.quantile(_pieces([level], rate).var(axis=1), _QUARTILE))
+    return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
 
 
 def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, float] | None:
     """ρ and the variance of w in rows (n,) of one sampling rate [Hz]; None where they hold too few pieces."""
-    length = max(_SHORTEST, round(_PIECE * rate))
-    pieces = [
-        np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP]
-        for row in rows
-        if len(row) >= length
-    ]
-    if sum(map(len, pieces)) < _LEAST_PIECES:
+    whole = _pieces(rows, rate)
+    if len(whole) < _LEAST_PIECES:
         return None
-    whole, window = np.concatenate(pieces), np.hanning(length)
+    length = whole.shape[1]
+    window = np.hanning(length)
     spectra = np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     band = frequencies > min(_FROM_HZ, 0.25 * rate)
@@ -67,12 +70,27 @@ def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, floa
     power = np.partition(np.abs(spectra[:, band]) ** 2, rank, axis=0)[rank]
     turn = np.cos(2.0 * math.pi * frequencies[band] / rate)
     shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)
-    levels = np.maximum((power / shapes).mean(axis=1, keepdims=True), 1e-300)
-    unlikely = (np.log(levels * shapes) + power / (levels * shapes)).sum(axis=1)
-    best = int(unlikely.argmin())
+    kept, best, levels = np.ones(len(power), dtype=bool), 0, np.zeros((len(shapes), 1))
+    for _ in range(_ROUNDS):
+        levels = np.maximum((power / shapes)[:, kept].mean(axis=1, keepdims=True), 1e-300)
+        unlikely = np.log(levels * shapes) + power / (levels * shapes)
+        best = int(unlikely[:, kept].sum(axis=1).argmin())
+        # hum and other lines are no noise
+        below = power < _LINE * levels[best] * shapes[best]
+        if below.sum() < 0.5 * len(below) or bool((below == kept).all()):
+            break
+        kept = below
     # the quantile of an exponential law over its mean
     mean = -math.log(1.0 - _QUARTILE) * float((window**2).sum())
     return float(_COLOURS[best]), float(levels[best, 0]) / mean
+
+
+def _pieces(rows: Sequence[np.ndarray], rate: float) -> np.ndarray:
+    """Pieces (p, n) of rows (n,)."""
+    length = max(_SHORTEST, round(_PIECE * rate))
+    long = [row for row in rows if len(row) >= length]
+    cut = [np.lib.stride_tricks.sliding_window_view(row, length)[:: length // _OVERLAP] for row in long]
+    return np.concatenate(cut) if cut else np.zeros((0, length))
 
 
 def white_noise(values: np.ndarray) -> float:

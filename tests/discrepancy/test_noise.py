@@ -68,3 +68,13 @@ def test_noise_is_read_where_the_machine_rests() -> None:
     rattles = np.arange(len(values)) / RATE % 1.0 < 0.4
     values = values + 2.0 * rattles * np.random.default_rng(2).standard_normal(len(values))
     assert 0.1 < noise_of(values, RATE)[0] < 0.2
+
+
+def test_noise_is_no_more_than_what_is_read_where_the_machine_rests() -> None:
+    """Friction stops the table with a jerk, and holds it: the jerks' spectrum says little of low frequencies."""
+    time = np.arange(10000) / 500.0
+    moves = 3.0 * np.sin(2.0 * np.pi * 15.2 * time) * (time % 1.0 < 0.4)
+    noise = record(0.94, rate=500.0) - record(1.0, rate=500.0)
+    found = autoregression([moves + noise], 500.0)
+    assert found is not None and np.sqrt(found[1] / (1.0 - found[0] ** 2)) > 0.14
+    assert noise_of(moves + noise, 500.0)[0] == pytest.approx(0.1, rel=0.25)
