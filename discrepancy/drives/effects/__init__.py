@@ -2,7 +2,7 @@
 
 In reading order:
     base        what an effect is; the registry
-    friction    viscous, quadratic, dry in five forms, presliding
+    friction    viscous, quadratic, dry in six forms, presliding
     load        offset, imbalance, inertia, springs, end stops
     coupling    play, compliance, transmission error
     ripple      cogging and ripple, a line at a fixed frequency
