@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,7 +46,7 @@ def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], 
 
 
 def proposed_by(
-    model: InverseModel, library: dict[str, tuple[Hypothesis, ...]], residual: np.ndarray
+    model: InverseModel, library: Mapping[str, tuple[Hypothesis, ...]], residual: np.ndarray
 ) -> dict[str, tuple[Hypothesis, ...]]:
     """The library with the wavelengths and sizes that a fit's residuals (w, n) ask for."""
     left = [np.zeros(len(row)) for row in model.measured]

@@ -47,6 +47,7 @@ def _behind_play(omega: float) -> np.ndarray:
 @pytest.fixture(scope="module")
 def moved(tmp_path_factory) -> tuple[ForwardModel, np.ndarray]:
     model = made(tmp_path_factory.mktemp("a"), 0.4 + 0.2 * np.sin(3.0 * T), WINDOWS).model
+    assert isinstance(model, ForwardModel)
     model.substeps = 4
     one = model.hypotheses()["play.contact"][0]
     assert one.fixed == {"law": 0.0}
@@ -82,6 +83,7 @@ def test_hidden_play_is_found_again(moved, tmp_path) -> None:
     noisy = truth + 1e-3 * np.random.default_rng(6).standard_normal(len(truth))
     subject = made(tmp_path, noisy, WINDOWS)
     model = subject.model
+    assert isinstance(model, ForwardModel)
     model.substeps = 4
     one = model.hypotheses()["play.contact"][0]
     problem = Problem(model, one)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import sized
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Hypothesis, Parameter
@@ -34,6 +35,7 @@ def test_a_small_friction_gets_a_start_of_its_size_in_the_forward_form(tmp_path:
     """A pendulum with 6 N mm of dry friction, a hundredth of what moves it; 0.1 mrad of noise. Seed 3."""
     made = pendulum(tmp_path, 0.4 + 0.2 * np.sin(3.0 * T), PENDULUM)
     model = made.model
+    assert isinstance(model, ForwardModel)
     one = model.hypotheses()["friction.coulomb"][0]
     z = np.concatenate([np.zeros(3), one.coordinates([0.006])])
     moved = run_plain(model, one, z, np.array([0.3, 0.0]))[0]
