@@ -250,7 +250,7 @@ class IndexerModel(Model):
         table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
         counts, every = self.counts[jobs.window], steps_per_sample(self.sample_rate)
-        # windows of one length share a block, as it takes as long as its longest; the last, half empty, has the shortest
+        # windows of one length share a block, as it takes as long as its longest; the shortest share the last, half empty
         order = np.lexsort((-counts, beside))
         groups: dict[tuple[int, int], list[int]] = {}
         for k, item in enumerate(items):
