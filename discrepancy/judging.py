@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, FoundEffect, estimates_of
 from discrepancy.fit import fit
 from discrepancy.form import Form, beside
@@ -24,7 +23,7 @@ from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
-from discrepancy.selection import Fitted, Selection, scores
+from discrepancy.selection import Fitted, Selection, fitted_set, scores
 
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
@@ -153,7 +152,7 @@ class Judge:
         if name not in self._tables:
             model, place = self.search.whole, beside(self.search.whole, whole.place, form)
             price = whole.price + len(form.hypothesis.parameters) * math.log(float(model.counts.sum()))
-            tabled = Fitted(place, True, price, dispersion_of(model, place))
+            tabled = fitted_set(model, place, True, price)
             own, others = scores((tabled, whole), model)
             wins = others - own >= self.criteria.margin
             self._tables[name] = held_places([place], self.held_out, [self.held[whole.name]])[0] if wins else None

@@ -250,7 +250,7 @@ class IndexerModel(Model):
         table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
         counts, every = self.counts[jobs.window], steps_per_sample(self.sample_rate)
-        # windows of one length share a block, as it takes as long as its longest; the shortest share the last, half empty
+        # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones
         order = np.lexsort((-counts, beside))
         groups: dict[tuple[int, int], list[int]] = {}
         for k, item in enumerate(items):
