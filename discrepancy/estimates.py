@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtr, stdtrit
 
 from discrepancy.arrow import arrow
 from discrepancy.dispersion import Dispersions, dispersion_of, dispersions
@@ -253,15 +254,13 @@ class _Told:
 def _end(shares: np.ndarray, centre: np.ndarray, spread: np.ndarray, side: float, windows: int) -> np.ndarray:
     """Values (g,) below which a mixture of Student's laws, centres and spreads (d, g) with shares (d,), lies with the
     probability `side`; few windows tell little of how far they differ."""
-    from scipy.stats import t
-
-    law = t(max(1, windows - 1))
+    freedom = max(1, windows - 1)
     # the mixture's quantile lies among those of its parts
-    each = centre + law.ppf(side) * spread
+    each = centre + stdtrit(freedom, side) * spread
     low, high = each.min(axis=0), each.max(axis=0)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        below = shares @ law.cdf((middle - centre) / np.maximum(spread, 1e-300)) < side
+        below = shares @ stdtr(freedom, (middle - centre) / np.maximum(spread, 1e-300)) < side
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return 0.5 * (low + high)
 

@@ -11,11 +11,9 @@ from the simulated record with the noise drawn.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.signal import lfilter
 
 from discrepancy.model import Model
 from discrepancy.noise import noise_of
@@ -71,14 +69,13 @@ class Null:
 
     def _coloured(self, white: np.ndarray) -> np.ndarray:
         """e_k = ρ e_{k-1} + √(1 - ρ²) w_k of noise w (..., w, n), within each window."""
-        if self.view.colour is None:
+        if self.view.colour is None or not self.view.colour.any():
             return white
+        colour = self.view.colour[self.view.groups]
         noise = white.copy()
-        for number, colour in enumerate(self.view.colour.tolist()):
-            mine = self.view.groups == number
-            own = noise[..., mine, :]
-            own[..., 1:] *= math.sqrt(1.0 - colour**2)
-            noise[..., mine, :] = lfilter([1.0], [1.0, -colour], own, axis=-1)
+        noise[..., 1:] *= np.sqrt(1.0 - colour**2)[:, None]
+        for k in range(1, noise.shape[-1]):
+            noise[..., k] += colour * noise[..., k - 1]
         return noise
 
     @property
