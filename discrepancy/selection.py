@@ -11,7 +11,8 @@ better by
 
     bᵀ (I/D + P)⁻¹ b,     b = (1 - φ/D) P z
 
-in linear theory. Left out, every set pays for the bending that its fit was allowed, and those most that lack an effect.
+in linear theory, or, where that place lies beyond a bound, by what the way to the bound wins. Left out, every set pays
+for the bending that its fit was allowed, and those most that lack an effect.
 """
 
 from __future__ import annotations
@@ -131,7 +132,11 @@ def _score(one: Fitted, model: Model, dispersion: float) -> float:
     prior = problem.known[within].astype(float)
     b = (1.0 - place.dispersion(model) / dispersion) * prior * place.z[within]
     curvature = one.information[np.ix_(within, within)] / dispersion + np.diag(prior)
-    return score - float(b @ np.linalg.lstsq(curvature, b)[0])
+    step, z = -np.linalg.lstsq(curvature, b)[0], place.z[within]
+    # a set that leaves much would go far beyond the bounds, where no fit may
+    room = np.where(step > 0.0, problem.high[within] - z, z - problem.low[within])
+    way = float(np.clip(room / np.maximum(np.abs(step), 1e-300), 0.0, 1.0).min(initial=1.0))
+    return score + (2.0 * way - way**2) * float(b @ step)
 
 
 def _cost(fitted: Fitted) -> float:

@@ -54,6 +54,20 @@ def test_what_a_bound_holds_stays_there() -> None:
     assert (np.diag(one.information) > 0.0).tolist() == [False, True]
 
 
+def test_a_score_is_never_that_of_a_place_beyond_the_bounds() -> None:
+    """Under a hundredth of its mean square the set would move from z = 2.4 to 3; a bound stands at 2.7."""
+    found = {}
+    for high in (0.27, np.inf):
+        model = Bent(high=high)
+        problem = Problem(model, NONE)
+        place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=20).place
+        one = dataclasses.replace(fitted_set(model, place, True, 0.0), dispersion=0.01)
+        found[high] = scores((one,), model)[0]
+        assert found[high] < problem.deviance(place, 0.01)
+    assert found[np.inf] == pytest.approx(Bent().best(0.01), abs=0.1)
+    assert found[0.27] > found[np.inf] + 10.0
+
+
 def test_a_place_that_is_no_optimum_is_scored_as_it_is() -> None:
     model = Bent()
     problem = Problem(model, NONE)
