@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,9 +107,12 @@ class Judge:
     def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
         """The effects of a set that was fitted to the part searched and to all windows."""
         numbers, rows = estimates_of(self.search.whole, whole.place), []
+        place = self.held[whole.name]
+        parts = self._parts(place)
         for i, (k, effect) in enumerate(zip(kept, inside.effects, strict=True)):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = self._evidence(k, found, self.held[whole.name], self.held[self.search.without(inside, i).name])
+            other = self.held[self.search.without(inside, i).name]
+            evidence = self._evidence(k, found, place, other, parts)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED and effect.over in self.forms:
                 form = self.forms[effect.over]
@@ -126,14 +129,19 @@ class Judge:
             if self.selection.gap(one) < self.criteria.margin and name not in limits:
                 yield other
 
-    def _part(self, place: Point, name: str) -> float:
-        """Mean square over the noise's of what an effect of a set does to the readings held out, all else as it is."""
+    def _parts(self, place: Point) -> dict[str, float]:
+        """Mean square over the noise's of what each effect does to the readings held out, all else as it is."""
         model, hypothesis = self.held_out, place.hypothesis
-        without = place.z.copy()
-        without[len(model.parameters) + hypothesis.places(hypothesis.names.index(name))[0]] = 0.0
+        points = np.repeat(place.z[None], 1 + len(hypothesis.effects), axis=0)
+        for i, name in enumerate(hypothesis.names):
+            points[1 + i, len(model.parameters) + hypothesis.places(hypothesis.names.index(name))[0]] = 0.0
         problem = Problem(model, hypothesis, frozen=True)
-        own, less = problem.residuals(np.array([place.z, without]), np.repeat(place.states[None], 2, axis=0))
-        return float(((own - less) ** 2).sum()) / float(model.counts.sum())
+        own, *without = problem.residuals(points, np.repeat(place.states[None], len(points), axis=0))
+        samples = float(model.counts.sum())
+        return {
+            name: float(((own - less) ** 2).sum()) / samples
+            for name, less in zip(hypothesis.names, without, strict=True)
+        }
 
     def _missed(self, k: int, form: Form) -> float:
         """Share of what a free function closes that the law of the k-th effect leaves, both beside the whole set: what
@@ -168,9 +176,8 @@ class Judge:
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
         self.held |= dict(zip(new, places, strict=True))
 
-    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point) -> Evidence:
+    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point, parts: Mapping[str, float]) -> Evidence:
         left, open_ = _excess(place, other, *self._against)
-        parts = {name: self._part(place, name) for name in place.hypothesis.names}
         largest = max(parts, key=parts.__getitem__)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
