@@ -46,27 +46,34 @@ def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     # a drift of the sensor's offset is no noise
     rise = np.linspace(-1.0, 1.0, len(values))
     level = values - float(values @ rise) / float(rise @ rise) * rise
-    found = autoregression([level], rate)
+    pieces = _pieces([level], rate)
+    pieces -= pieces.mean(axis=1, keepdims=True)
+    found = _fitted(pieces, rate)
     if found is None or not found[1] > 0.0:
         return white_noise(values), 0.0
     colour, variance = found
     # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
-    quiet = float(np.quantile(_pieces([level], rate).var(axis=1), _QUARTILE))
+    quiet = float(np.quantile(np.einsum("pn,pn->p", pieces, pieces), _QUARTILE)) / pieces.shape[1]
     return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
 
 
 def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, float] | None:
     """ρ and the variance of w in rows (n,) of one sampling rate [Hz]; None where they hold too few pieces."""
-    whole = _pieces(rows, rate)
-    if len(whole) < _LEAST_PIECES:
+    pieces = _pieces(rows, rate)
+    return _fitted(pieces - pieces.mean(axis=1, keepdims=True), rate)
+
+
+def _fitted(pieces: np.ndarray, rate: float) -> tuple[float, float] | None:
+    """The same of pieces (p, n) without their means."""
+    if len(pieces) < _LEAST_PIECES:
         return None
-    length = whole.shape[1]
+    length = pieces.shape[1]
     window = np.hanning(length)
-    spectra = np.fft.rfft((whole - whole.mean(axis=1, keepdims=True)) * window, axis=1)
+    spectra = np.fft.rfft(pieces * window, axis=1)
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     band = frequencies > min(_FROM_HZ, 0.25 * rate)
     # as an order statistic it is found five times as fast as between two of them
-    rank = round(_QUARTILE * (len(whole) - 1))
+    rank = round(_QUARTILE * (len(pieces) - 1))
     power = np.partition(np.abs(spectra[:, band]) ** 2, rank, axis=0)[rank]
     turn = np.cos(2.0 * math.pi * frequencies[band] / rate)
     shapes = 1.0 / (1.0 + _COLOURS[:, None] ** 2 - 2.0 * _COLOURS[:, None] * turn)

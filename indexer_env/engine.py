@@ -115,8 +115,17 @@ def run_kernel(arguments: tuple) -> None:
         kernel(0, n, *arguments)
     else:
         share = _BLOCK * -(-blocks // (2 * workers))
-        spans = [(first, min(first + share, n)) for first in range(0, n, share)]
-        list(_pool(workers).map(lambda span: kernel(*span, *arguments), spans))
+        spans = iter([(first, min(first + share, n)) for first in range(0, n, share)])
+
+        def work() -> None:
+            for span in spans:
+                kernel(*span, *arguments)
+
+        # this thread works too: a call of the kernel may be over before another has woken up
+        others = [_pool(workers - 1).submit(work) for _ in range(workers - 1)]
+        work()
+        for other in others:
+            other.result()
 
 
 @functools.cache

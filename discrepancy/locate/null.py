@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.signal import lfilter
 
 from discrepancy.model import Model
 from discrepancy.noise import noise_of
@@ -68,14 +69,15 @@ class Null:
                 yield one / self._estimate(clean + own)
 
     def _coloured(self, white: np.ndarray) -> np.ndarray:
-        """e_k = ρ e_{k-1} + √(1 - ρ²) w_k of noise w (..., w, n), within each window."""
+        """e_k = ρ e_{k-1} + √(1 - ρ²) w_k of noise w (d, w, n), within each window."""
         if self.view.colour is None or not self.view.colour.any():
             return white
-        colour = self.view.colour[self.view.groups]
         noise = white.copy()
-        noise[..., 1:] *= np.sqrt(1.0 - colour**2)[:, None]
-        for k in range(1, noise.shape[-1]):
-            noise[..., k] += colour * noise[..., k - 1]
+        for number, colour in enumerate(self.view.colour):
+            mine = self.view.groups == number
+            driven = np.sqrt(1.0 - colour**2) * white[:, mine]
+            driven[..., 0] = white[:, mine, 0]
+            noise[:, mine] = lfilter([1.0], [1.0, -colour], driven)
         return noise
 
     @property
