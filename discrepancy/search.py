@@ -1,9 +1,9 @@
 """Floating selection of the set of effects that a model lacks: add, drop, exchange, each time everything fitted anew.
 
-All sets are compared by one score (`selection`). An effect enters by the race for starts. It stays while leaving it out
-costs the margin and no other effect that has led a race does better in its place: the first of two effects that act at
-once is often a wrong one that imitates both (sequential floating selection; Pudil, Novovičová and Kittler, Pattern
-Recognition Letters 15 (1994) 1119).
+All sets are compared by one score (`selection`). An effect enters by the race for starts, or two do where none wins
+alone. It stays while leaving it out costs the margin and no other effect that has led a race does better in its place:
+the first of two effects that act at once is often a wrong one that imitates both (sequential floating selection; Pudil,
+Novovičová and Kittler, Pattern Recognition Letters 15 (1994) 1119).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -60,16 +60,34 @@ class Search:
         tried: list[Fitted] = []
         while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
-            promises = bool(tried) and self._wins(tried[0], current, _HALF_WAY)
-            grown = self._floated(tried[0]) if promises else current
+            grown = self._grown(current, tried)
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
-            if not self._wins(grown, current):
+            if grown is current:
                 break
             current, tried = grown, []
         without = tuple(self.without(current, k) for k in range(len(current.effects)))
         instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))
         base = self._known(NONE) or current
         return Selection(base, current, without, instead, tuple(tried), self._in_time(), self.model)
+
+    def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
+        """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
+        it is where none does. Two effects may hide each other, so that neither wins alone."""
+        more: Iterable[Fitted]
+        for more in (tried, self._pairs(current, tried)):
+            for one in more:
+                if self._wins(one, current, _HALF_WAY * (len(one.effects) - len(current.effects))):
+                    grown = self._floated(one)
+                    if self._wins(grown, current):
+                        return grown
+        return current
+
+    def _pairs(self, current: Fitted, tried: Sequence[Fitted]) -> Iterator[Fitted]:
+        """Sets with two more effects: the leading one of each set with one more that pays for its parameters."""
+        if len(current.effects) + 2 <= self.criteria.most:
+            for one in tried:
+                if self._wins(one, current, 0.0):
+                    yield from self._added(one)[:1]
 
     def on_all(self, fitted: Fitted) -> Fitted:
         """A set fitted to all windows of all records."""

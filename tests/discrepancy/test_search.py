@@ -44,6 +44,17 @@ def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypa
     assert (names == {"a", "b"}) == swaps and ("a and b" in names) == (not swaps)
 
 
+@pytest.mark.parametrize("ahead", [True, False])
+def test_two_effects_that_hide_each_other_are_found_together(ahead: bool, monkeypatch) -> None:
+    """What is hidden is their difference, a fifth of either: neither alone wins the margin."""
+    if not ahead:
+        monkeypatch.setattr(Search, "_pairs", lambda self, current, tried: ())
+    model = Chord({}, 5, ("near", "far"))
+    model.shapes |= {"near": model.shapes["a"] + 0.2 * model.shapes["b"], "far": model.shapes["a"]}
+    model.y = model.y + 3.0 * (model.shapes["near"] - model.shapes["far"])
+    assert set(Search(model, Criteria()).run().best.place.hypothesis.names) == ({"near", "far"} if ahead else set())
+
+
 def test_an_effect_that_looks_alike_is_not_added_to_a_set_that_has_it(monkeypatch) -> None:
     """`tone` looks like `beat`, which stands beside it: without `tone` the set is not tried with a second `beat`."""
     model = Chord({"tone": 10.0, "beat": 9.0}, 5)
