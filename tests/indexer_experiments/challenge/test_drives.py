@@ -5,8 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
-from indexer_experiments.challenge.drives.draw import HIDDEN, TUNED, UNKNOWN, draw
+from discrepancy.criteria import Criteria
+from discrepancy.drives.effects.friction import dahl
+from indexer_experiments.challenge.drives.draw import HIDDEN, LIKE, TUNED, UNKNOWN, draw
 from indexer_experiments.challenge.drives.motions import KINDS, reference
 from indexer_experiments.challenge.drives.plant import FIELDS, simulate_plant
 from indexer_experiments.challenge.drives.run import Judged, table
@@ -76,5 +79,31 @@ def test_the_table_counts_right_and_wrong() -> None:
     wrong = dataclasses.replace(one, named=(("cogging",),))
     assert wrong.right == () and wrong.wrong == (("cogging",),)
     none = dataclasses.replace(one, hidden=(), named=(("cogging",),))
+    hinge = dataclasses.replace(none, unknown=("cable",), named=(("spring.bilinear",),))
+    assert hinge.wrong == () and hinge.unlisted == hinge.named
+    assert "nothing hidden: 0 of 1 (0 %); with the names of laws that describe a disturbance to 95 %: 1" in table(
+        [hinge]
+    )
     said = table([one, wrong, none])
     assert "hidden effects named: 1 of 2" in said and "nothing hidden: 1 of 1" in said
+
+
+def test_laws_that_describe_a_disturbance_leave_less_than_a_law_may() -> None:
+    """The disturbances over a path of two sines, and the best of these laws."""
+    t = np.linspace(0.0, 60.0, 20001)
+    x = 0.7 * np.sin(t) + 0.3 * np.sin(2.31 * t + 1.0)
+    bouc_wen, w = np.zeros_like(x), 0.0
+    for k, d in enumerate(np.diff(x)):
+        w += (d - 0.5 * abs(d) * w * abs(w) - 0.5 * d * w * w) / 0.2
+        bouc_wen[k + 1] = w
+    root = np.sqrt(np.abs(x)) * np.sign(x)
+    tried = {
+        ("cable", "spring.bilinear"): (np.maximum(x, 0.0) ** 3, lambda p: p[0] * np.maximum(x - p[1], 0.0)),
+        ("hysteresis", "friction.presliding"): (bouc_wen, lambda p: p[0] * dahl(x, abs(p[1]))),
+        ("sag", "spring.linear"): (root, lambda p: p[0] * x),
+        ("sag", "spring.cubic"): (root, lambda p: p[0] * x + p[1] * x**3),
+    }
+    assert set(tried) == {(one, name) for one, names in LIKE.items() for name in names}
+    for force, law in tried.values():
+        left = least_squares(lambda p, force=force, law=law: law(p) - force, (1.0, 0.2)).fun
+        assert left @ left < Criteria().law * (force @ force)
