@@ -40,6 +40,9 @@ _LAWS = {
 }  # fmt: skip
 """Effects whose torque on the table is a smooth law of one variable, and the table over it."""
 
+_FINER = (1.0 / 3.0, 1.0 / 9.0)
+"""Parts of its smallest sizes from which an effect starts, too: what little noise there is shows less than they do."""
+
 _SEEN = 0.99 * BRACKET_LIMIT
 """Highest frequency of a sensor's filter that is looked for, over the sampling rate."""
 
@@ -135,7 +138,11 @@ def _parameter(
     # a filter of the sensor shows where its frequency lies below what the sampling rate lets through
     fastest = 1.0 / (_TURN * _SEEN * seen.rate)
     low = max(low, {"time_constant": fastest, "inverse_square": fastest**2}.get(name, -math.inf))
-    starts = tuple(min(start * unit, high) for start in sought.starts if start * unit >= low)
+    sizes = sought.starts
+    if rules["null"] is not None and sought.measure != "-":
+        least = min(abs(size) for size in sizes)
+        sizes += tuple(size * part for part in _FINER for size in sizes if abs(size) == least)
+    starts = tuple(min(start * unit, high) for start in sizes if start * unit >= low)
     null = rules["null"] if rules["null"] is not None else sought.starts[0] * unit
     nominal = min(max(null, low), high)
     told = rules["unit"].replace("unit of the signal", seen.unit)
