@@ -40,7 +40,7 @@ class Evidence:
     alike : tuple of str
         Other effects with which the set is as good, within the margin.
     share : float
-        Mean square of what it does to the records held out over that of the effect of the set that does most.
+        Mean square that it closes on the records held out over that of the effect of the set that closes most.
     largest : str
         That effect.
     missed : float
@@ -121,7 +121,7 @@ RULES = (
         "slight", STANDS_IN,
         lambda e, c: e.share < c.slight,
         lambda e, c: (
-            f"What it does is {100.0 * e.share:.2g} % of what {e.largest} does (mean squares), where a name needs "
+            f"It closes {100.0 * e.share:.2g} % of what {e.largest} closes (mean squares), where a name needs "
             f"{100.0 * c.slight:.2g} %: the law of that one may err by as much."
         ),
     ),

@@ -108,11 +108,12 @@ class Judge:
         """The effects of a set that was fitted to the part searched and to all windows."""
         numbers, rows = estimates_of(self.search.whole, whole.place), []
         place = self.held[whole.name]
-        parts = self._parts(place)
-        for i, (k, effect) in enumerate(zip(kept, inside.effects, strict=True)):
+        others = [self.held[self.search.without(inside, i).name] for i in range(len(kept))]
+        excess = [_excess(place, other, *self._against) for other in others]
+        gaps = {name: open_ - left for name, (left, open_) in zip(inside.place.hypothesis.names, excess, strict=True)}
+        for k, effect, other in zip(kept, inside.effects, others, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            other = self.held[self.search.without(inside, i).name]
-            evidence = self._evidence(k, found, place, other, parts)
+            evidence = self._evidence(k, found, place, other, gaps)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED and effect.over in self.forms:
                 form = self.forms[effect.over]
@@ -128,20 +129,6 @@ class Judge:
             limits = next(effect.limits for effect in one.effects if effect.name == other)
             if self.selection.gap(one) < self.criteria.margin and name not in limits:
                 yield other
-
-    def _parts(self, place: Point) -> dict[str, float]:
-        """Mean square over the noise's of what each effect does to the readings held out, all else as it is."""
-        model, hypothesis = self.held_out, place.hypothesis
-        points = np.repeat(place.z[None], 1 + len(hypothesis.effects), axis=0)
-        for i, name in enumerate(hypothesis.names):
-            points[1 + i, len(model.parameters) + hypothesis.places(hypothesis.names.index(name))[0]] = 0.0
-        problem = Problem(model, hypothesis, frozen=True)
-        own, *without = problem.residuals(points, np.repeat(place.states[None], len(points), axis=0))
-        samples = float(model.counts.sum())
-        return {
-            name: float(((own - less) ** 2).sum()) / samples
-            for name, less in zip(hypothesis.names, without, strict=True)
-        }
 
     def _missed(self, k: int, form: Form) -> float:
         """Share of what a free function closes that the law of the k-th effect leaves, both beside the whole set: what
@@ -176,9 +163,9 @@ class Judge:
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
         self.held |= dict(zip(new, places, strict=True))
 
-    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point, parts: Mapping[str, float]) -> Evidence:
+    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, float]) -> Evidence:
         left, open_ = _excess(place, other, *self._against)
-        largest = max(parts, key=parts.__getitem__)
+        largest = max(gaps, key=gaps.__getitem__)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
             name=found.name,
@@ -189,7 +176,7 @@ class Judge:
             zero=not found.shown,
             bound=found.bound,
             alike=tuple(self._alike(k, found.name)),
-            share=parts[found.name] / max(parts[largest], 1e-300),
+            share=max(gaps[found.name], 0.0) / max(gaps[largest], 1e-300),
             largest=largest,
         )  # fmt: skip
 

@@ -19,7 +19,7 @@ CASES = {
     "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
     "not steady": ({"better": 0.4}, STANDS_IN, "It makes 40 % of the cam turns of one record better"),
     "slight": (
-        {"share": 0.002, "largest": "beat"}, STANDS_IN, "What it does is 0.2 % of what beat does (mean squares), where",
+        {"share": 0.002, "largest": "beat"}, STANDS_IN, "It closes 0.2 % of what beat closes (mean squares), where",
     ),
     "another law": (
         {"missed": 0.2, "over": "speed [m/s]"}, STANDS_IN, "Its law leaves 20 % of what a table over the speed [m/s]",
