@@ -11,11 +11,11 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
-from hydra._internal.hydra import Hydra
 from hydra.core.global_hydra import GlobalHydra
 from hypothesis import HealthCheck, settings
 
 from indexer_env.engine import prepare_kernel
+from tests import compositions
 
 # Some hundred thousand objects live as long as the tests: to look for cycles among them after every 700 new ones, as
 # Python does unless told otherwise, takes a tenth of the time.
@@ -46,10 +46,10 @@ def root_logger():
 
 @pytest.fixture(scope="session", autouse=True)
 def composed_once():
-    """Hydra composes a configuration twice, at first only to read hydra.mode, which nothing sets: None. In this process
-    the first time is left out, 0.07 s a command; commands in processes of their own still go the whole way."""
+    """In this process the configuration is composed from files read before; commands in processes of their own still go
+    the whole way."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Hydra, "get_mode", lambda *_, **__: None)
+        compositions.keep(patch)
         yield
 
 
