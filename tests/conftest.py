@@ -19,7 +19,7 @@ from tests import compositions
 
 # Some hundred thousand objects live as long as the tests: to look for cycles among them after every 700 new ones, as
 # Python does unless told otherwise, takes a tenth of the time.
-gc.set_threshold(10_000, 10, 10)
+gc.set_threshold(50_000, 20, 10)
 
 # No deadline and no check of how fast examples are made: the first may compile a kernel, and a machine may be busy.
 # Derandomised: a failure in CI is the same failure here.
@@ -27,6 +27,12 @@ settings.register_profile(
     "project", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("project")
+
+
+def pytest_collection_finish() -> None:
+    """Modules and collected tests stay to the end: the collector need not walk over them again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
