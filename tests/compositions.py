@@ -13,6 +13,12 @@ from hydra._internal.hydra import Hydra
 
 from indexer_env.presets import config_dir
 
+files: dict[tuple, Any] = {}
+"""What was read, by the places searched and the file."""
+
+merged: dict[tuple, Any] = {}
+"""What files that were chosen together gave."""
+
 
 def keep(patch: pytest.MonkeyPatch) -> None:
     """Files that were read, and what files that were chosen together gave, are copied when they are needed again. What
@@ -22,8 +28,6 @@ def keep(patch: pytest.MonkeyPatch) -> None:
         ConfigRepository.load_config,
         ConfigLoaderImpl._compose_config_from_defaults_list,
     )
-    files: dict[tuple, Any] = {}
-    merged: dict[tuple, Any] = {}
 
     def sources(repository: IConfigRepository) -> tuple | None:
         found = tuple((source.scheme(), source.path) for source in repository.get_sources())
@@ -37,13 +41,15 @@ def keep(patch: pytest.MonkeyPatch) -> None:
         return files[known, config_path]
 
     def merge_once(self: ConfigLoaderImpl, defaults: list, repo: IConfigRepository) -> Any:
-        if (known := sources(repo)) is None:
-            return merge(self, defaults, repo)
+        known = sources(repo)
         key = known, *map(repr, defaults)
-        if key not in merged:
-            # a merge takes the nodes of what was loaded for its own
-            merged[key] = merge(self, defaults, copy.deepcopy(repo))
-        return copy.deepcopy(merged[key])
+        if known is not None and key in merged:
+            return copy.deepcopy(merged[key])
+        # of a copy, as a merge takes the nodes of what was loaded for its own
+        found = merge(self, defaults, copy.deepcopy(repo))
+        if known is not None:
+            merged[key] = copy.deepcopy(found)
+        return found
 
     # Hydra composes twice, at first only to read hydra.mode, which nothing sets: None.
     patch.setattr(Hydra, "get_mode", lambda *_, **__: None)
