@@ -23,11 +23,8 @@ merged: dict[tuple, Any] = {}
 def keep(patch: pytest.MonkeyPatch) -> None:
     """Files that were read, and what files that were chosen together gave, are copied when they are needed again. What
     is typed is parsed, chosen and put in every time. Nothing is kept where files of a test's own take part."""
-    conf, load, merge = (
-        str(config_dir()),
-        ConfigRepository.load_config,
-        ConfigLoaderImpl._compose_config_from_defaults_list,
-    )
+    conf, load = str(config_dir()), ConfigRepository.load_config
+    merge = ConfigLoaderImpl._compose_config_from_defaults_list
 
     def sources(repository: IConfigRepository) -> tuple | None:
         found = tuple((source.scheme(), source.path) for source in repository.get_sources())
