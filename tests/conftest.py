@@ -11,15 +11,15 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
-from hydra._internal.hydra import Hydra
 from hydra.core.global_hydra import GlobalHydra
 from hypothesis import HealthCheck, settings
 
 from indexer_env.engine import prepare_kernel
+from tests import compositions
 
 # Some hundred thousand objects live as long as the tests: to look for cycles among them after every 700 new ones, as
 # Python does unless told otherwise, takes a tenth of the time.
-gc.set_threshold(10_000, 10, 10)
+gc.set_threshold(50_000, 20, 10)
 
 # No deadline and no check of how fast examples are made: the first may compile a kernel, and a machine may be busy.
 # Derandomised: a failure in CI is the same failure here.
@@ -27,6 +27,12 @@ settings.register_profile(
     "project", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("project")
+
+
+def pytest_collection_finish() -> None:
+    """Modules and collected tests stay to the end: the collector need not walk over them again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
@@ -46,10 +52,10 @@ def root_logger():
 
 @pytest.fixture(scope="session", autouse=True)
 def composed_once():
-    """Hydra composes a configuration twice, at first only to read hydra.mode, which nothing sets: None. In this process
-    the first time is left out, 0.07 s a command; commands in processes of their own still go the whole way."""
+    """In this process the configuration is composed from files read before; commands in processes of their own still go
+    the whole way."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Hydra, "get_mode", lambda *_, **__: None)
+        compositions.keep(patch)
         yield
 
 

@@ -189,18 +189,26 @@ def test_a_root_composes(root):
         GROUPS[name](config[name])
 
 
+@functools.cache
+def groups_of(root: Path) -> list[str]:
+    return sorted(set(composed(root)) & set(GROUPS))
+
+
 @pytest.mark.parametrize("root", ROOTS, ids=identity)
 def test_a_root_composes_with_every_choice_of_its_groups(root):
-    for group in set(composed(root)) & set(GROUPS):
-        for option in sorted((CONF / group).glob("*.yaml")):
-            assert composed(root, f"{group}={option.stem}")[group] == choice(option)
+    """All groups at once: the n-th composition has the n-th choice of each, from the first again after the last."""
+    options = {group: sorted((CONF / group).glob("*.yaml")) for group in groups_of(root)}
+    for n in range(max(map(len, options.values()), default=0)):
+        chosen = {group: files[n % len(files)] for group, files in options.items()}
+        config = composed(root, *(f"{group}={option.stem}" for group, option in chosen.items()))
+        assert {group: config[group] for group in chosen} == {group: choice(path) for group, path in chosen.items()}
 
 
 @pytest.mark.parametrize("root", ROOTS, ids=identity)
 def test_a_root_refuses_an_unknown_key_and_an_unknown_choice(root):
     with pytest.raises(ConfigCompositionException, match="unheard_of"):
         composed(root, "unheard_of=1")
-    for group in set(composed(root)) & set(GROUPS):
+    for group in groups_of(root):
         with pytest.raises(MissingConfigException):
             composed(root, f"{group}=unheard_of")
         with pytest.raises(ConfigCompositionException, match="unheard_of"):

@@ -1,5 +1,6 @@
 """A wheel carries the configurations and works outside the checkout, and all that installs is pinned."""
 
+import json
 import os
 import re
 import subprocess
@@ -83,13 +84,36 @@ def test_wheel_finds_its_own_configurations(installed: Path, tmp_path: Path) -> 
     assert Path(result.stdout.strip()).resolve() == (installed / "indexer_env" / "conf").resolve()
 
 
-@pytest.mark.parametrize(
-    "verb", [["indexer_cli", "train"], ["datagen"], ["classifier.diagnose"], ["discrepancy"], ["monitor"]]
-)
-def test_wheel_commands_start_outside_the_checkout(verb: list[str], installed: Path, tmp_path: Path) -> None:
-    result = run_outside(installed, tmp_path, "-m", *verb, "--help")
+START = """
+import contextlib, io, json, runpy, sys
+from hydra.core.global_hydra import GlobalHydra
+
+said = {}
+for module, *arguments in json.loads(sys.argv[1]):
+    sys.argv = [module, *arguments, "--help"]
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        try:
+            runpy.run_module(module, run_name="__main__", alter_sys=True)
+            code = 0
+        except SystemExit as stop:
+            code = stop.code or 0
+    GlobalHydra.instance().clear()
+    said[module] = code, out.getvalue()
+files = {name: module.__file__ for name, module in sys.modules.items() if getattr(module, "__file__", None)}
+print(json.dumps([said, files]))
+"""
+
+
+def test_wheel_commands_start_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
+    """In one process, as each loads the same libraries; nothing of ours comes from the checkout."""
+    commands = [["indexer_cli", "train"], ["datagen"], ["classifier.diagnose"], ["discrepancy"], ["monitor"]]
+    result = run_outside(installed, tmp_path, "-c", START, json.dumps(commands))
     assert result.returncode == 0, result.stderr
-    assert "out" in result.stdout
+    said, files = json.loads(result.stdout)
+    for module, *_ in commands:
+        code, out = said[module]
+        assert code == 0 and "out" in out, module
+        assert Path(files[module]).is_relative_to(installed)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -147,14 +148,12 @@ class Scan:
 
     def _swinging(self, row: np.ndarray, frequency: float, damping: float, derivative: int) -> np.ndarray:
         """s^d ω^(2-d)/(s² + 2ζω s + ω²) of a row (w, n), each record at rest before it."""
-        omega, out = _TURN * frequency, np.zeros_like(row)
-        numerator = [omega ** (2 - derivative), *[0.0] * derivative]
+        out = np.zeros_like(row)
         for g in self._records:
             mine = self.laid.groups == g
-            step = float(self.laid.step[mine][0])
-            found: Any = cont2discrete((numerator, [1.0, 2.0 * damping * omega, omega**2]), step, "foh")
+            filtered_by = _resonator(frequency, damping, derivative, float(self.laid.step[mine][0]))
             part, inside = np.zeros(self.laid.inside[mine].shape), self.laid.inside[mine]
-            part[inside] = lfilter(np.ravel(found[0]), found[1], row[mine][inside])
+            part[inside] = lfilter(*filtered_by, row[mine][inside])
             out[mine] = part
         return out
 
@@ -210,6 +209,15 @@ class Scan:
                 won[max(0, best - apart) : best + apart] = 0.0
         found = sorted(found, reverse=True)[:_MOST]
         return sum(won for won, _, _ in found), [(record, moment) for _, record, moment in found]
+
+
+@functools.lru_cache(maxsize=1024)
+def _resonator(frequency: float, damping: float, derivative: int, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients of the filter of `Scan._swinging` for samples of this step [s], linear in between."""
+    omega = _TURN * frequency
+    numerator = [omega ** (2 - derivative), *[0.0] * derivative]
+    found: Any = cont2discrete((numerator, [1.0, 2.0 * damping * omega, omega**2]), step, "foh")
+    return np.ravel(found[0]), found[1]
 
 
 def _spectrum(row: np.ndarray, time: np.ndarray, frequencies: np.ndarray) -> np.ndarray:

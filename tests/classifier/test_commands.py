@@ -84,8 +84,9 @@ def test_training_again_is_refused_unless_asked(place, run_command, monkeypatch)
     assert (place / "model" / "model.safetensors").read_bytes() == before
 
 
-def test_diagnosis_of_a_csv_file(place, csv):
-    code, out, err = start("classifier.diagnose", "model=model", f"measured={csv}", "out=diagnosis", cwd=place)
+def test_diagnosis_of_a_csv_file(place, csv, run_command, monkeypatch):
+    monkeypatch.chdir(place)
+    code, out, err = run_command(diagnosing, "model=model", f"measured={csv}", "out=diagnosis")
     assert (code, err) == (0, ""), err
     assert "3: rings at 30 Hz" in out
     names = {path.name for path in (place / "diagnosis").iterdir()}

@@ -12,7 +12,7 @@ from classifier.features import Psd
 from indexer_env.errors import ParameterError
 
 
-@parametrize_with_checks([NetworkClassifier(epochs=150, restarts=2, random_state=0), SpectralFeatures()])
+@parametrize_with_checks([NetworkClassifier(epochs=80, restarts=2, random_state=0), SpectralFeatures()])
 def test_rules_of_scikit_learn(estimator, check) -> None:
     check(estimator)
 

@@ -47,7 +47,7 @@ SIZES = {
     "output.backlash": {"backlash": 1e-4},
     "output.cubic_stiffness": {"stiffness": 1e10},
 }
-STEPS = 100
+STEPS = 60
 FEW = slice(3, 9)
 
 

@@ -2,13 +2,33 @@
 
 import numpy as np
 import pytest
+from numba import njit
 
+from indexer_env.engine import _fingerprint
 from indexer_env.kernels import layout
 from indexer_env.kernels.nystrom import nystrom_step
 from indexer_env.kernels.plain import plain_step
 
 ROWS_OF_EFFECTS = range(int(layout.DRIVE_EXTRA), int(layout.MESH_FACTOR), int(layout.LANES))
 EDGES = layout.HAS_EDGES_1 | layout.HAS_EDGES_2
+
+
+def steps(fingerprint: str):
+    """Three general steps and three plain ones; `fingerprint` stands for all kernel sources in numba's cache."""
+
+    @njit(error_model="numpy", cache=True)
+    def general(w, high, features):
+        for _ in range(3):
+            nystrom_step(w, high, layout.MODEL_B, features)
+        return fingerprint
+
+    @njit(error_model="numpy", cache=True)
+    def plain(w, high, features, effects):
+        for _ in range(3):
+            plain_step(w, high, features, effects)
+        return fingerprint
+
+    return general, plain
 
 
 @pytest.mark.unjitted
@@ -27,9 +47,9 @@ def test_plain_and_general_step_agree_to_the_last_bit(count, features):
         general[row : row + layout.LANES] = 0.0
     plain = general.copy()
     high = np.uint64(count)
-    for _ in range(3):
-        nystrom_step(general, high, layout.MODEL_B, features)
-        plain_step(plain, high, features, np.bool_(features & layout.USES_ANY_EFFECT))
+    take_general, take_plain = steps(_fingerprint())
+    take_general(general, high, features)
+    take_plain(plain, high, features, np.bool_(features & layout.USES_ANY_EFFECT))
     kept = [layout.CAM, layout.CAM_RATE, layout.TABLE, layout.TABLE_RATE, layout.MOTOR, layout.MOTOR_RATE]
     kept += [layout.CAM_ACC, layout.TABLE_ACC, layout.TORQUE_1, layout.TORQUE_2]
     kept += [layout.DEFLECTION_ACC_1, layout.DEFLECTION_ACC_2, layout.DEFLECTION_ACC_1_0, layout.DEFLECTION_ACC_2_0]

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from indexer_env.errors import ParameterError
+from twin import diagnose
 from twin.advice import advice
 from twin.settings import Settings
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -63,14 +58,11 @@ def test_what_to_record_next_follows_from_what_is_open(changes, said):
     assert any(said in sentence for sentence in advice(about(**changes)))
 
 
-def test_a_folder_that_is_no_twin_and_one_that_is_in_use_are_refused(tmp_path):
+def test_a_folder_that_is_no_twin_is_refused(tmp_path, run_command):
     (tmp_path / "notes.txt").write_text("mine")
     signal = tmp_path / "a.csv"
     table = np.column_stack([np.arange(100) / 500.0, np.ones(100)])
     np.savetxt(signal, table, delimiter=",", header="time [s],a [rad/s^2]", comments="")
-    said = subprocess.run(
-        [sys.executable, "-m", "twin.diagnose", f"twin={tmp_path}", f"signal={signal}"],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert said.returncode == 2
-    assert "which holds no twin.yaml" in said.stderr and "Traceback" not in said.stderr
+    code, _, err = run_command(diagnose, f"twin={tmp_path}", f"signal={signal}")
+    assert code == 2
+    assert "which holds no twin.yaml" in err and err.count("\n") == 1

@@ -1,14 +1,19 @@
 """Every kernel compiles to PTX for an H100, which takes libraries of NVIDIA's but no GPU and no driver."""
 
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from numba import cuda
 
+import indexer_env
 from indexer_env.cuda.device import entries
+from tests.kept import kept
 
 H100 = (9, 0)
+PACKAGE = Path(indexer_env.__file__).parent
+SOURCES = [path for folder in ("kernels", "cuda") for path in (PACKAGE / folder).rglob("*.py")]
 KERNELS = {kernel.__name__: kernel for kernel in entries().SIGNATURES}
 
 
@@ -20,12 +25,15 @@ def no_gpu_is_asked(monkeypatch):
 
 
 def ptx_of(name: str, *, optimised: bool) -> str:
-    kernel = KERNELS[name]
-    signature = entries().SIGNATURES[kernel]
-    ptx, _ = cuda.compile(
-        kernel, signature.args, device=False, abi="numba", cc=H100, output="ptx", opt=optimised
-    )  # fmt: skip
-    return ptx.decode() if isinstance(ptx, bytes) else ptx
+    def compiled() -> str:
+        kernel = KERNELS[name]
+        signature = entries().SIGNATURES[kernel]
+        ptx, _ = cuda.compile(
+            kernel, signature.args, device=False, abi="numba", cc=H100, output="ptx", opt=optimised
+        )  # fmt: skip
+        return ptx.decode() if isinstance(ptx, bytes) else ptx
+
+    return kept(f"{name}-{optimised}", Path(__file__), SOURCES, compiled)
 
 
 def check(ptx: str, name: str) -> None:
