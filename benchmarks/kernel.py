@@ -20,6 +20,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.report import Row, number, store
 from benchmarks.session import description
 
@@ -98,14 +100,15 @@ def measured(checkout: Path, case: str) -> float:
 
 def speeds(other: Path, cases: Sequence[str], rounds: int) -> list[Row]:
     """Rates of both checkouts and their ratio; of effects the time over that of the smooth machine beside them."""
-    own, rows = Path(__file__).resolve().parents[1], []
+    own, found = Path(__file__).resolve().parents[1], {}
     for case in cases:
         runs = [(checkout, each) for each in _beside(case) for checkout in (other, own)]
-        found = [[measured(*one) for one in runs] for _ in range(rounds)]
-        before, now, *none = (max(values) for values in zip(*found, strict=True))
-        rows.append(_row(case, before, now, none))
-        print(f"  {rows[-1].what}: {rows[-1].measured}", flush=True)
-    return rows
+        found[case] = [[measured(*one) for one in runs] for _ in range(rounds)]
+        print(f"  {case}: {', '.join(number(max(values)) for values in zip(*found[case], strict=True))}", flush=True)
+    if "smooth" in found:
+        # it also ran beside each effect, and the best of all rounds counts
+        found["smooth"] += [one[2:] for case, values in found.items() if len(_beside(case)) == 2 for one in values]
+    return [_row(case, *(max(values) for values in zip(*found[case], strict=True))) for case in cases]
 
 
 def _beside(case: str) -> tuple[str, ...]:
@@ -113,7 +116,7 @@ def _beside(case: str) -> tuple[str, ...]:
     return (case, "smooth") if case in EFFECTS or case == "five effects" else (case,)
 
 
-def _row(case: str, before: float, now: float, none: Sequence[float]) -> Row:
+def _row(case: str, before: float, now: float, *none: float) -> Row:
     what = f"turns per second of a core, {case}: now, and over an older checkout"
     ratio, text = now / before, f"{number(now)}, {now / before:.2f} × ({number(before)})"
     numbers = {"before": before, "now": now, "ratio": ratio}
@@ -145,11 +148,14 @@ def processor_time(arguments: Sequence[str], **environment: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def starts() -> list[Row]:
+def starts(rounds: int) -> list[Row]:
     """Processor time to the first record, with and without compilation."""
     record = ["-c", "from indexer_env import load_machine, simulate; simulate(load_machine('reference'))"]
-    with tempfile.TemporaryDirectory() as cache:
-        first, later = (processor_time(record, NUMBA_CACHE_DIR=cache) for _ in range(2))
+    spent = []
+    for _ in range(rounds):
+        with tempfile.TemporaryDirectory() as cache:
+            spent.append([processor_time(record, NUMBA_CACHE_DIR=cache) for _ in range(2)])
+    first, later = np.min(spent, axis=0).tolist()
     return [
         Row(
             "new process to the first record in a fresh installation, processor time",
@@ -162,13 +168,12 @@ def starts() -> list[Row]:
     ]  # fmt: skip
 
 
-def hidden_effect() -> Row:
+def hidden_effect(rounds: int) -> Row:
     """`indexer explain` on the three records of examples/hidden_effect.py."""
     with tempfile.TemporaryDirectory() as folder:
         processor_time(["examples/hidden_effect.py", f"{folder}/bench"])
-        spent = processor_time(
-            ["-m", "indexer_cli", "explain", f"measured={folder}/bench", "machine=reference", f"out={folder}/report"]
-        )
+        explain = ["-m", "indexer_cli", "explain", f"measured={folder}/bench", "machine=reference"]
+        spent = min(processor_time([*explain, f"out={folder}/report{k}"]) for k in range(rounds))
     return Row(
         "examples/hidden_effect.py solved by indexer explain, processor time", f"≤ {HIDDEN_EFFECT:g} s",
         f"{spent:.1f} s", spent <= HIDDEN_EFFECT, {"processor_s": spent},
@@ -185,7 +190,7 @@ def main() -> None:
     session = description()
     rows = speeds(arguments.other.resolve(), arguments.cases, arguments.rounds)
     if tuple(arguments.cases) == CASES:
-        store("kernel", [*rows, *starts(), hidden_effect()], session)
+        store("kernel", [*rows, *starts(arguments.rounds), hidden_effect(arguments.rounds)], session)
     else:
         store("kernel", rows, None)
 
