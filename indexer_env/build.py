@@ -101,5 +101,5 @@ def _converted(owner: str, key: str, value: Any, fields: Collection[str]) -> tup
     name, factor = field_of(owner, key, fields)
     if name == key:
         return name, value
-    check_number(owner, key, value)
+    check_number(owner, key, value, kind=f"a finite number in {ENDINGS[key.removeprefix(name)].name}")
     return name, value * factor

@@ -23,3 +23,25 @@ def test_a_missing_folder_is_said_in_one_sentence(name: str, monkeypatch: pytest
     monkeypatch.setattr("sys.argv", [name])
     with pytest.raises(SystemExit, match=rf"^error: the folder to write is missing; python .*{name}.* OUT"):
         runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (["hidden_effect", "/proc/nowhere"], "OUT must be a folder that can be made, got /proc/nowhere"),
+        (["twin_bench", "/proc/nowhere"], "OUT must be a folder that can be made, got /proc/nowhere"),
+        (["hidden_effect", "OUT", "two"], "turns must be a number of table turns > 0, got 'two'; python"),
+        (["unknown_drag", "OUT", "0"], "turns must be a number of table turns > 0, got '0'; python"),
+        (["drives/records", "feed_axis"], "a drive and a folder to write are needed; python"),
+        (["drives/records", "feed_axs", "OUT"], "DRIVE must be one of feed_axis, .*, got 'feed_axs'; python"),
+        (
+            ["drives/records", "feed_axis", "/proc/nowhere"],
+            "OUT must be a folder that can be written, got /proc/nowhere",
+        ),
+    ],
+)
+def test_a_mistake_is_said_in_one_sentence(typed, said, tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program, *words = typed
+    monkeypatch.setattr("sys.argv", [program, *(str(tmp_path) if word == "OUT" else word for word in words)])
+    with pytest.raises(SystemExit, match=f"^error: {said}"):
+        runpy.run_path(str(EXAMPLES / f"{program}.py"), run_name="__main__")

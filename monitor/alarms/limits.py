@@ -48,3 +48,21 @@ class Limits:
     def end(self) -> float:
         """The size at which the part's life is over."""
         return self.danger
+
+
+def limits_of_key(owner: str, name: str, steps: object, deadband: float) -> Limits:
+    """The limits that stand under a key of the configuration, in the quantity's unit.
+
+    Raises
+    ------
+    ParameterError
+        Not three numbers > 0 that rise; the sentence names the key.
+    """
+    three = isinstance(steps, list | tuple) and len(steps) == 3
+    if (
+        not three
+        or not all(isinstance(step, float | int) for step in steps)
+        or not 0.0 < steps[0] < steps[1] < steps[2]
+    ):
+        raise refuse(owner, name, "three numbers > 0 that rise, [alert, alarm, danger], or null", steps)
+    return Limits(*steps, deadband=deadband)

@@ -73,4 +73,4 @@ def test_a_folder_that_is_no_twin_and_one_that_is_in_use_are_refused(tmp_path):
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert said.returncode == 2
-    assert "which holds no twin.yaml" in said.stderr and "Traceback" not in said.stderr
+    assert "which holds no twin.yaml; make one with indexer twin." in said.stderr and "Traceback" not in said.stderr
