@@ -19,7 +19,7 @@ from indexer_env import Faults, load_machine, load_sensor, simulate
 
 
 def turns(count: int) -> np.ndarray:
-    """So many turns as the bench's sensor reads them [m/s²], the play growing from 0 to 10 degrees at the motor shaft."""
+    """So many turns as the bench's sensor reads them [m/s²]; the play grows from 0 to 10 degrees at the motor shaft."""
     machine = dataclasses.replace(load_machine("reference"), model="B_on_base")
     worn = (Faults(backlash=math.radians(10.0 * turn / (count - 1))).applied_to(machine) for turn in range(count))
     motion = np.concatenate([simulate(one).table_acceleration for one in worn])

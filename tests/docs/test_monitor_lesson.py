@@ -84,3 +84,4 @@ def test_the_monitor_s_tutorial(tmp_path: Path) -> None:
         sender = [sys.executable, str(ROOT / "examples" / "send_turns.py"), "127.0.0.1", str(port)]
         subprocess.run(sender, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
         wait_for(lambda: level_of(ask, "press-9") in ("alarm", "danger"))
+        wait_for(lambda: max(trend_of(ask, "press-9"), default=0.0) > 8.0)
