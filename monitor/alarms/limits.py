@@ -58,11 +58,8 @@ def limits_of_key(owner: str, name: str, steps: object, deadband: float) -> Limi
     ParameterError
         Not three numbers > 0 that rise; the sentence names the key.
     """
-    three = isinstance(steps, list | tuple) and len(steps) == 3
-    if (
-        not three
-        or not all(isinstance(step, float | int) for step in steps)
-        or not 0.0 < steps[0] < steps[1] < steps[2]
-    ):
+    numbers = list(steps) if isinstance(steps, list | tuple) else []
+    rising = all(isinstance(step, float | int) for step in numbers) and 0.0 < min(numbers, default=0.0)
+    if len(numbers) != 3 or not rising or not numbers[0] < numbers[1] < numbers[2]:
         raise refuse(owner, name, "three numbers > 0 that rise, [alert, alarm, danger], or null", steps)
-    return Limits(*steps, deadband=deadband)
+    return Limits(*numbers, deadband=deadband)
