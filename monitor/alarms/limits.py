@@ -59,7 +59,7 @@ def limits_of_key(owner: str, name: str, steps: object, deadband: float) -> Limi
         Not three numbers > 0 that rise; the sentence names the key.
     """
     numbers = list(steps) if isinstance(steps, list | tuple) else []
-    rising = all(isinstance(step, float | int) for step in numbers) and 0.0 < min(numbers, default=0.0)
+    rising = all(isinstance(step, float | int) for step in numbers) and min(numbers, default=0.0) > 0.0
     if len(numbers) != 3 or not rising or not numbers[0] < numbers[1] < numbers[2]:
         raise refuse(owner, name, "three numbers > 0 that rise, [alert, alarm, danger], or null", steps)
     return Limits(*numbers, deadband=deadband)
