@@ -79,7 +79,19 @@ def make_records(folder: Path, turns: float = 2.0, accelerated: Accelerated = wi
     write(folder, rows, 1000.0)
 
 
-if __name__ == "__main__":
+def typed(usage: str) -> tuple[Path, float]:
+    """The folder, made, and the number of turns that were typed; a mistake ends the program with one sentence."""
     if len(sys.argv) < 2:
-        sys.exit("error: the folder to write is missing; python examples/hidden_effect.py OUT [turns]")
-    make_records(Path(sys.argv[1]), *(float(turns) for turns in sys.argv[2:3]))
+        sys.exit(f"error: the folder to write is missing; {usage}")
+    folder, turns = Path(sys.argv[1]), sys.argv[2] if len(sys.argv) > 2 else "2"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        sys.exit(f"error: OUT must be a folder that can be made, got {folder} ({error.strerror}); choose another.")
+    if not turns.replace(".", "", 1).isdecimal() or float(turns) <= 0.0:
+        sys.exit(f"error: turns must be a number of table turns > 0, got {turns!r}; {usage}")
+    return folder, float(turns)
+
+
+if __name__ == "__main__":
+    make_records(*typed("python examples/hidden_effect.py OUT [turns]"))

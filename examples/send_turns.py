@@ -5,6 +5,7 @@
 A block a second of the machine's time, a hundred times faster than real time; needs the extra [monitor].
 """
 
+import dataclasses
 import json
 import math
 import sys
@@ -14,17 +15,15 @@ import numpy as np
 import paho.mqtt.client as mqtt
 from paho.mqtt.enums import CallbackAPIVersion
 
-from indexer_env import Faults, load_machine, simulate
-
-RADIUS_M = 0.4
+from indexer_env import Faults, load_machine, load_sensor, simulate
 
 
 def turns(count: int) -> np.ndarray:
-    """Tangential acceleration [m/s²] of so many turns, the play growing from 0 to 10 degrees at the motor shaft."""
-    machine = load_machine("reference")
+    """So many turns as the bench's sensor reads them [m/s²]; the play grows from 0 to 10 degrees at the motor shaft."""
+    machine = dataclasses.replace(load_machine("reference"), model="B_on_base")
     worn = (Faults(backlash=math.radians(10.0 * turn / (count - 1))).applied_to(machine) for turn in range(count))
-    records = [RADIUS_M * simulate(one).table_acceleration for one in worn]
-    return np.concatenate(records) + 0.05 * np.random.default_rng(0).standard_normal(8200 * count)
+    motion = np.concatenate([simulate(one).table_acceleration for one in worn])
+    return load_sensor("bench").read(motion, 1000.0, np.random.default_rng(0)).values
 
 
 def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:

@@ -9,12 +9,11 @@ the simulator of the twin, made the motion. docs/tutorials/twin.md finds out wha
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from examples.hidden_effect import real_machine, write
+from examples.hidden_effect import real_machine, typed, write
 from indexer_env import Machine, OperatingPoint, make_effect
 from indexer_env.effects import MachineEffect
 from indexer_env.reference import simulate_reference
@@ -66,6 +65,4 @@ def make_bench(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit("error: the folder to write is missing; python -m examples.twin_bench OUT")
-    make_bench(Path(sys.argv[1]))
+    make_bench(typed("python -m examples.twin_bench OUT")[0])

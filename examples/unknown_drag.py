@@ -6,12 +6,9 @@ solved by equations of its own (`indexer_experiments.challenge.truth`). docs/how
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
-from examples.hidden_effect import make_records
+from examples.hidden_effect import make_records, typed
 from indexer_env import Machine, OperatingPoint
 from indexer_experiments.challenge.truth import run
 from indexer_experiments.challenge.unlisted import NOTHING
@@ -26,6 +23,4 @@ def with_drag(machine: Machine, point: OperatingPoint, samples: int) -> np.ndarr
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit("error: the folder to write is missing; python -m examples.unknown_drag OUT [turns]")
-    make_records(Path(sys.argv[1]), *(float(turns) for turns in sys.argv[2:3]), accelerated=with_drag)
+    make_records(*typed("python -m examples.unknown_drag OUT [turns]"), accelerated=with_drag)

@@ -97,9 +97,14 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
     raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")
 
 
+def check_typed(owner: str, name: str, key: str, value: object) -> None:
+    """Refuse what is no finite number under a key in a unit of the shop, such as `backlash_deg` for `backlash`."""
+    check_number(owner, key, value, kind=f"a finite number in {ENDINGS[key.removeprefix(name)].name}")
+
+
 def _converted(owner: str, key: str, value: Any, fields: Collection[str]) -> tuple[str, Any]:
     name, factor = field_of(owner, key, fields)
     if name == key:
         return name, value
-    check_number(owner, key, value)
+    check_typed(owner, name, key, value)
     return name, value * factor

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from indexer_env.build import field_of
+from indexer_env.build import check_typed, field_of
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import refuse
 from indexer_env.laws import LAWS, Around, Choice, Fixed, Law, LogUniform, Normal, Sobol, Uniform
@@ -70,7 +70,7 @@ def law_of_field(owner: str, key: str, given: object, fields: Collection[str]) -
     if name == key:
         return name, law
     for value in law.extremes:
-        check_number(owner, key, value)
+        check_typed(owner, name, key, value)
     return name, law.scaled(factor)
 
 

@@ -15,7 +15,7 @@ from indexer_env.errors import refuse
 from indexer_env.units import RPM
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
-from monitor.alarms import Limits, Rules
+from monitor.alarms import Rules, limits_of_key
 from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
@@ -248,9 +248,7 @@ def _plan(config: Mapping[str, Any]) -> Plan:
     for name, steps in config["limits"].items():
         if steps is None:
             continue
-        if not isinstance(steps, list) or len(steps) != 3:
-            raise refuse("limits", name, "a list of three, [alert, alarm, danger], or null", steps)
-        limits[name] = Limits(*steps, deadband=alarms["deadband"])
+        limits[name] = limits_of_key("limits", name, steps, alarms["deadband"])
     return Plan(
         limits=limits,
         rules=Rules(alarms["on_delay"], alarms["off_delay"], alarms["re_alarm"]),

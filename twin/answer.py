@@ -110,7 +110,8 @@ def answer_of(
             said = _list([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
         return _with(HEALTHY, (), remarks, network, physics)
-    remains = f"{physics.level:.1f} times the noise remains that no fault of the table explains ({physics.sentence})."
+    why = physics.sentence.rstrip(".")
+    remains = f"{physics.level:.1f} times the noise remains that no fault of the table explains ({why})."
     if network.verdict == FAULTY:
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)

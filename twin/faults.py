@@ -139,7 +139,7 @@ the stiffness lost, the paper's 20° of play, fully loosened screws, friction of
 def chosen(names: Sequence[str]) -> tuple[Fault, ...]:
     """The faults of these names."""
     if not isinstance(names, list | tuple) or not names:
-        raise refuse("twin", "faults", "a list of one fault or more", names)
+        raise refuse("twin", "faults", "a list of one fault or more", names, "write it as [crack,friction]")
     for name in names:
         if name not in FAULTS:
             raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name)

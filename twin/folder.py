@@ -38,7 +38,10 @@ def about_of(folder: Path) -> dict[str, Any]:
     """twin.yaml of a folder."""
     path = folder / "twin.yaml"
     if not path.is_file():
-        raise ParameterError(f"twin must be the folder of a finished twin, got {folder}, which holds no twin.yaml.")
+        raise ParameterError(
+            f"twin must be the folder of a finished twin, got {folder}, which holds no twin.yaml; "
+            "make one with indexer twin."
+        )
     about = yaml.safe_load(path.read_text(encoding="utf-8"))
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise ParameterError(f"{path} must be the head of a twin, got another file; name the folder that twin wrote.")

@@ -5,6 +5,6 @@ condition  the state machine of one alarm
 """
 
 from monitor.alarms.condition import Condition, Event, Rules
-from monitor.alarms.limits import LEVELS, Limits
+from monitor.alarms.limits import LEVELS, Limits, limits_of_key
 
-__all__ = ["LEVELS", "Condition", "Event", "Limits", "Rules"]
+__all__ = ["LEVELS", "Condition", "Event", "Limits", "Rules", "limits_of_key"]

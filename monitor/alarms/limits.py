@@ -48,3 +48,18 @@ class Limits:
     def end(self) -> float:
         """The size at which the part's life is over."""
         return self.danger
+
+
+def limits_of_key(owner: str, name: str, steps: object, deadband: float) -> Limits:
+    """The limits that stand under a key of the configuration, in the quantity's unit.
+
+    Raises
+    ------
+    ParameterError
+        Not three numbers > 0 that rise; the sentence names the key.
+    """
+    numbers = list(steps) if isinstance(steps, list | tuple) else []
+    rising = all(isinstance(step, float | int) for step in numbers) and min(numbers, default=0.0) > 0.0
+    if len(numbers) != 3 or not rising or not numbers[0] < numbers[1] < numbers[2]:
+        raise refuse(owner, name, "three numbers > 0 that rise, [alert, alarm, danger], or null", steps)
+    return Limits(*numbers, deadband=deadband)

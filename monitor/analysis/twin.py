@@ -22,7 +22,7 @@ from indexer_env.simulate import simulate
 from indexer_env.units import RPM
 from indexer_records.conditions import RecordConditions
 from indexer_records.stream import StreamedTurn
-from monitor.alarms import Limits
+from monitor.alarms import Limits, limits_of_key
 from monitor.analysis.finding import Finding, Size
 from monitor.intake.cutter import SPEED_TOLERANCE, Mode
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
@@ -181,9 +181,7 @@ def limits_of(twin: Twin, given: Mapping[str, Sequence[float] | None], deadband:
         steps = given[fault.name] if fault.name in given else _steps(fault, twin)
         if steps is None:
             continue
-        if not isinstance(steps, list | tuple) or len(steps) != 3:
-            raise refuse("twin_limits", fault.name, "a list of three, [alert, alarm, danger], or null", steps)
-        limits[fault.name] = Limits(*steps, deadband=deadband)
+        limits[fault.name] = limits_of_key("twin_limits", fault.name, steps, deadband)
     return limits
 
 

@@ -50,7 +50,18 @@ class BuiltInBroker:
     async def _serve(self) -> None:
         from amqtt.broker import Broker
 
-        broker = Broker(
+        class Closing(Broker):
+            """Closes each connection, also one that was reset or said nothing, which amqtt leaves open."""
+
+            async def stream_connected(
+                self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, listener_name: str
+            ) -> None:
+                try:
+                    await super().stream_connected(reader, writer, listener_name)
+                finally:
+                    writer.close()
+
+        broker = Closing(
             {
                 "listeners": {"default": {"type": "tcp", "bind": f"{HOST}:{self.port}"}},
                 "plugins": {"amqtt.plugins.authentication.AnonymousAuthPlugin": {"allow_anonymous": True}},
@@ -60,6 +71,11 @@ class BuiltInBroker:
         self._ready.set()
         await self._stop.wait()
         await broker.shutdown()
+        # What still waits for a client would be left pending, with an open socket, when the loop closes.
+        waiting = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in waiting:
+            task.cancel()
+        await asyncio.gather(*waiting, return_exceptions=True)
 
 
 def _listen_to_it(level: int) -> None:

@@ -16,16 +16,12 @@ _SETTING_UP = re.compile(r"^(\. |python3 -m venv|(\S*/)?pip |make |PIP_)")
 """Lines by which a reader makes the environment that a test is in already."""
 
 
-def blocks(page: str, section: str | None = None) -> list[tuple[str, str]]:
-    """Language and text of each block of code of a page of docs/, or of one of its sections."""
-    text = (DOCS / page).read_text(encoding="utf-8")
-    if section is not None:
-        text = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
-        assert text, f"{page} has no section {section!r}"
-    return _BLOCK.findall(text)
+def blocks(page: str) -> list[tuple[str, str]]:
+    """Language and text of each block of code of a page of docs/."""
+    return _BLOCK.findall((DOCS / page).read_text(encoding="utf-8"))
 
 
-def run(page: str, folder: Path, section: str | None = None) -> str:
+def run(page: str, folder: Path) -> str:
     """Run a page's blocks in `folder` and give what they print.
 
     `sh` blocks are run as they stand. A `python` block whose first line is a comment with a file's name is that file;
@@ -35,7 +31,7 @@ def run(page: str, folder: Path, section: str | None = None) -> str:
     for name in ("examples", "conf"):
         (folder / name).symlink_to(ROOT / name)
     printed, program = "", ""
-    for language, text in [*blocks(page, section), ("end", "")]:
+    for language, text in [*blocks(page), ("end", "")]:
         if language == "python" and (named := re.match(r"# (\w+\.py)\n", text)):
             (folder / named[1]).write_text(text, encoding="utf-8")
             continue

@@ -25,8 +25,9 @@ def test_a_tutorial(page: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_twin_s_tutorial(tmp_path: Path) -> None:
-    lessons.run("tutorials/twin.md", tmp_path, "Try it")
+    lessons.run("tutorials/twin.md", tmp_path)
     assert (tmp_path / "demo" / "twin" / "report.html").is_file()
+    assert (tmp_path / "demo" / "answer" / "answer.html").is_file()
 
 
 def test_a_text_that_is_not_printed_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

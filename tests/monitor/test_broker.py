@@ -4,8 +4,10 @@ import gc
 import json
 import shutil
 import socket
+import struct
 import subprocess
 import time
+import warnings
 
 import pytest
 
@@ -67,6 +69,28 @@ def test_the_built_in_broker_brings_what_is_sent(monitor):
     broker.stop()
 
 
+@pytest.mark.parametrize("manner", ["silent", "subscribed", "reset"])
+def test_the_built_in_broker_leaves_no_connection_open(manner):
+    broker = BuiltInBroker(free_port())
+    broker.start()
+    one = socket.create_connection(("127.0.0.1", broker.port), WAIT_S)
+    if manner != "silent":
+        one.sendall(b"\x10\x0d\x00\x04MQTT\x04\x02\x00\x3c\x00\x01x")  # CONNECT, as client x
+        assert one.recv(4) == b"\x20\x02\x00\x00"  # CONNACK
+    if manner == "subscribed":
+        one.sendall(b"\x82\x06\x00\x01\x00\x01#\x01")  # SUBSCRIBE to all
+        assert one.recv(5)[0] == 0x90  # SUBACK
+    if manner == "reset":
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        one.close()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        broker.stop()
+        gc.collect()
+    one.close()
+    assert not [str(warning.message) for warning in caught]
+
+
 def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
     monkeypatch.setattr("monitor.outputs.publish._TIMEOUT_S", 5.0)
     port, got = free_port(), []
@@ -101,7 +125,6 @@ def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
     delivery.close()
     client.disconnect()
     client.loop_stop()
-    time.sleep(0.5)  # the broker closes their connections first
     broker.stop()
 
 

@@ -71,7 +71,12 @@ def test_settings_come_from_the_command_line(overrides):
         (["source=broker"], "model"),
         (["source=mqtt//broker"], "source must be demo, broker or"),
         (["port=99999"], "port"),
-        (["limits.crack=[0.3,0.2,0.1]"], "limits"),
+        (
+            ["limits.crack=[0.3,0.2,0.1]"],
+            r"^limits\.crack must be three numbers > 0 that rise.*got \[0\.3, 0\.2, 0\.1\]",
+        ),
+        (["limits.crack=[0,0.2,0.3]"], r"^limits\.crack"),
+        (["limits.crack=[a,0.2,0.3]"], r"^limits\.crack"),
         (["limits.crack=5"], "limits.crack"),
         (["alarms.on_delay=0"], "on_delay"),
         (["alarms.deadband=2"], "deadband"),

@@ -95,7 +95,11 @@ def test_limits_come_from_what_the_twin_can_see(twin):
 def test_limits_that_are_given_count(twin):
     found = limits_of(twin, {"reducer_play": [2, 4, 8], "crack": None, "sensor_gain": [1, 2, 3]}, 0.1)
     assert found["reducer_play"] == Limits(2, 4, 8, 0.1) and "crack" not in found and "sensor_gain" in found
-    for given, said in (({"rust": [1, 2, 3]}, "rust"), ({"crack": 5}, "list of three"), ({"crack": [3, 2, 1]}, "rise")):
+    for given, said in (
+        ({"rust": [1, 2, 3]}, "rust"),
+        ({"crack": 5}, "three numbers"),
+        ({"crack": [3, 2, 1]}, "twin_limits.crack"),
+    ):
         with pytest.raises(ParameterError, match=said):
             limits_of(twin, given, 0.2)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from indexer_env import load_machine
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
@@ -62,6 +64,11 @@ def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():
     assert answer.verdict == FAULTY and "does not confirm" in answer.remarks[0] and "4.0 times" in answer.remarks[0]
     assert answered(network(HEALTHY), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
     assert answered(network(UNKNOWN), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
+
+
+def test_why_physics_is_at_a_loss_is_one_sentence_with_one_full_stop():
+    found = dataclasses.replace(physics(UNKNOWN, level=4.0), sentence="No effect lessens it.")
+    assert answered(network(UNKNOWN), found).remarks[0].endswith("explains (No effect lessens it).")
 
 
 def test_what_does_not_matter_is_told_but_not_in_the_headline():

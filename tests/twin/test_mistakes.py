@@ -65,4 +65,4 @@ def test_a_folder_that_is_no_twin_is_refused(tmp_path, run_command):
     np.savetxt(signal, table, delimiter=",", header="time [s],a [rad/s^2]", comments="")
     code, _, err = run_command(diagnose, f"twin={tmp_path}", f"signal={signal}")
     assert code == 2
-    assert "which holds no twin.yaml" in err and err.count("\n") == 1
+    assert "which holds no twin.yaml; make one with indexer twin." in err and err.count("\n") == 1

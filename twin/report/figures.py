@@ -55,7 +55,7 @@ def remains(left: Remains) -> str:
         axes.set_xticks(range(0, 361, 60))
         axes.set_xlabel("cam angle [°]")
         axes.set_ylabel("left over noise")
-        axes.text(355.0, 0.0, "noise", color=DARK, ha="right", va="center", fontsize=8)
+        axes.text(355.0, -0.95, "noise", color=DARK, ha="right", va="bottom", fontsize=8)
         axes.legend(loc="upper right", ncols=3, fontsize=8)
     return _svg(figure)
 

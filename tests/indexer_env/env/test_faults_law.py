@@ -73,7 +73,7 @@ def test_draws_follow_their_law():
             {"roller": "cracked", "roller_crack": 0.2},
             "faults.roller_crack must be left out where faults.roller is",
         ),
-        ({"backlash_deg": "much"}, "faults.backlash_deg must be a finite number, got 'much'."),
+        ({"backlash_deg": "much"}, "faults.backlash_deg must be a finite number in deg, got 'much'."),
         ({"cracked_station": 1.5}, "faults.cracked_station must be a whole number >= 0, got 1.5."),
         ({"cracked_station": {"choice": [0, {"uniform": [1, 3]}]}}, "faults.cracked_station must be a station or a"),
         ({"cracked_station": {"uniform": [0, 3]}}, "faults.cracked_station must be a station or a choice of stations"),
