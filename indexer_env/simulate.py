@@ -193,9 +193,15 @@ def _prepared(
     """The coefficients of those of some items that can be run, and their steps in a sampling interval; the others are
     rejected or, without `reject`, raise."""
     items: dict[int, Coefficients] = {}
+    # one machine at one point, given many times; both are held, so that no other object gets their identity
+    made: dict[tuple[int, int], tuple[Machine, OperatingPoint, Coefficients]] = {}
     for index in indices:
+        machine, point = machines[index], points[index]
+        key = id(machine), id(point)
         try:
-            items[index] = coefficients(machines[index], points[index])
+            if key not in made:
+                made[key] = machine, point, coefficients(machine, point)
+            items[index] = made[key][2]
         except ParameterError as error:
             if not reject:
                 raise

@@ -304,3 +304,17 @@ def test_threads_are_a_count(smooth, threads):
 def test_another_machine_differs(together):
     """The anti-test: no two of the 70 records are the same."""
     assert len({row.tobytes() for row in together.table_acceleration}) == 70
+
+
+def test_one_machine_given_many_times_is_as_many_equal_machines(smooth) -> None:
+    """Its coefficients are made once for each operating point, never for a machine that only looks like it."""
+    machine, point = smooth, OperatingPoint(motor_speed=100.0)
+    other = dataclasses.replace(machine, table_inertia=1.2 * machine.table_inertia)
+    faster = dataclasses.replace(point, motor_speed=130.0)
+    run = Run(samples=400, warmup_turns=0)
+    given = simulate_batch([machine, other, machine, machine], [point, point, faster, point], run)
+    copies = [dataclasses.replace(each) for each in (machine, other, machine, machine)]
+    copied = simulate_batch(copies, [dataclasses.replace(p) for p in (point, point, faster, point)], run)
+    one, each = (batch.channels["table_acceleration"] for batch in (given, copied))
+    np.testing.assert_array_equal(one, each)
+    assert (one[0] == one[3]).all() and (one[0] != one[1]).any() and (one[0] != one[2]).any()
