@@ -180,19 +180,23 @@ def hidden_effect(rounds: int) -> Row:
     )  # fmt: skip
 
 
+COSTS = {"starts": starts, "hidden effect": lambda rounds: [hidden_effect(rounds)]}
+"""What is measured of this checkout alone, by name."""
+
+
 def main() -> None:
     """Measure what is asked for and write it into the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.kernel", description=__doc__)
+    every = (*CASES, *COSTS)
     parser.add_argument("other", type=Path, help="another checkout of this repository, to be measured beside this one")
-    parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES, metavar="CASE", help=", ".join(CASES))
+    parser.add_argument("--cases", nargs="+", choices=every, default=every, metavar="CASE", help=", ".join(every))
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     arguments = parser.parse_args()
     session = description()
-    rows = speeds(arguments.other.resolve(), arguments.cases, arguments.rounds)
-    if tuple(arguments.cases) == CASES:
-        store("kernel", [*rows, *starts(arguments.rounds), hidden_effect(arguments.rounds)], session)
-    else:
-        store("kernel", rows, None)
+    rows = speeds(arguments.other.resolve(), [case for case in arguments.cases if case in CASES], arguments.rounds)
+    for name in arguments.cases:
+        rows += COSTS[name](arguments.rounds) if name in COSTS else []
+    store("kernel", rows, session if tuple(arguments.cases) == every else None)
 
 
 if __name__ == "__main__" and "--child" not in sys.argv:
