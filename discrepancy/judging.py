@@ -109,11 +109,11 @@ class Judge:
         numbers, rows = estimates_of(self.search.whole, whole.place), []
         place = self.held[whole.name]
         others = [self.held[self.search.without(inside, i).name] for i in range(len(kept))]
-        excess = [_excess(place, other, *self._against) for other in others]
-        gaps = {name: open_ - left for name, (left, open_) in zip(inside.place.hypothesis.names, excess, strict=True)}
+        names = inside.place.hypothesis.names
+        excess = {name: _excess(place, other, *self._against) for name, other in zip(names, others, strict=True)}
         for k, effect, other in zip(kept, inside.effects, others, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = self._evidence(k, found, place, other, gaps)
+            evidence = self._evidence(k, found, place, other, excess)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED and effect.over in self.forms:
                 form = self.forms[effect.over]
@@ -163,8 +163,11 @@ class Judge:
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
         self.held |= dict(zip(new, places, strict=True))
 
-    def _evidence(self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, float]) -> Evidence:
-        left, open_ = _excess(place, other, *self._against)
+    def _evidence(
+        self, k: int, found: FoundEffect, place: Point, other: Point, excess: Mapping[str, tuple[float, float]]
+    ) -> Evidence:
+        left, open_ = excess[found.name]
+        gaps = {name: without - beside for name, (beside, without) in excess.items()}
         largest = max(gaps, key=gaps.__getitem__)
         better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
         return Evidence(
