@@ -36,6 +36,10 @@ _SEARCHES = 60
 _NEAR = 1e-10
 """A guard this near to zero, as a share of its change over the step, is on the edge: below the interpolant's error."""
 
+_AT_END = 1.0 - 1e-6
+"""An edge at this share of a step or behind is at its end: the rates of an interpolant over the rest, should that cross
+an edge again, would be differences of equal angles over hardly any time."""
+
 
 @scalar
 def joint_guard(w, i, region, edge, deflection, rate):
@@ -102,7 +106,7 @@ def find_edge(w, i, h, features):
                 share, deflection = find_joint_edge(w, i, h, region, edge, row)
                 if share < first:
                     first, which, at = share, JOINT_1 + joint, deflection
-    return first, which, at
+    return first if first < _AT_END else 1.0, which, at
 
 
 @scalar

@@ -28,11 +28,12 @@ _LINE = 8
 
 @merged
 def step_block(w, high, model, features, pieces):
-    """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Their pieces of the
-    law are loaded only now, not where they left the last one (see load_lane). Numbers as from `stepped`."""
+    """Take the lanes that are stepping over their steps, and put back those that crossed an edge. Where a lane left a
+    piece of the law (1), the next one is loaded only now (see load_lane); one that landed (2) is on its own already,
+    though rounding may have left its cam just before it. Numbers as from `stepped`."""
     if any_above(w, high, MARK, 0.0):
         for i in range(high):
-            if w[MARK + i] > 0.0 and w[STEP + i] > 0.0:
+            if w[MARK + i] == 1.0 and w[STEP + i] > 0.0:
                 follow_pieces(w, i, pieces)
     if model == MODEL_B and not features & USES_ANY_EFFECT:
         plain_step(w, high, features, NO)

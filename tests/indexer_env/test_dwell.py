@@ -205,6 +205,23 @@ def test_the_dwell_ends_where_it_should(smooth):
         np.testing.assert_allclose(records[0], records[1], rtol=0, atol=1e-6 * np.abs(records[1]).max())
 
 
+@pytest.mark.parametrize(("model", "step"), [("A", 1e-3), ("B", 1e-3), ("B_on_base", 1e-3 / 16)])
+def test_a_dwell_may_end_with_a_step(smooth, model, step):
+    """Starts whole steps before the end: rounding decides on which side of it the step ends, and hardly any rest of the
+    step is left behind it."""
+    machine, cam_speed = dataclasses.replace(smooth, model=model), 157.0 / smooth.reduction_ratio
+    points = [
+        OperatingPoint(motor_speed=157.0, start_angle=2.0 * np.pi * turns - cam_speed * steps * 1e-3)
+        for steps in range(1, 20)
+        for turns in (1, 7)
+    ]
+    coarse, fine = (
+        simulate_batch([machine] * len(points), points, Run(samples=60, warmup_turns=0, step=step)).table_acceleration
+        for step in (step, step / 32)
+    )
+    np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-6 * np.abs(fine).max())
+
+
 def varied(machine: Machine, rng: np.random.Generator) -> Machine:
     """Inertias, stiffnesses and dampings times 1/1.5 … 1.5."""
 
