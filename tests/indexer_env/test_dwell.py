@@ -209,9 +209,9 @@ def test_the_dwell_ends_where_it_should(smooth):
 def test_a_dwell_may_end_with_a_step(smooth, model, step):
     """Starts whole steps before the end: rounding decides on which side of it the step ends, and hardly any rest of the
     step is left behind it."""
-    machine, cam_speed = dataclasses.replace(smooth, model=model), 157.0 / smooth.reduction_ratio
+    machine, cam_speed = dataclasses.replace(smooth, model=model), OperatingPoint().motor_speed / smooth.reduction_ratio
     points = [
-        OperatingPoint(motor_speed=157.0, start_angle=2.0 * np.pi * turns - cam_speed * steps * 1e-3)
+        OperatingPoint(start_angle=2.0 * np.pi * turns - cam_speed * steps * 1e-3)
         for steps in range(1, 20)
         for turns in (1, 7)
     ]
