@@ -147,9 +147,12 @@ def test_a_page_s_tables_hold_every_row():
 
 @pytest.mark.slow
 def test_greedy_beats_every_fixed_turn_in_a_short_run():
-    """On the environment's own task: more right names than any fixed turn at the cost of the best, and more return."""
+    """On the environment's own task: more right names than any fixed turn at the cost of the best, and more return.
+
+    1000 cases, seeds from 0: of 250 the best fixed turn may by chance come within 0.05 of it.
+    """
     env = IndexerDiagnosisEnv()
-    belief, cases = Belief(measured(env, 800, 1000)), measured(env, 250, 0)
+    belief, cases = Belief(measured(env, 800, 1000)), measured(env, 1000, 0)
 
     def play(policy: Policy) -> tuple[float, float, float]:
         done = play_measured(policy, cases, env.costs, env.task.budget, 0)
