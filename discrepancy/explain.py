@@ -12,7 +12,7 @@ from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
 from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED
-from discrepancy.judging import Judge, Judged, Written, closed, written
+from discrepancy.judging import Judge, Judged, Missed, Written, closed, written
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search
@@ -161,10 +161,14 @@ class Explanation:
         return closed(gap, self.after**2 - floor) if gap > 0.0 else math.nan
 
 
-def explain(model: Model, held_out: Model, criteria: Criteria | None = None, forms: Sequence[Form] = ()) -> Explanation:
+def explain(
+    model: Model, held_out: Model, criteria: Criteria | None = None, forms: Sequence[Form] = (),
+    missed: Missed | None = None,
+) -> Explanation:  # fmt: skip
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions).
 
-    A law over a variable that `forms` can tabulate is named only where the table closes hardly more.
+    A law over a variable that `forms` can tabulate is named only where the table closes hardly more; `missed` says the
+    same of others (`Subject.missed`).
     """
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
@@ -172,13 +176,15 @@ def explain(model: Model, held_out: Model, criteria: Criteria | None = None, for
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        return _explained(model, held_out, criteria, forms)
+        return _explained(model, held_out, criteria, forms, missed)
 
 
-def _explained(model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form]) -> Explanation:
+def _explained(
+    model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form], missed: Missed | None
+) -> Explanation:
     search = Search(model, criteria)
     selection = search.run()
-    judge = Judge(search, selection, held_out, criteria, forms)
+    judge = Judge(search, selection, held_out, criteria, forms, missed)
     judged, accepted = judge.judged()
     findings = tuple(
         _finding(selection, one, criteria)

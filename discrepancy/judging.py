@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from discrepancy.fit import fit
 from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
 from discrepancy.held_out import held_places, predicts
-from discrepancy.model import NONE, Model
+from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
@@ -37,6 +37,10 @@ _LEAST_WINDOWS = 4
 
 _STEPS = 12
 """Steps of the fit after parameters at a bound went back to nominal."""
+
+
+Missed = Callable[[Model, Point, Point, str], tuple[float, str]]
+"""Share of what a free function closes that the law of an effect leaves, and the function's variable."""
 
 
 @dataclass(frozen=True)
@@ -70,20 +74,26 @@ class Judge:
     criteria : Criteria
     forms : sequence of Form
         Tables to which laws over their variables are held.
+    missed : callable or None
+        What laws over other variables leave, as of `Subject.missed`.
     """
 
     def __init__(
-        self, search: Search, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = ()
-    ) -> None:
+        self, search: Search, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = (),
+        missed: Missed | None = None,
+    ) -> None:  # fmt: skip
         self.search, self.selection, self.held_out, self.criteria = search, selection, held_out, criteria
         self.forms = {form.hypothesis.name: form for form in forms}
+        self._missed_by = missed
         self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
         self.held: dict[str, Point] = {}
         self._tables: dict[str, Point | None] = {}
         self._hold([self.base, self.best, *selection.without])
+        best = self.held[self.best.name]
+        # noise that was taken for more than the best set leaves is no more than that
+        noise = min(1.0, best.level(held_out) ** 2)
         self.floor = max(
-            held_out.tolerated,
-            unrepeated([(search.whole, self.best.place), (held_out, self.held[self.best.name])]),
+            held_out.tolerated - 1.0 + noise, unrepeated([(search.whole, self.best.place), (held_out, best)])
         )
 
     def judged(self) -> tuple[list[Judged], Fitted]:
@@ -115,9 +125,9 @@ class Judge:
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, place, other, excess)
             grade, why = graded(evidence, self.criteria)
-            if grade in NAMED and effect.over in self.forms:
-                form = self.forms[effect.over]
-                evidence = dataclasses.replace(evidence, missed=self._missed(k, form), over=form.over)
+            if grade in NAMED:
+                missed, over = self._missed(k, effect)
+                evidence = dataclasses.replace(evidence, missed=missed, over=over)
                 grade, why = graded(evidence, self.criteria)
             rows.append(Judged(k, found, evidence, grade, why))
         return rows
@@ -130,9 +140,18 @@ class Judge:
             if self.selection.gap(one) < self.criteria.margin and name not in limits:
                 yield other
 
-    def _missed(self, k: int, form: Form) -> float:
+    def _missed(self, k: int, effect: Hypothesis) -> tuple[float, str]:
         """Share of what a free function closes that the law of the k-th effect leaves, both beside the whole set: what
-        stands in for something else takes up its part of it."""
+        stands in for something else takes up its part of it; and the function's variable."""
+        if effect.over in self.forms:
+            form = self.forms[effect.over]
+            return self._missed_by_table(k, form), form.over
+        if self._missed_by is None:
+            return 0.0, ""
+        without = self.search.on_all(self.selection.without[k])
+        return self._missed_by(self.search.whole, self.best.place, without.place, effect.name)
+
+    def _missed_by_table(self, k: int, form: Form) -> float:
         after = self._tabulated(self.best, form)
         if after is None:
             return 0.0
@@ -190,15 +209,15 @@ def closed(before: float, after: float) -> float:
 
 
 def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
-    """Mean square, at least 1, of what differs between windows that see the same, in units of the noise's: half the
-    lower quartile of the differences' mean squares; 1 where there are too few such windows."""
+    """Mean square of what differs between windows that see the same, in units of the noise's: half the lower quartile
+    of the differences' mean squares; 0 where there are too few such windows."""
     found: list[float] = []
     for model, place in places:
         residual = Problem(model, place.hypothesis).left(place)
         for a, b in model.repeats():
             n = int(min(model.counts[a], model.counts[b]))
             found.append(0.5 * float(((residual[a, :n] - residual[b, :n]) ** 2).mean()))
-    return max(1.0, float(np.quantile(found, _QUARTILE))) if len(found) >= _LEAST_PAIRS else 1.0
+    return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
 
 
 def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:

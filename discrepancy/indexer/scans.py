@@ -11,7 +11,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from discrepancy.indexer.causes import Setting, forms_of, setting_of
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.origin import Form, Origin, Residue, origin_of
+from discrepancy.origin import Form, Origin, Residue, explained, origin_of
 from discrepancy.place import Point
 
 _LOW, _HIGH = 5.0, 60.0
@@ -43,6 +43,18 @@ def origin_at(model: IndexerModel, place: Point) -> Origin | None:
     residue = Residue(setting.laid)
     forms, free = forms_of(setting, residue)
     return origin_of(residue, forms, Scan(setting, residue), free)
+
+
+def missed_at(model: IndexerModel, place: Point, without: Point, joint: str, kind: str) -> float:
+    """Share that causes of a joint and kind still explain of what is left at a place, of this and of what the place
+    closes that `without` leaves: how far an effect of that joint and kind falls short of a free function."""
+    setting = setting_of(model, place)
+    residue = Residue(setting.laid)
+    forms, _ = forms_of(setting, residue)
+    left = explained(residue, forms, Scan(setting, residue)).get((joint, kind), 0.0)
+    before = Residue(setting_of(model, without).laid, residue.colour)
+    closes = max(float(before.y @ before.y) - float(residue.y @ residue.y), 0.0)
+    return left / max(left + closes, 1e-300)
 
 
 class Scan:

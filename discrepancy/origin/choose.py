@@ -134,15 +134,10 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     free : sequence of (Form, float)
         Torques that are free at each moment, without columns, with their ln E.
     """
-    ranked = _ranked(residue, [*forms, *scan(residue)])
     free = sorted(free, key=lambda pair: -pair[1])
-    if max([won for won, _, _ in ranked[:1]] + [won for _, won in free[:1]], default=0.0) < MARGIN:
+    leaders, sums = _sums(residue, forms, scan)
+    if max([row[0] for row in leaders.values()] + [won for _, won in free[:1]], default=0.0) < MARGIN:
         return None
-    leaders: dict[tuple[str, str], tuple[float, float, Form]] = {}
-    for row in ranked:
-        leaders.setdefault((row[2].joint, row[2].kind), row)
-    begun = [row for row in list(leaders.values())[:_LEADERS] if row[0] > 0.0]
-    sums = [_grown(residue, row, forms, scan) for row in begun]
     best = max(sums, key=lambda one: one.evidence, default=None)
     evidence = {place: row[0] for place, row in leaders.items()}
     names = {place: row[2].name for place, row in leaders.items()}
@@ -171,8 +166,33 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     return Origin(first, share, tuple(others), beside)
 
 
-def _ranked(residue: Residue, forms: Sequence[Form]) -> list[tuple[float, float, Form]]:
-    """ln E less the price, λ and form, the best first."""
+def explained(residue: Residue, forms: Sequence[Form], scan: Scan) -> dict[tuple[str, str], float]:
+    """Sum of squares that causes of each joint and kind explain, in the sum of most evidence; none that is not more
+    likely than noise by the margin."""
+    _, sums = _sums(residue, forms, scan)
+    best = max(sums, key=lambda one: one.evidence, default=None)
+    found: dict[tuple[str, str], float] = {}
+    if best is not None and best.evidence >= MARGIN:
+        for form, energy in zip(best.forms, _energies(residue, best), strict=True):
+            found[form.joint, form.kind] = found.get((form.joint, form.kind), 0.0) + energy
+    return found
+
+
+_Row = tuple[float, float, Form]
+"""ln E less the price, λ and form."""
+
+
+def _sums(residue: Residue, forms: Sequence[Form], scan: Scan) -> tuple[dict[tuple[str, str], _Row], list[_Sum]]:
+    """The best form of each joint and kind, and the sums that the leading ones of these begin."""
+    leaders: dict[tuple[str, str], _Row] = {}
+    for row in _ranked(residue, [*forms, *scan(residue)]):
+        leaders.setdefault((row[2].joint, row[2].kind), row)
+    begun = [row for row in list(leaders.values())[:_LEADERS] if row[0] > 0.0]
+    return leaders, [_grown(residue, row, forms, scan) for row in begun]
+
+
+def _ranked(residue: Residue, forms: Sequence[Form]) -> list[_Row]:
+    """All forms, the best first."""
     rows = []
     for form in forms:
         won, scale = residue.evidence(residue.seen_through(form.columns))
@@ -180,7 +200,7 @@ def _ranked(residue: Residue, forms: Sequence[Form]) -> list[tuple[float, float,
     return sorted(rows, key=lambda row: -row[0])
 
 
-def _grown(residue: Residue, first: tuple[float, float, Form], forms: Sequence[Form], scan: Scan) -> _Sum:
+def _grown(residue: Residue, first: _Row, forms: Sequence[Form], scan: Scan) -> _Sum:
     """The sum that begins with a form."""
     won, scale, form = first
     one = _Sum((form,), (scale,), won, residue.without(form.columns, scale))

@@ -65,11 +65,13 @@ class Laid:
 
 
 class Residue:
-    """The residuals y (m,) of `laid`, cleaned and white."""
+    """The residuals y (m,) of `laid`, cleaned and white; `colour` is that of the noise, else it is what they show."""
 
-    def __init__(self, laid: Laid) -> None:
+    def __init__(self, laid: Laid, colour: float | None = None) -> None:
         self.laid = laid
         self.colour, self.noise = colour_of(laid)
+        if colour is not None:
+            self.colour = colour
         basis, sizes, _ = np.linalg.svd(self._whitened(laid.by_local), full_matrices=False)
         kept = sizes > _RANK * np.maximum(sizes[:, :1], 1e-300)
         self._local = basis * kept[:, None, :]

@@ -190,6 +190,11 @@ class Subject(ABC):
         what could be missing at which joint."""
         return None
 
+    def missed(self, model: Model, place: Point, without: Point, effect: str) -> tuple[float, str]:
+        """Share of what a free function of an effect's variable closes that its law leaves, and that variable, given
+        fitted places of a set and of the same one without the effect; 0 where nothing can be said of it."""
+        return 0.0, ""
+
     def forms(self) -> tuple[Form, ...]:
         """Variables over which what remains may be tabulated; none where it cannot be."""
         return ()

@@ -10,7 +10,7 @@ import numpy as np
 
 from discrepancy.form import Form, shaped
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
-from discrepancy.indexer.scans import origin_at
+from discrepancy.indexer.scans import missed_at, origin_at
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.origin import Origin
@@ -186,6 +186,12 @@ class IndexerSubject(Subject):
         assert isinstance(model, IndexerModel)
         return origin_at(model, place)
 
+    def missed(self, model: Model, place: Point, without: Point, effect: str) -> tuple[float, str]:
+        if effect not in _BUMPS:
+            return 0.0, ""
+        assert isinstance(model, IndexerModel)
+        return missed_at(model, place, without, "output", "phase"), "cam's phase"
+
     def forms(self) -> tuple[Form, ...]:
         """Over the table's speed, over turns of table and cam, over the output joint's deflection."""
         if any(effect.name in TABLES for effect in self.machine.effects):
@@ -202,6 +208,9 @@ class IndexerSubject(Subject):
     def part(self, effect: str) -> str:
         return _PARTS[EFFECTS[effect].enters]
 
+
+_BUMPS = ("cam.profile_error", "load.process")
+"""Effects that are a bump over the cam's phase, which whatever else follows that phase is likely to look like."""
 
 _OVER = {
     "tabulated.speed": "speed of the table [rad/s]", "tabulated.angle": "angle of the table [rad]",

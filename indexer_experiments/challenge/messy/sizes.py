@@ -104,11 +104,13 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     noise = drawn.noise * float(np.sqrt(np.mean(motions[0][0] ** 2)))
     fit = LinearFit(truth, points, motions, noise)
 
-    def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
-        machine, sensor = with_effects(truth, effects)
+    def leaves(fit: LinearFit, machine: Machine, sensor: Sensor, chosen: Sequence[tuple[Wanted, float]]) -> float:
         unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
         runs = [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
         return fit.left([read_of(motion, readers, sensor) for motion in runs], runs)
+
+    def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
+        return leaves(fit, *with_effects(truth, effects), chosen)
 
     disturbances, disturbed = _disturbances(drawn, level)
     least = max(disturbed, 1.0)
@@ -119,6 +121,13 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
         found = _hidden(drawn, wanted, drawn.above * least, level)
         if found is not None and found.level >= 3.0 * least:
             hidden.append(found)
+    machine, _ = with_effects(truth, [one.effect for one in hidden])
+    if disturbances and machine.effects != truth.effects:
+        # an effect may make a disturbance many times as large: a joint that loses stiffness, under a drag that loads it
+        motions = [coarse_run(machine, point, n) for point, n in zip(points, counts, strict=True)]
+        beside = LinearFit(machine, points, motions, noise)
+        found = _together(drawn, disturbances, lambda chosen: leaves(beside, machine, Sensor(), chosen))
+        disturbances, disturbed = found or ((), 0.0)
     return MessyCase(drawn, noise, disturbances, disturbed, tuple(hidden))
 
 
@@ -137,11 +146,19 @@ def _disturbances(drawn: MessyDraw, level: Level) -> tuple[tuple[Sized, ...], fl
             alone.append(Sized(wanted, *found))
     if len(alone) <= 1:
         return tuple(alone), alone[0].level if alone else 0.0
+    return _together(drawn, alone, lambda chosen: level((), chosen)) or ((), 0.0)
+
+
+def _together(
+    drawn: MessyDraw, alone: Sequence[Sized], level: Callable[[Sequence[tuple[Wanted, float]]], float]
+) -> tuple[tuple[Sized, ...], float] | None:
+    """Disturbances made larger or smaller by one factor until together they leave what was drawn, and what they then
+    leave; None where no factor does that."""
     most = min(one.wanted.kind.most / one.size for one in alone)
-    together = sought(lambda f: level((), [(one.wanted, f * one.size) for one in alone]), 1.0, drawn.disturbed, most)
-    if together is None:
-        return (), 0.0
-    factor, reached = together
+    found = sought(lambda f: level([(one.wanted, f * one.size) for one in alone]), 1.0, drawn.disturbed, most)
+    if found is None:
+        return None
+    factor, reached = found
     return tuple(dataclasses.replace(one, size=factor * one.size, level=factor * one.level) for one in alone), reached
 
 
