@@ -10,7 +10,7 @@ from discrepancy.explain import explain
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places, predicts
 from discrepancy.judging import Written, closed, unrepeated, written
-from discrepancy.model import NONE
+from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from tests.discrepancy.toy import WINDOWS, Chord, effect
@@ -124,3 +124,18 @@ def test_a_law_that_becomes_the_effect_at_a_limit_is_no_rival(limits: tuple, ali
         model.library["twin"] = tuple(dataclasses.replace(one, fixed=c, limits=limits, effects=()) for c in choices)
     (finding,) = explain(models[0], models[1]).findings
     assert [effect.name for effect in finding.effects] == ["tone", *alike]
+
+
+@pytest.mark.parametrize(("share", "grade"), [(0.04, "established"), (0.06, "stands in")])
+def test_an_effect_whose_law_leaves_what_follows_its_variable_is_a_hint(share: float, grade: str) -> None:
+    """5 % is what a name may leave of what a free function closes."""
+    models = [Chord({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6)]
+    asked = []
+
+    def missed(model: Model, place: Point, without: Point, name: str) -> tuple[float, str]:
+        asked.append((name, place.hypothesis.names, without.hypothesis.names))
+        return share, "place"
+
+    (finding,) = explain(models[0], models[1], missed=missed).findings
+    assert asked == [("tone", ("tone",), ())]
+    assert finding.grade == grade and ("table over the place" in finding.why) == (grade == "stands in")

@@ -9,7 +9,7 @@ import pytest
 
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.response import JOINTS, Response, motion_of
-from discrepancy.indexer.scans import origin_at
+from discrepancy.indexer.scans import missed_at, origin_at
 from discrepancy.model import NONE, Jobs
 from discrepancy.origin import Origin
 from discrepancy.place import Point
@@ -221,3 +221,31 @@ def test_noise_is_traced_to_nothing(scene: Scene) -> None:
     jobs = Jobs(scene.place.z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
     noise = np.random.default_rng(8).standard_normal(scene.inside.shape)
     assert origin_at(scene.model.recording(scene.model.readings(NONE, jobs) + noise), scene.place) is None
+
+
+@pytest.mark.parametrize(("widths", "least", "most"), [((0.07,), 0.0, 0.03), ((0.07, 0.03), 0.1, 0.6)])
+def test_a_bump_on_the_cam_is_held_to_what_follows_its_phase(
+    scene: Scene, widths: tuple[float, ...], least: float, most: float
+) -> None:
+    """One bump is described by its law to the noise; of two, the law of the wider one leaves the other; seed 8."""
+    model = scene.model
+    (law,) = model.hypotheses()["cam.profile_error"]
+    windows = np.arange(len(scene.inside))
+
+    def read(width: float) -> np.ndarray:
+        z = np.concatenate([scene.place.z, law.coordinates((3e-4, 0.25, width))])
+        jobs = Jobs(z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
+        return model.readings(law, jobs)
+
+    plain = model.readings(
+        NONE, Jobs(scene.place.z[None], np.zeros(len(windows), dtype=int), windows, scene.place.states)
+    )
+    noise = np.random.default_rng(8).standard_normal(plain.shape)
+    recorded = model.recording(plain + sum(read(width) - plain for width in widths) + noise)
+    z = np.concatenate([scene.place.z, law.coordinates((3e-4, 0.25, widths[0]))])
+    place, without = (
+        Problem(recorded, hypothesis).point(at, scene.place.states)
+        for hypothesis, at in ((law, z), (NONE, scene.place.z))
+    )
+    assert least <= missed_at(recorded, place, without, "output", "phase") <= most
+    assert missed_at(recorded, place, without, "output", "station") < 0.05

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from indexer_env import OperatingPoint, load_machine, make_effect
+from indexer_env import OperatingPoint, Sensor, load_machine, make_effect
 from indexer_env.errors import ParameterError
 from indexer_experiments.challenge.messy.draw import MessyOrder, messy_draw
 from indexer_experiments.challenge.messy.leftover import RATE, LinearFit, coarse_run
-from indexer_experiments.challenge.messy.sizes import MessyCase, messy_case, sought
+from indexer_experiments.challenge.messy.sizes import MessyCase, messy_case, read_of, sought
 from indexer_experiments.challenge.parameters import changed
 
 MACHINE = dataclasses.replace(load_machine("reference"), stations=4)
@@ -95,6 +95,16 @@ def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
     assert {effect.name for effect in case.machine.effects} == {n for n in names if not n.startswith("sensor.")}
     record = drawn.records[0]
     assert case.unlisted(record).drift == record.drift
+    points = [r.point for r in drawn.records]
+    counts = [r.samples(drawn.machines.truth, RATE) for r in drawn.records]
+    pairs = list(zip(points, counts, strict=True))
+    fit = LinearFit(case.machine, points, [coarse_run(case.machine, p, n) for p, n in pairs], case.noise)
+    runs = [
+        coarse_run(case.machine, r.point, n, case.unlisted(r)._replace(drift=0.0))
+        for r, n in zip(drawn.records, counts, strict=True)
+    ]
+    read = [read_of(run, case.readers(), Sensor()) for run in runs]
+    assert fit.left(read, runs) == pytest.approx(drawn.disturbed, rel=0.11), "beside the hidden effects"
 
 
 def test_effects_of_the_library_have_one_size_each() -> None:
