@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from discrepancy.explain import Explanation, Finding, listed
+from discrepancy.explain import Explanation, Finding
 from discrepancy.grades import FAMILY
 from discrepancy.next_measurement import apart
 
@@ -68,9 +68,8 @@ def _of(answer: Explanation, finding: Finding) -> Ranking:
     rows = [Row(finding.name, finding.probability, 0.0, finding.why)]
     others = [rival for rival in finding.rivals if rival.name not in members]
     rows += [Row(rival.name, rival.probability, rival.behind, "fitted in its place") for rival in others]
-    inside = listed(finding.closes, answer.criteria)
-    nothing = max(inside - sum(row.probability or 0.0 for row in rows), 0.0)
+    nothing = max(finding.inside - sum(row.probability or 0.0 for row in rows), 0.0)
     gap = answer.selection.gap(answer.selection.without[k])
     rows.append(Row("no effect in its place", nothing, gap, "left out"))
-    rows.append(Row(NONE_OF_THESE, 1.0 - inside, None, "what is missing is not in the library"))
+    rows.append(Row(NONE_OF_THESE, 1.0 - finding.inside, None, "what is missing is not in the library"))
     return Ranking(tuple(name for name in names if name != names[k]), tuple(rows))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from discrepancy import Criteria, Explanation, explain
-from discrepancy.explain import VERDICTS
+from discrepancy.explain import VERDICTS, listed
 from tests.discrepancy.toy import Chord
 
 
@@ -55,7 +55,7 @@ def test_what_closes_a_part_stands_in() -> None:
     assert answer.verdict == "only a remainder"
     assert grades(answer) == {"tone": "stands in"} and answer.remains.looks_like == "tone"
     (finding,) = answer.findings
-    assert finding.probability == pytest.approx(finding.closes / 0.75, rel=0.01), "what a name needs is the measure"
+    assert 0.3 < finding.closes < 0.7 and finding.probability == pytest.approx(listed(finding.closes), rel=0.01)
     assert answer.names == (), "a hint is no name"
     assert answer.after == pytest.approx(answer.before) and answer.remains.times_noise > 3.0
 
@@ -102,3 +102,10 @@ def test_what_is_within_the_tolerance_is_not_missing(tolerance: float | None, ve
         model.readings = lambda h, jobs, m=model: 10.0 * m.shapes["tone"][jobs.window]
     answer = explain(*models, Criteria(tolerance=tolerance))
     assert answer.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("closes", "missed", "odds"), [(1.0, 0.0, 27.0), (0.5, 0.0, 27.0 / 256.0), (1.0, 0.5, 27.0 / 256.0)]
+)
+def test_what_closes_half_is_hardly_ever_in_the_library(closes: float, missed: float, odds: float) -> None:
+    assert listed(closes, missed) == pytest.approx(odds / (1.0 + odds))
