@@ -10,6 +10,7 @@ windows where an effect spares them.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -35,11 +36,23 @@ _LEADERS, _SIDE_BY_SIDE, _ROUNDS = 6, 3, 2
 be an alias of the right one, half a period of the ringing off."""
 
 
-def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria) -> list[Point]:
-    """Places of the set at `base` with one of the effects more, the best of each effect, best first."""
+_WIDE = 3
+"""Starts of each effect in a wide race: with fewer, orders and sizes are left out whose basin is the only one."""
+
+
+def race(
+    model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria, *, wide: bool = False
+) -> list[Point]:
+    """Places of the set at `base` with one of the effects more, the best of each effect, best first.
+
+    A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart. It finds
+    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right.
+    """
     around = Linearised(model, base, CAUTION)
     worst = np.argsort(-base.squares / model.counts)[: criteria.windows]
     promising = [start for effect in effects for start in around.starts(effect, effect.starts)]
+    if wide:
+        return _fitted(model, _apart(promising), criteria.fits)
     field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
     judged = [*zip(_left(around, field, worst), field, strict=True)]
     for _ in range(_ROUNDS):
@@ -48,7 +61,8 @@ def race(model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Cri
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
-    return _fitted(model, _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits])
+    survivors = _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits]
+    return _fitted(model, survivors, math.ceil(len(survivors) / 2))
 
 
 def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
@@ -59,7 +73,8 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     of_each: dict[float, Start] = {}
     for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
         of_each.setdefault(start.values[0], start)
-    return _fitted(model, list(of_each.values())[: criteria.fits])[0]
+    begun = list(of_each.values())[: criteria.fits]
+    return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
 
 
 def _first(pair: tuple[float, Start]) -> float:
@@ -76,6 +91,17 @@ def _best_of_each(starts: Sequence[Start], count: int) -> list[Start]:
     for start in starts:
         mine = [other for other in found if other.effect.name == start.effect.name]
         if len(mine) < count and not any(start.beside(other) for other in mine):
+            found.append(start)
+    return found
+
+
+def _apart(starts: Sequence[Start]) -> list[Start]:
+    """The most promising starts of each effect, `_WIDE` of them, no two of one choice and of sizes side by side."""
+    found: list[Start] = []
+    for start in sorted(starts, key=_promised):
+        mine = [other for other in found if other.effect.name == start.effect.name]
+        near = [o for o in mine if o.effect.fixed == start.effect.fixed and abs(o.rungs[0] - start.rungs[0]) <= 1]
+        if len(mine) < _WIDE and not near:
             found.append(start)
     return found
 
@@ -119,8 +145,8 @@ def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
     return found
 
 
-def _fitted(model: Model, starts: Sequence[Start]) -> list[Point]:
-    """The best place of each effect after a few joint steps from every start and more from half of them."""
+def _fitted(model: Model, starts: Sequence[Start], finished: int) -> list[Point]:
+    """The best place of each effect after a few joint steps from every start and more from the best ones."""
     tried = []
     for start in starts:
         problem = Problem(model, start.place.hypothesis, caution=CAUTION)
@@ -129,7 +155,7 @@ def _fitted(model: Model, starts: Sequence[Start]) -> list[Point]:
     tried.sort(key=lambda pair: pair[1].cost)
     best: dict[str, Point] = {}
     for k, (name, place) in enumerate(tried):
-        if 2 * k < len(tried):
+        if k < finished:
             place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
         if name not in best or place.cost < best[name].cost:
             best[name] = place

@@ -61,6 +61,9 @@ class Search:
         while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
+            if grown is current and self._leaves_much(current):
+                tried = self._ranked([*tried, *self._added(current, wide=True)])
+                grown = self._grown(current, tried)
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
             if grown is current:
                 break
@@ -102,9 +105,10 @@ class Search:
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
-        return not fitted.effects or (
-            fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
-        )
+        return not fitted.effects or self._leaves_much(fitted)
+
+    def _leaves_much(self, fitted: Fitted) -> bool:
+        return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
 
     def _wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
         """Whether a set is better than another by the margin, or by a share of it."""
@@ -125,9 +129,9 @@ class Search:
         # its priors weigh more than those of any score, so that it is no optimum of one
         return self._kept(place, converged=True, optimum=False)
 
-    def _added(self, current: Fitted) -> list[Fitted]:
+    def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
-        found = self._finished(current, self._raced(current), None)
+        found = self._finished(current, self._raced(current, wide=wide), None)
         if found and self._looks_on(found[0]) and self._wins(found[0], current, _HALF_WAY):
             return self._ranked([self._restarted(found[0]), *found[1:]])
         return found
@@ -138,11 +142,11 @@ class Search:
         place = restarted(self.model, fitted.place, self.criteria)
         return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
 
-    def _raced(self, base: Fitted, instead: str = "") -> list[Point]:
+    def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
         `instead` of one: the best place of each that leads the race, best first."""
         key = _key(base.place.hypothesis)
-        known = self._races.get((key, "")) or self._races.get((key, instead))
+        known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
         if known is None:
             careful = self._careful(base)
             library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
@@ -150,7 +154,7 @@ class Search:
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names}
             others = [h for name in asked if name not in own for h in library[name]]
-            known = self._races[key, instead] = race(self.model, careful, others, self.criteria)
+            known = self._races[key, instead] = race(self.model, careful, others, self.criteria, wide=wide)
         return [place for place in known if place.hypothesis.names[-1] != instead]
 
     def _careful(self, fitted: Fitted) -> Point:

@@ -231,12 +231,26 @@ def test_a_place_in_a_gap_of_the_list_is_found_by_proposals(proposes: bool, monk
     assert (place.level(model) < 1.2) == proposes
 
 
+@pytest.mark.parametrize("wide", [True, False])
+def test_before_it_gives_up_the_search_fits_effects_from_sizes_apart(wide: bool, monkeypatch) -> None:
+    """Both judges of a race prefer the largest rate, and the smallest is right."""
+    if not wide:
+        monkeypatch.setattr(Search, "_leaves_much", lambda self, fitted: False)
+    monkeypatch.setattr(racing, "_proposals", lambda around, leader: [])
+    monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [-start.values[0] for start in starts])
+    monkeypatch.setattr(racing, "_promised", lambda start: -start.values[0])
+    model = Waves(2.0)
+    monkeypatch.setattr(model, "hypotheses", lambda residual=None: {"wave": (model.wave,)}, raising=False)
+    found = Search(model, Criteria(margin=4.0, fits=1)).run().best
+    assert (found.name == "wave") == wide and (found.place.level(model) < 1.2) == wide
+
+
 @pytest.mark.parametrize("restarts", [True, False])
 def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch) -> None:
     if not restarts:
         monkeypatch.setattr(Search, "_restarted", lambda self, fitted: fitted)
     model = Bent(9.0)
-    monkeypatch.setattr("discrepancy.search.race", lambda model, base, effects, criteria: [model.stuck()])
+    monkeypatch.setattr("discrepancy.search.race", lambda model, base, effects, criteria, wide: [model.stuck()])
     found = Search(model, Criteria(margin=4.0)).run().best.place
     assert (found.level(model) < 3.3) == restarts
 
