@@ -47,7 +47,9 @@ def test_a_measured_turn_of_the_healthy_machine_is_the_simulated_one():
 
 
 def test_a_turn_begins_when_the_start_is_forgotten(monkeypatch):
-    point = OperatingPoint(TURN / (MACHINE.reduction * 1.1), 5.0)  # whole samples in a cam turn: all leads read the same
+    point = OperatingPoint(
+        TURN / (MACHINE.reduction * 1.1), 5.0
+    )  # whole samples in a cam turn: all leads read the same
     loose = dataclasses.replace(healthy(), machine=Faults(screw_looseness=0.5).applied_to(MACHINE))
     turns = []
     for lead in (3, 8, 1):
