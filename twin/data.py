@@ -20,7 +20,7 @@ from datagen.campaign import Base
 from datagen.campaigns.own import Own
 from datagen.order import Order
 from datagen.produce import produce
-from indexer_env import Machine, OperatingPoint, Run, Sensor
+from indexer_env import Machine, OperatingPoint, Sensor
 from indexer_env.units import RPM
 from twin.faults import Fault
 from twin.turns import Cells, Healthy, behind_lead_in, lead_in
@@ -116,14 +116,15 @@ def order_of(
 ) -> Order:  # fmt: skip
     """The order of the data: `indexer generate` makes the same records of it."""
     slowest = min(points, key=lambda p: p.motor_speed)
-    _, run = lead_in(machine, cells, slowest.motor_speed, slowest.load_torque)
+    first, run = lead_in(machine, cells, slowest.motor_speed, slowest.load_torque)
     campaign = Own(
         machines=count,
         posterior=str(posterior),
         faults=fault_laws(faults, machine, smallest),
         how_many=tuple(_trimmed(how_many, len(faults))),
         points=tuple(
-            {"motor_speed": p.motor_speed, "load_torque": p.load_torque, "start_angle": -2.0 * math.pi} for p in points
+            {"motor_speed": p.motor_speed, "load_torque": p.load_torque, "start_angle": first.start_angle}
+            for p in points
         ),
         split={"calibration": 3, "control": 1, "validation": 0},
         drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * _OWN_LOAD * load_uncertainty}}}
@@ -131,7 +132,7 @@ def order_of(
         else {},
     )
     base = Base(machine, slowest, sensor=sensor)
-    return Order(campaign, base, Run(cells.rate, run.samples, warmup_turns=1), count, seed, _SHARD)
+    return Order(campaign, base, run, count, seed, _SHARD)
 
 
 def _trimmed(how_many: Sequence[float], faults: int) -> list[float]:

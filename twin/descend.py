@@ -24,8 +24,11 @@ _TRIES = 4
 _EXPLAINED = 1.5
 """q up to which a turn is explained; its mean over noise alone is 1."""
 
-_AGAIN, _ROUNDS, _STEPS = 6, 2, 10
-"""Starts about the best fit, how often, and steps of each."""
+_AGAIN, _ROUNDS = 6, 2
+"""Starts about the best fit, and how often."""
+
+_FIRST, _GO_ON, _STEPS = 3, 2, 7
+"""Steps of all these starts; how many of each turn then go on, and for how many steps more."""
 
 _SIZES, _OWN = 0.1, 0.7
 """Scatter of those starts: relative of the sizes, in standard deviations of the machine's own parameters."""
@@ -109,7 +112,9 @@ def again(work: Work, found: Descent) -> Descent:
         if not len(hard):
             break
         at = np.repeat(best.at[hard], _AGAIN)
-        tried = descended(work, _about(work, best.t[hard], work.free[best.at[hard]], scatter), at, _STEPS)
+        tried = descended(work, _about(work, best.t[hard], work.free[best.at[hard]], scatter), at, _FIRST)
+        tried = tried.part(tried.best(_GO_ON))
+        tried = descended(work, tried.t, tried.at, _STEPS)
         tried = tried.part(tried.best())
         won = tried.q < best.q[hard]
         for field in dataclasses.fields(best):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +38,9 @@ _JOINT = 15
 TOGETHER = 32
 """Turns fitted at once, which bounds the memory."""
 
+_SIDE_BY_SIDE = 2
+"""Threads that fit: the simulator of one has all cores while the other builds its machines in Python."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fits:
@@ -60,18 +64,24 @@ def fitted(
     advance: Callable[[int], None] = lambda turns: None, folder: Path | None = None,
 ) -> Fits:  # fmt: skip
     """Turns x (n, stations, cells) fitted from what networks say of them; parts that `folder` holds are read."""
-    parts = []
-    for first in range(0, len(x), TOGETHER):
+
+    def part_from(first: int) -> Fits:
         part = slice(first, first + TOGETHER)
         file = None if folder is None else folder / f"{first:05d}.safetensors"
         if file is not None and file.exists():
-            found = Fits(**load_file(file))
-        else:
-            found = _fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()})
-            if file is not None:
-                _keep(file, found)
-        parts.append(found)
-        advance(len(x[part]))
+            return Fits(**load_file(file))
+        found = _fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()})
+        if file is not None:
+            _keep(file, found)
+        return found
+
+    parts, pool = [], ThreadPoolExecutor(_SIDE_BY_SIDE)
+    try:
+        for found in pool.map(part_from, range(0, len(x), TOGETHER)):
+            parts.append(found)
+            advance(len(found.left))
+    finally:
+        pool.shutdown(cancel_futures=True)
     return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("size", "error", "left")))
 
 

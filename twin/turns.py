@@ -28,6 +28,10 @@ LEAST_CELLS = 64
 _SHORT = 2
 """Samples that a turn may be short of: its length in samples is rounded."""
 
+_LEAD = 3
+"""Cam turns simulated before a turn: nine time constants of the reference machine's slowest mode, after which the
+start's transient lies below what play makes of rounding errors."""
+
 _SAME_SPEED = 1e-6
 """Relative steps of speed in which healthy turns are kept for the next turn at the same point [-]."""
 
@@ -123,17 +127,17 @@ class Healthy:
 
 
 def lead_in(machine: Machine, cells: Cells, speed: float, load: float) -> tuple[OperatingPoint, Run]:
-    """What is simulated for a turn: from one cam turn before it, in which the sensor's filters forget their start."""
-    duration = machine.turn_duration(OperatingPoint(speed)) * (cells.stations + 1) / cells.stations
+    """What is simulated for a turn: from some cam turns before it, in which machine and filters forget their start."""
+    duration = machine.turn_duration(OperatingPoint(speed)) * (cells.stations + _LEAD) / cells.stations
     samples = math.ceil(duration * cells.rate) + _SHORT
-    return OperatingPoint(speed, load, -_TURN), Run(cells.rate, samples, warmup_turns=1)
+    return OperatingPoint(speed, load, -_LEAD * _TURN), Run(cells.rate, samples, warmup_turns=0)
 
 
 def behind_lead_in(machine: Machine, cells: Cells, record: np.ndarray, speed: float) -> np.ndarray:
-    """The turn (stations, cells) behind the cam turn that leads in."""
-    cam_rate = machine.reduction * speed
-    first = math.floor(_TURN / cam_rate * cells.rate)
-    return cells.turns(record[first:], cam_rate, -_TURN + cam_rate * first / cells.rate)[0]
+    """The turn (stations, cells) behind the cam turns that lead in."""
+    cam_rate, start = machine.reduction * speed, -_LEAD * _TURN
+    first = math.floor(-start / cam_rate * cells.rate)
+    return cells.turns(record[first:], cam_rate, start + cam_rate * first / cells.rate)[0]
 
 
 @dataclass(frozen=True, eq=False)

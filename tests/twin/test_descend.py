@@ -95,6 +95,18 @@ def test_a_turn_that_is_not_explained_is_started_again():
     assert (found.t == before).all()
 
 
+def test_of_the_starts_again_few_go_on(monkeypatch: pytest.MonkeyPatch):
+    spent = []
+    for kept in (module._GO_ON, module._AGAIN):
+        monkeypatch.setattr(module, "_GO_ON", kept)
+        work: Any = Curve(waves, waves(np.array([[0.50, 0.0]])).tolist())
+        found = stuck(work, 0.75)
+        work.simulated.clear()
+        again(work, found)
+        spent.append(len(work.simulated))
+    assert spent[0] < 0.75 * spent[1]
+
+
 def test_a_turn_that_is_explained_is_left_alone():
     work: Any = Curve(valley, valley(np.array([[0.8, 0.3]])).tolist())
     found = stuck(work, 0.7)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -59,6 +60,20 @@ def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
     assert whole.size[0] == pytest.approx([0.0, 0.0, 0.5], abs=0.02)
     monkeypatch.setattr(module, "_subsets", lambda count: [(1.0,) * count])
     assert fitted(synthesis(), x, [POINT], wrong).left[0] > 2.0 * whole.left[0]
+
+
+def test_parts_are_fitted_side_by_side_and_keep_their_order(monkeypatch):
+    both = threading.Barrier(2, timeout=120.0)  # broken where one part waits for the end of another
+
+    def at_once(of, x, points, told):
+        both.wait()
+        return Fits(x[:, 0], x[:, 0], x[:, 0, 0])
+
+    monkeypatch.setattr(module, "_fitted", at_once)
+    monkeypatch.setattr(module, "TOGETHER", 1)
+    advanced: list[int] = []
+    found = fitted(synthesis(), np.arange(4.0)[:, None, None], [POINT] * 4, {}, advanced.append)
+    assert found.left.tolist() == [0.0, 1.0, 2.0, 3.0] and advanced == [1, 1, 1, 1]
 
 
 def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from indexer_env import OperatingPoint
+from indexer_env import Faults, OperatingPoint
 from indexer_env.units import RPM
-from tests.twin.builders import CELLS, NOISE, RATE, healthy, record
+from tests.twin.builders import CELLS, MACHINE, NOISE, RATE, healthy, record
+from twin import turns as module
 from twin.turns import remains_of, shift_shapes, without_shift
 
 TURN = 2.0 * math.pi
@@ -42,6 +44,19 @@ def test_a_measured_turn_of_the_healthy_machine_is_the_simulated_one():
     (turn,) = CELLS.turns(signal.values, cam_rate, told.start_angle)
     reference = sound.turn(OperatingPoint(told.motor_speed, told.load_torque))
     assert np.abs(turn - reference).max() < 1e-2 * np.abs(reference).max()
+
+
+def test_a_turn_begins_when_the_start_is_forgotten(monkeypatch):
+    point = OperatingPoint(
+        TURN / (MACHINE.reduction * 1.1), 5.0
+    )  # whole samples in a cam turn: all leads read the same
+    loose = dataclasses.replace(healthy(), machine=Faults(screw_looseness=0.5).applied_to(MACHINE))
+    turns = []
+    for lead in (3, 8, 1):
+        monkeypatch.setattr(module, "_LEAD", lead)
+        turns.append(dataclasses.replace(loose).turn(point))
+    usual, late, early = turns
+    assert np.abs(usual - late).max() < 0.05 * NOISE < np.abs(early - late).max()
 
 
 def test_turns_of_many_points_are_those_of_each():
