@@ -179,8 +179,9 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     problem = Problem(model, place.hypothesis, dispersion=typical)
     believed = _Told(problem, fit(problem, problem.adopted(place), steps=_STEPS).place)
     found = believed.dispersions(least, most)
-    bounds = zip(place.z, problem.low, problem.high, strict=True)
-    at_bound = tuple(bool(min(z - low, high - z) < _AT_BOUND) for z, low, high in bounds)
+    # the place believed may lie at a bound where the fitted one, whose priors weigh less, does not
+    near = [np.minimum(z - problem.low, problem.high - z) < _AT_BOUND for z in (place.z, believed.z)]
+    at_bound = tuple((near[0] | near[1]).tolist())
     shown = tuple(not e.low <= e.nominal <= e.high for e in own)
     return Estimates(
         problem.parameters, believed.estimates(found), at_bound, shown, told.information, found.typical

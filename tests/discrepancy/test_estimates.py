@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import t
 
 from discrepancy.estimates import Estimates, estimates_of
-from discrepancy.fit import fit
+from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -91,6 +91,23 @@ def test_what_the_records_cannot_tell_is_named() -> None:
 def test_a_bound_that_was_hit_is_told() -> None:
     told = fitted(Line(-3.0, np.random.default_rng(8))).calibration(2)
     assert told.bounds_hit == ("b",)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3])
+def test_a_bound_that_only_the_place_believed_hits_is_told(at: float, monkeypatch) -> None:
+    """The place believed is moved to the bound of b, or 0.3 of its scale off."""
+    model = Line(0.0, np.random.default_rng(8))
+    place = fit_of(model)
+    problem = Problem(model, NONE)
+
+    def moved(problem: Problem, place: Point, *, steps: int) -> Fit:
+        z = place.z.copy()
+        z[1] = problem.low[1] + at
+        return Fit(problem.point(z, place.states), True)
+
+    monkeypatch.setattr("discrepancy.estimates.fit", moved)
+    assert place.z[1] > problem.low[1] + 0.1
+    assert (estimates_of(model, place).calibration(2).bounds_hit == ("b",)) == (at == 0.0)
 
 
 @pytest.mark.parametrize("low", [-0.5, -9.0])
