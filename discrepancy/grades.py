@@ -106,7 +106,7 @@ RULES = (
     ),
     Rule(
         "closes a part", STANDS_IN,
-        lambda e, c: e.closes < c.closes and not _at_noise(e, c),
+        lambda e, c: e.closes < c.closes,
         lambda e, c: (
             f"It closes {_percent(e.closes)} of the gap on records held out, where a name needs {_percent(c.closes)}, "
             f"and {e.remains:.1f} times the noise remains."
