@@ -117,14 +117,6 @@ def proposals(effect: DriveEffect, tracks: Sequence[Track], left: Sequence[np.nd
     return effect.starts(tracks[longest], left[longest])
 
 
-def sessions_of(records: int, scales: Scales) -> tuple[Parameter, ...]:
-    """An offset of each record's force, as sensors are zeroed anew."""
-    unit = scales.unit("F")
-    return tuple(
-        Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)
-    )
-
-
 def sized(
     one: Hypothesis, response: Callable[[Hypothesis, tuple[float, ...]], np.ndarray], left: np.ndarray
 ) -> Hypothesis:

@@ -12,6 +12,7 @@ from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
 from discrepancy.drives.second_look import machine_yaml
+from discrepancy.drives.sessions import told
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
 from discrepancy.form import Form
@@ -75,7 +76,11 @@ class DriveSubject(Subject):
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         assert isinstance(model, InverseModel)
-        return {"machine.yaml": machine_yaml(self.drive, model.parameters, model.known, place)}
+        return {"machine.yaml": machine_yaml(self.drive, model.slots, model.known, place, _names(model))}
+
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        assert isinstance(model, InverseModel)
+        return told(model.slots, place.z, _names(model))
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
@@ -97,6 +102,10 @@ class DriveSubject(Subject):
             model = InverseModel(self.drive, [track], base.scales, whole, base.known, base.hypotheses())
             found.append(Measurement(words, model))
         return tuple(found)
+
+
+def _names(model: InverseModel) -> list[str]:
+    return [model.tracks[k].name for k in model.windows.tracks]
 
 
 def _direction(model: InverseModel, v: np.ndarray, inside: np.ndarray) -> np.ndarray:

@@ -190,6 +190,11 @@ class Subject(ABC):
         what could be missing at which joint."""
         return None
 
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        """What a fitted place of `model` says of its single records, a sentence each; nothing where they have nothing
+        of their own."""
+        return ()
+
     def forms(self) -> tuple[Form, ...]:
         """Variables over which what remains may be tabulated; none where it cannot be."""
         return ()
