@@ -20,9 +20,7 @@ KEY = "drive"
 """Key by which machine.yaml is told to be that of a drive: it holds the name of its file."""
 
 
-def machine_yaml(
-    drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], place: Point, names: Sequence[str]
-) -> str:
+def machine_yaml(drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], place: Point, names: Sequence[str]) -> str:
     """A fitted place as text: values of the drive's own parameters, then of the effects, those known before first; of
     what differs between the records of these names the mean, and each record's own at the end."""
     import yaml

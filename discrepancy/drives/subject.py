@@ -7,7 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from discrepancy.criteria import Criteria
 from discrepancy.drives.description import Drive
+from discrepancy.drives.differing import differing, in_words
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
@@ -80,7 +82,10 @@ class DriveSubject(Subject):
 
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         assert isinstance(model, InverseModel)
-        return told(model.slots, place.z, _names(model))
+        names = _names(model)
+        found, share = differing(model, place, Criteria())
+        more = (in_words(found, share, self.drive, names),) if found else ()
+        return (*told(model.slots, place.z, names), *more)
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence

@@ -125,7 +125,10 @@ def test_a_function_that_numba_cannot_compile_still_works(tmp_path: Path) -> Non
         (('"inertia")}', '"mass")}'), "joints"),
         (("p.drag * x.v", "p.drag * x.v + 1e9 * x.v"), "every run is lost at the values stated"),
         (("noise = 0.001", "cutoff = 3.0"), "cutoff must be left out beside rates"),
-        (("noise = 0.001", "sessions = True"), "sessions must be names of parameters .* got 'offset'; they are inertia"),
+        (
+            ("noise = 0.001", "sessions = True"),
+            "sessions must be names of parameters .* got 'offset'; they are inertia",
+        ),
         (('("q", "v"), {', '("q", "v", "w"), {'), "got 2|nothing measured tells of the state 'w'"),
     ],
 )

@@ -1,13 +1,14 @@
 """Values that differ from record to record: fitted for each, held-out ones too, and named where nobody said so."""
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from discrepancy.criteria import Criteria
 from discrepancy.drives.channels import Record
+from discrepancy.drives.differing import differing
 from discrepancy.drives.door import subject_of
 from discrepancy.explain import explain
 from discrepancy.fit import fit
@@ -71,7 +72,7 @@ def test_a_parameter_of_each_record(text: str, name: str, tmp_path: Path) -> Non
     assert held.level(made.held_out) == pytest.approx(place.level(made.model), rel=0.3)
     found = yaml.safe_load(made.files(made.model, place)["machine.yaml"])
     assert found["records"]["day_2.csv"][name] == pytest.approx(DAYS[1], rel=0.02)
-    (said,) = made.of_records(made.model, place)
+    (said,) = made.of_records(made.model, place)  # nothing more differs
     assert said.startswith(f"{name} of each record [N]: 1") and said.endswith("(day_2.csv).")
     again = subject_of(made.drive, of_days(), found)  # type: ignore[attr-defined]
     assert fitted(again)[0].level(again.model) == pytest.approx(place.level(made.model), rel=0.02)
@@ -79,10 +80,9 @@ def test_a_parameter_of_each_record(text: str, name: str, tmp_path: Path) -> Non
 
 
 def test_what_records_own_values_can_do_is_not_looked_for(tmp_path: Path) -> None:
-    """Dry friction of each record makes more of it no effect; an offset of each takes the effect's place."""
+    """An offset of each record takes the effect's place, and a parameter of that name is the drive's own."""
     own = f'{FILE}\nsessions = ("Fc", "offset")\n'
-    smooth = own.replace("p.Fc * np.sign(v)", "p.Fc * np.tanh(v / 1e-3)")
-    left_out = subject_of(drive(tmp_path, smooth), of_days()).model.left_out
+    left_out = subject_of(drive(tmp_path, own), of_days()).model.left_out
     assert "offset" in left_out and "offset" not in subject_of(drive(tmp_path, FILE), of_days()).model.left_out
     names = FILE.replace('"Fc"', '"offset"').replace("p.Fc", "p.offset")
     made = subject_of(drive(tmp_path, f"{names}\nsessions = True\n"), of_days())
@@ -90,18 +90,64 @@ def test_what_records_own_values_can_do_is_not_looked_for(tmp_path: Path) -> Non
 
 
 def test_a_record_held_out_flatters_no_effect(tmp_path: Path) -> None:
-    """Its own dry friction is fitted without the drag as well, so that only the drag's own share counts as closed; where
-    no drag is missing nothing is found."""
+    """Its own dry friction is fitted without the drag as well, so that only the drag's own share counts as closed;
+    where no drag is missing nothing is found."""
     text = f'{FILE}\nsessions = ("Fc", "offset")\neffects = ("friction.*", "spring.linear")\n'
     made = subject_of(drive(tmp_path, text), of_days(drag=60.0, zeros=(3.0, -4.0, 6.0)))
     answer = explain(made.model, made.held_out)
     assert answer.names == ("friction.viscous",)
     assert answer.findings[0].effects[0].parameters[0].value == pytest.approx(60.0, rel=0.05)
-    base = held_place(answer.base.place, made.held_out)
-    still = dataclasses.replace(answer.base.place, z=np.zeros_like(answer.base.place.z))
-    assert base.level(made.held_out) < held_place(still, made.held_out).level(made.held_out)
+    before = answer.held[answer.base.name]
+    own = dict(zip((p.name for p in made.held_out.parameters), before.z, strict=True))
+    assert own["record 1.offset"] != 0.0 and own["record 1.Fc"] != 0.0, "of the model as it came as well"
     made = subject_of(drive(tmp_path, text), of_days(zeros=(3.0, -4.0, 6.0)))
     assert explain(made.model, made.held_out).verdict == "nothing missing"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "lines"),
+    [
+        (FILE, "Fc", "sessions = ('Fc', 'offset')"),
+        (f"{FILE}\nsessions = ('mass',)\n", "Fc", "sessions = ('mass', 'Fc', 'offset')"),
+        (KNOWN, "friction.coulomb.force", "sessions = ('friction.coulomb.force', 'offset')"),
+        (
+            KNOWN.replace("known", "_known"), "friction.coulomb.force",
+            "known = {'friction.coulomb': {'force': 21.95}} and sessions = ('friction.coulomb.force', 'offset')",
+        ),
+    ],
+)  # fmt: skip
+def test_records_that_differ_are_told_with_the_line_to_write(text: str, name: str, lines: str, tmp_path: Path) -> None:
+    made = subject_of(drive(tmp_path, text), of_days(zeros=(3.0, -4.0, 6.0)))
+    place = fitted(made)[0]
+    found, share = differing(made.model, place, Criteria())  # type: ignore[arg-type]
+    assert {one.name: one.values for one in found} == {
+        name: pytest.approx(DAYS[:2], rel=0.02), "offset": pytest.approx((3.0, -4.0), rel=0.02),
+    }  # fmt: skip
+    assert share == pytest.approx(1.0, abs=0.03)
+    said = made.of_records(made.model, place)[-1]
+    assert said.startswith(f"Records seem to differ: {name} is 1") and said.endswith(f"write {lines} into my_drive.py.")
+
+
+def test_records_that_do_not_differ_are_not_said_to(tmp_path: Path) -> None:
+    """Alike at the noise; alike where drag is missing and motions differ; and where friction grows within each record,
+    by another rate: stretches of a record then differ as records do."""
+
+    def said(records: list[Record]) -> tuple[str, ...]:
+        made = subject_of(drive(tmp_path, FILE), records)
+        return made.of_records(made.model, fitted(made)[0])
+
+    same = (20.0, 20.0, 20.0)
+    assert not said(of_days(same)) and not said(of_days(same, drag=60.0))
+    hum = [
+        record(lambda t, q, v, a, Fc=Fc: 95.0 * a + Fc * np.sign(v) + 9.0 * np.sin(40.0 * t), name=f"{Fc}.csv", seed=5)
+        for Fc in (20.0, 20.6)
+    ]
+    assert not said(hum), "a hundredth of what remains"
+    growing = [
+        record(lambda t, q, v, a, rate=rate: 95.0 * a + (20.0 + rate * t) * np.sign(v), name=name, seed=4)
+        for name, rate in (("slow.csv", 0.5), ("fast.csv", 1.5))
+    ]
+    assert not said(growing)
 
 
 @pytest.mark.parametrize(
