@@ -26,6 +26,9 @@ INVERSE, FORWARD = ("q", "v", "a", "u", "t", "p"), ("x", "u", "t", "p")
 MOTION = ("q", "v", "a")
 """Roles of channels that hold the motion: position, speed, acceleration."""
 
+LOAD = ("q_load", "v_load", "a_load")
+"""The role of a load's own position, and what it gives the inverse form as inputs."""
+
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
     "windows", "known", "sessions", "force", "rates",
@@ -220,6 +223,11 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
     if form == "force":
         if "force" not in found:
             raise refuse(name, "channels", "a mapping with the role 'force', which is what is predicted", list(found))
+        if LOAD[0] in found and "q" not in found:
+            raise refuse(name, "channels", "a mapping with the role 'q' beside 'q_load'", list(found))
+        if taken := {"v_load", "a_load"} & set(found):
+            rule = "a mapping without roles that are made of 'q_load'"
+            raise refuse(name, "channels", rule, sorted(taken), "give the load's position alone")
         if not {"q", "v"} & set(found):
             raise refuse(name, "channels", "a mapping with the role 'q' or 'v', the measured motion", list(found))
     elif not {*states, "a"} & set(found):

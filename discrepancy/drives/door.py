@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
@@ -87,6 +89,11 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
         f"Motion and force are compared below {track.cutoff:.3g} Hz; the noise of the force there is "
         f"{model.noise[0]:.2g} {model.scales.force_unit}."
     ]
+    if any(t.deflection is not None and abs(float(np.mean(t.deflection))) > model.scales.D for t in tracks):
+        notes.append(
+            "The encoders of drive and load differ by more than the joint's deflections: if they are zeroed elsewhere, "
+            "subtract a parameter for it in the equation."
+        )
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
     if model.drive.sessions:

@@ -18,12 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive
+from discrepancy.drives.description import LOAD, Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.inverse_library import library_of, proposed_by
 from discrepancy.drives.library import values_of
+from discrepancy.drives.scales import Scales
 from discrepancy.drives.sessions import slots_of, zeroed
-from discrepancy.drives.track import Scales, Track
+from discrepancy.drives.track import Track
 from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
 from discrepancy.model import Hypothesis, Jobs, Model
@@ -87,14 +88,14 @@ class InverseModel(Model):
     # ------------------------------------------------------------------ the model's own force
 
     def base(self, track: Track, values: tuple[float, ...]) -> Any:
-        """The user's force as a function of the motion: base(q, v, a) -> (n,)."""
+        """The user's force as a function of motion and, in the record's place, of inputs: base(q, v, a, u) -> (n,)."""
         p = self.drive.p(values)
 
         name = f"{self.drive.path.name}: force"
 
-        def force(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        def force(q: np.ndarray, v: np.ndarray, a: np.ndarray, u: Any = track.u) -> np.ndarray:
             try:
-                given = self.drive.function(*map(_kept, (q, v, a)), track.u, track.t, p)
+                given = self.drive.function(*map(_kept, (q, v, a)), u, track.t, p)
                 if np.iscomplexobj(given):
                     raise ParameterError(f"{name} must give real numbers, got complex ones.")
                 row = np.asarray(given, dtype=float)
@@ -123,6 +124,10 @@ class InverseModel(Model):
             moved = [row + 1e-4 * size * (j == k) for j, row in enumerate(rows)]
             slope = float(np.median(np.abs(force(*moved) - at))) / (1e-4 * size)
             total += (slope * noise) ** 2
+        for name, size, noise in zip(LOAD, sizes, track.load_noise, strict=True):
+            if noise:
+                there = force(*rows, track.u._replace(**{name: getattr(track.u, name) + 1e-4 * size}))
+                total += (float(np.median(np.abs(there - at))) / (1e-4 * size) * noise) ** 2
         return float(np.sqrt(total))
 
     # ------------------------------------------------------------------ effects

@@ -39,6 +39,8 @@ def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], 
             continue
         start = np.concatenate([zero, choices[0].coordinates(choices[0].starts[0])])
         response = _plain(model, choices[0], start) - _plain(model, NONE, zero)
+        if effect.load and not response.any():
+            continue  # a law of the joint that the model has none of
         if effect.acts != "dry" and done_by_model(response, slopes):
             done.append(effect.name)
             continue

@@ -62,6 +62,11 @@ class DriveSubject(Subject):
             whole = np.concatenate([getattr(t, row) for t in every])
             values, whole = (over(row), whole) if name != "speed" else (np.abs(over(row)), np.abs(whole))
             axes.append(_axis(name, values, whole, unit, inside))
+        force_over = {f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v")}
+        if scales.D:
+            deflection = over("deflection")
+            axes.append(_axis("deflection", deflection, deflection[inside], scales.unit("D"), inside))
+            force_over[f"deflection [{scales.unit('D')}]"] = deflection
         time = over("t")
         axes.append(_axis("time", time, time[inside], "s", inside))
         records = [model.tracks[k] for k in windows.tracks]
@@ -71,9 +76,7 @@ class DriveSubject(Subject):
                                for g, a, i in zip(model.groups, at, inside, strict=True)]),
             noise=model.noise, estimated=tuple(False for _ in records), axes=tuple(axes),
             map_axes=("speed", "position"), lines=_lines(records),
-            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {
-                f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v"), "time [s]": time,
-            }),
+            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {**force_over, "time [s]": time}),
         )  # fmt: skip
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:

@@ -69,7 +69,7 @@ def test_names_sizes_and_alikes_belong_together() -> None:
             assert not inside, (name, size.name)
 
 
-@pytest.mark.parametrize("name", sorted(EFFECTS))
+@pytest.mark.parametrize("name", sorted(name for name, effect in EFFECTS.items() if effect.load != "seen"))
 def test_an_effect_at_its_null_is_nothing(name: str, tmp_path) -> None:
     unit = {"q": "rad", "force": "N m"}
     made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 3.0 * np.sign(v) + 20.0 * q, ROTARY, units=unit)
