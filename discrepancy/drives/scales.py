@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class Scales:
     """What a drive's records are measured by: rms force F, half the stroke Q and its middle, rms speed V, rms
-    acceleration A, T = V/A; half the range of the deflection in a record D, 0 where the load is not measured; and the units of
-    force and position."""
+    acceleration A, T = V/A; half the range of the deflection in a record D, 0 where the load is not measured; and the
+    units of force and position."""
 
     F: float
     Q: float

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive, known_parameter
+from discrepancy.drives.description import LOAD, Drive, known_parameter
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.sessions import Slots, stated
 from discrepancy.model import Hypothesis
@@ -80,6 +80,9 @@ def known_effects(
     found = []
     for name, values in stated.items():
         if name in TABLES:
+            if TABLES[name].load and (drive.forward or LOAD[0] not in drive.channels):
+                rule = "a table over what the drive measures"
+                raise refuse("machine", "effects", rule, name, "it needs the inverse form with the role 'q_load'")
             found.append(_table(name, values))
             continue
         check_choice("machine", "effects", name, library)

@@ -99,6 +99,8 @@ class DriveSubject(Subject):
             "tabulated.speed": np.concatenate([t.v for t in tracks]),
             "tabulated.position": np.concatenate([t.q for t in tracks]),
         }
+        if self.model.scales.D:
+            passed["tabulated.deflection"] = np.concatenate([t.q - t.u.q_load for t in tracks])
         return forms_of(self.model.scales, passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:

@@ -41,6 +41,7 @@ standard(
         "joint.stiffness", "A joint passes on a force with its deflection.", "F += k δ", _SOURCE,
         (Size("stiffness", "stiffness k", "F D-1", (0.1, 0.5, 1.0, -0.1), -20.0, 50.0, 0.0),),
         lambda m, p, base: p.stiffness * m.deflection, load="seen", alike=("joint.load",),
+        over="tabulated.deflection",
     )
 )  # fmt: skip
 

@@ -5,15 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from scipy.integrate import solve_ivp
 
+from discrepancy.chain import run_chain
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.effects import EFFECTS
 from discrepancy.drives.motions import imagined
+from discrepancy.drives.second_look import known_effects
 from discrepancy.explain import explain
 from discrepancy.fit import fit
 from discrepancy.model import NONE
+from discrepancy.report import report_files
 from discrepancy.subjects.base import Subject
 from indexer_env.errors import IndexerError
 from tests.discrepancy.drives.made import drive, motion, start_of, values
@@ -186,6 +190,28 @@ def test_imagined_motions_take_the_load_along(tmp_path: Path) -> None:
                 np.testing.assert_allclose(slope[1:-1], getattr(one.u, rate)[1:-1], atol=0.02 * np.ptp(slope))
 
 
+def test_a_law_of_the_joint_outside_the_library_is_tabulated(tmp_path: Path) -> None:
+    """A torque of 4e4 N m/rad³ times the cube of the deflection, the motor's spring and damper known."""
+    record = coupled(damping=5.0)
+    cube = 4e4 * (record.rows["q"] - record.rows["q_load"]) ** 3
+    record = dataclasses.replace(record, rows={**record.rows, "force": record.rows["force"] + cube})
+    text = f"{DAMPED}\neffects = ('offset',)\n".replace("900.0", "1000.0").replace("200.0", "2.0").replace("1.1", "1.0")
+    outcome = run_chain(made(tmp_path, text, record), 1)
+    table = outcome.table
+    assert outcome.answer.names == () and table is not None and table.closes > 0.95
+    assert table.form.over == "deflection [rad]"
+    for place, value in zip(table.form.places, table.values, strict=True):
+        assert value.value == pytest.approx(4e4 * place**3, abs=2.0)
+    machine = yaml.safe_load(report_files(outcome)["with_table.yaml"])
+    second = subject_of(drive(tmp_path, text), [record], machine)
+    assert start_of(second)[1].level(second.model) < 0.2 * start_of(made(tmp_path, text, record))[1].level(second.model)
+    blind = drive(tmp_path, text.replace(', "q_load": "x"', ""))
+    with pytest.raises(
+        IndexerError, match=r"got 'tabulated\.deflection'; it needs the inverse form with the role 'q_l"
+    ):
+        known_effects(blind, machine["effects"], {})
+
+
 def _csv(folder: Path, times: float = 1.0, unit: str = "rad") -> str:
     t, q, _, a = motion(4.0, 100.0)
     lines = [f"{x:.4f},{y:.9g},{times * (y - 1e-3 * z):.9g},{95.0 * z:.9g}" for x, y, z in zip(t, q, a, strict=True)]
@@ -200,7 +226,7 @@ def _csv(folder: Path, times: float = 1.0, unit: str = "rad") -> str:
         (
             {"times": 0.01},
             ("", ""),
-            "must be the position 'q' but for a deflection, got '0.01 times that'; .*'column', 99",
+            "must be the position 'q' but for a deflection, got '0.01 times that'; .*channels, about 1e.02, or",
         ),
         ({"unit": "m"}, ("", ""), "q_load must be in rad, got 'm'"),
         ({}, ('"q": "q"', '"v": "v"'), "with the role 'q' beside 'q_load'"),
