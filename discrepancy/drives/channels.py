@@ -190,7 +190,7 @@ def _check_speed(drive: Drive, path: Path, rows: Mapping[str, np.ndarray], rate:
 def _check_load(path: Path, rows: Mapping[str, np.ndarray]) -> None:
     """Refuse a load's position that is not on the drive's side of the gear."""
     if times := _times(*(rows[role] - rows[role].mean() for role in (LOAD[0], "q"))):
-        remedy = f"give it the gear's ratio as factor in channels, about {1.0 / times:.2g}, or correct its unit"
+        remedy = f"give it the gear's ratio as factor in channels, about {1.0 / times:.3g}, or correct its unit"
         raise refuse(str(path), LOAD[0], "the position 'q' but for a deflection", f"{times:.3g} times that", remedy)
 
 

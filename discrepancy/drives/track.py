@@ -115,7 +115,7 @@ class Track:
 
     @property
     def _loaded(self) -> bool:
-        return hasattr(self.u, "v_load")
+        return LOAD[1] in getattr(self.u, "_fields", ())
 
     @functools.cached_property
     def rest(self) -> np.ndarray:
