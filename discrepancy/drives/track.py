@@ -98,7 +98,7 @@ class Track:
     every: int
     noise: float
     motion_noise: tuple[float, float, float]
-    load_noise: tuple[float, float, float]
+    load_noise: tuple[float, ...]
     still: float
     middle: float = 0.0
     stroke: float = 1.0
@@ -222,7 +222,7 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     total = 1.0 / math.sqrt(1.0 / wide**2 + 1.0 / cutoff**2)  # of both kernels one after the other
     q, v, a, noise, speed_noise = _motion(rows, rate, wide, part, total)
     inputs = {role: through(role) for role in rows if role not in ("q", "v", "a", "force")}
-    load_noise = (0.0, 0.0, 0.0)
+    load_noise: tuple[float, ...] = (0.0, 0.0, 0.0)
     if LOAD[0] in rows:
         inputs |= {name: through(LOAD[0], order) for order, name in enumerate(LOAD)}
         found = smoothing.density(rows[LOAD[0]], rate, wide)

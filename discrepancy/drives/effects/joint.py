@@ -65,7 +65,8 @@ def _slack(m: Track, p, base) -> np.ndarray:
 
 def _about(m: Track, left: np.ndarray) -> list[tuple[float, ...]]:
     """Starts about the middle of the deflection: encoders need not be zeroed alike."""
-    low, high = float(m.deflection.min()), float(m.deflection.max())
+    deflection = m.q - m.u.q_load
+    low, high = float(deflection.min()), float(deflection.max())
     return [(share * 0.5 * (high - low), 0.5 * (low + high)) for share in _PLAYS]
 
 

@@ -40,7 +40,7 @@ def _over_position(m: Track, p, base) -> np.ndarray:
 
 
 def _over_deflection(m: Track, p, base) -> np.ndarray:
-    return _spline(m.deflection, p)
+    return _spline(m.q - m.u.q_load, p)
 
 
 TABLES = {

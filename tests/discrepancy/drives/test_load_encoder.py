@@ -80,7 +80,7 @@ def coupled(play: float = 0.0, damping: float = 4.0, zero: float = 0.0, seed: in
         "q_load": x + zero + 1e-6 * rng.standard_normal(len(t)),
         "force": torque(t, q, v) + 0.05 * rng.standard_normal(len(t)),
     }
-    return Record(f"{seed}.csv", rate, rows, UNITS, **told)  # type: ignore[arg-type]
+    return Record(f"{seed}.csv", rate, rows, UNITS, **told)
 
 
 def made(folder: Path, text: str, *records: Record) -> Subject:
@@ -152,10 +152,10 @@ def test_an_effect_at_its_null_is_nothing(name: str, tmp_path: Path) -> None:
     rigid = RIGID if name in ("joint.load", "joint.stiffness") else JOINT
     model = made(tmp_path, rigid, coupled()).model
     hypothesis, own = model.hypotheses()[name][0], np.zeros(len(model.parameters))
-    base = model.compared(0, NONE, own)[0]  # type: ignore[attr-defined]
+    base = model.compared(0, NONE, own)[0]
     for start in hypothesis.starts[:3]:
-        there = model.compared(0, hypothesis, np.concatenate([own, hypothesis.coordinates(start)]))[0]  # type: ignore[attr-defined]
-        gone = model.compared(0, hypothesis, np.concatenate([own, hypothesis.coordinates((0.0, *start[1:]))]))[0]  # type: ignore[attr-defined]
+        there = model.compared(0, hypothesis, np.concatenate([own, hypothesis.coordinates(start)]))[0]
+        gone = model.compared(0, hypothesis, np.concatenate([own, hypothesis.coordinates((0.0, *start[1:]))]))[0]
         assert np.abs(there - base).max() > 1e-3
         np.testing.assert_allclose(gone, base, atol=1e-9)
 
@@ -165,9 +165,9 @@ def test_noise_of_the_loads_encoder_counts(tmp_path: Path) -> None:
     quiet = coupled()
     q_load = quiet.rows["q_load"] + 1e-3 * np.random.default_rng(7).standard_normal(len(quiet.rows["q_load"]))
     noisy = dataclasses.replace(quiet, rows={**quiet.rows, "q_load": q_load})
-    noise = {text: [float(made(tmp_path, text, r).model.noise[0]) for r in (quiet, noisy)] for text in (JOINT, RIGID)}  # type: ignore[attr-defined]
+    noise = {text: [float(made(tmp_path, text, r).model.noise[0]) for r in (quiet, noisy)] for text in (JOINT, RIGID)}
     assert noise[RIGID][1] == noise[RIGID][0]
-    read = [made(tmp_path, JOINT, r).model.compared(0, NONE, np.zeros(2))[0] for r in (quiet, noisy)]  # type: ignore[attr-defined]
+    read = [made(tmp_path, JOINT, r).model.compared(0, NONE, np.zeros(2))[0] for r in (quiet, noisy)]
     assert noise[JOINT][1] == pytest.approx(float(np.std(read[1] - read[0])), rel=0.15)
 
 
@@ -176,7 +176,7 @@ def test_imagined_motions_take_the_load_along(tmp_path: Path) -> None:
     subject = made(tmp_path, JOINT, coupled())
     view = subject.view(subject.model)
     assert view.torque and "deflection [rad]" in view.torque.over and view.axis("deflection")
-    (track,) = subject.model.tracks  # type: ignore[attr-defined]
+    (track,) = subject.model.tracks
     found = dict(imagined(track))
     slow = found["the same path at 0.5 times the speed"]
     np.testing.assert_allclose(slow.deflection, 0.25 * track.deflection, atol=1e-12)

@@ -74,7 +74,7 @@ def test_a_parameter_of_each_record(text: str, name: str, tmp_path: Path) -> Non
     assert found["records"]["day_2.csv"][name] == pytest.approx(DAYS[1], rel=0.02)
     (said,) = made.of_records(made.model, place)  # nothing more differs
     assert said.startswith(f"{name} of each record [N]: 1") and said.endswith("(day_2.csv).")
-    again = subject_of(made.drive, of_days(), found)  # type: ignore[attr-defined]
+    again = subject_of(made.drive, of_days(), found)
     assert fitted(again)[0].level(again.model) == pytest.approx(place.level(made.model), rel=0.02)
     assert any(f"has its own: {name}" in note for note in made.notes)
 
@@ -119,7 +119,7 @@ def test_a_record_held_out_flatters_no_effect(tmp_path: Path) -> None:
 def test_records_that_differ_are_told_with_the_line_to_write(text: str, name: str, lines: str, tmp_path: Path) -> None:
     made = subject_of(drive(tmp_path, text), of_days(zeros=(3.0, -4.0, 6.0)))
     place = fitted(made)[0]
-    found, share = differing(made.model, place, Criteria())  # type: ignore[arg-type]
+    found, share = differing(made.model, place, Criteria())
     assert {one.name: one.values for one in found} == {
         name: pytest.approx(DAYS[:2], rel=0.02), "offset": pytest.approx((3.0, -4.0), rel=0.02),
     }  # fmt: skip
