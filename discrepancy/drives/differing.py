@@ -58,24 +58,25 @@ class Differing:
 
 def differing(model: InverseModel, place: Point, criteria: Criteria) -> tuple[tuple[Differing, ...], float]:
     """What differs between the records fitted, and the share of what remains there that is due to it."""
+    records = len(model.measured)
+    if records < 2:
+        return (), 0.0
     problem, point = _with_friction(model, place)
     left, slopes, _ = problem.linearised(point)
     inside = np.arange(left.shape[1]) < model.counts[:, None]
     window = np.repeat(np.arange(len(model.counts)), left.shape[1]).reshape(left.shape)[inside]
     record, r = model.groups[window], left[inside]
     columns = {p.name: slopes[k][inside] for k, p in enumerate(problem.parameters)}
-    candidates = [name for name in _candidates(model, problem) if columns[name].any()]
+    if len(point.z) > len(place.z) and not _of_its_own(columns, problem.parameters[-1].name):
+        del columns[problem.parameters[-1].name]
+    candidates = [name for name in _candidates(model, problem) if name in columns and columns[name].any()]
     if OFFSET not in model.drive.sessions and OFFSET not in columns:
         columns[OFFSET] = 1.0 / model.noise[record]
         candidates.append(OFFSET)
-    records = len(model.measured)
-    if len(point.z) > len(place.z) and not _of_its_own(columns, problem.parameters[-1].name):
-        candidates.remove(problem.parameters[-1].name)
-        del columns[problem.parameters[-1].name]
     basis = np.array([column for column in columns.values() if column.any()]).T
     at_first = _off(basis, r)
     gap = float(at_first @ at_first) - len(r)
-    if records < 2 or gap <= criteria.at_noise * len(r):
+    if gap <= criteria.at_noise * len(r):
         return (), 0.0
     found: list[str] = []
     while len(found) < criteria.most:
