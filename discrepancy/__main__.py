@@ -58,7 +58,7 @@ def run(config: dict[str, Any]) -> None:
     console = Console(highlight=False, soft_wrap=True, markup=False)
     console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
     left = () if outcome.left is None else outcome.left.sentences
-    for sentence in (*left, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
+    for sentence in (*left, *outcome.of_records, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
         console.print(f"  {sentence}")
     console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
 

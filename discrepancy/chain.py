@@ -58,6 +58,8 @@ class Outcome:
     origin : Origin or None
         The joint at which what remains beside what is accepted enters, and what it varies with; None where nothing
         shows, or the subject cannot tell.
+    of_records : tuple of str
+        What is accepted says of single records, a sentence each.
     """
 
     subject: Subject
@@ -71,6 +73,7 @@ class Outcome:
     seed: int
     table: Table | None = None
     origin: Origin | None = None
+    of_records: tuple[str, ...] = ()
 
     @property
     def extended(self) -> bool:
@@ -110,6 +113,7 @@ def run_chain(
     if left is None or left.significant or not answer.at_noise:
         with threadpool_limits(limits=1, user_api="blas"):
             origin = attempted(STAGES[1], lambda: subject.origin(model, answer.accepted.place), None)
+    of_records = attempted(STAGES[1], lambda: subject.of_records(model, answer.accepted.place), ())
     begin(STAGES[2])
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
@@ -118,7 +122,7 @@ def run_chain(
     question = question_of(answer)
     following = attempted(STAGES[4], lambda: separations(subject, answer, question) if question else (), ())
     told = tuple(dict.fromkeys(failures))
-    return Outcome(subject, answer, where, left, gap, question, following, told, seed, table, origin)
+    return Outcome(subject, answer, where, left, gap, question, following, told, seed, table, origin, of_records)
 
 
 def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap:

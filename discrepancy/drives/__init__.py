@@ -5,12 +5,15 @@ In reading order:
     description  what a user's file says: `force` or `rates`, parameters, channels, effects
     channels     measured files -> channels of a record by their roles
     smoothing    differentiation, low-pass and noise: one choice for all channels
-    track        a record as the equations see it; the scales of a drive
+    scales       what a drive's records are measured by
+    track        a record as the equations see it
     effects/     the standard effects of drives
     library      effects as hypotheses, sized by the record itself
+    sessions     parameters of which each record has its own value
     windows      which samples are fitted, which are held out
     inverse_library  effects that the inverse form can have, sized by what is left
     inverse      the model of `force(q, v, a, u, t, p)`
+    differing    parameters that seem to differ from record to record
     forward_library  the effects that it can have
     forward      the model of `rates(x, u, t, p)`
     forces       what the standard effects do at one of its joints

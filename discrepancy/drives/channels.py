@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Channel, Drive
+from discrepancy.drives.description import LOAD, Channel, Drive
 from discrepancy.records.reading import measured_paths
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
@@ -31,7 +31,7 @@ _FACTORS = {
 }  # fmt: skip
 """Units as files write them: what they are worth in the unit that is used here."""
 
-_MOTION = {"q": ("m", "rad"), "v": ("m/s", "rad/s"), "a": ("m/s^2", "rad/s^2")}
+_MOTION = {"q": ("m", "rad"), "v": ("m/s", "rad/s"), "a": ("m/s^2", "rad/s^2"), LOAD[0]: ("m", "rad")}
 _FORCE = ("N", "N m", "A", "V")
 """Units that roles may have: motion of one kind; a force by what makes it, too."""
 
@@ -147,6 +147,8 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
     _check_speed(drive, path, rows, rate)
+    if not drive.forward and LOAD[0] in rows:
+        _check_load(path, rows)
     if told.get("noise") is not None:
         check_number("known", "noise", told["noise"], low=0.0, low_open=True, unit="of the record")
     return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), told.get("noise"))
@@ -155,7 +157,7 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
 def _motion_of(drive: Drive) -> list[dict[str, str]]:
     """For each joint the roles of its motion: {"q": role of the position, ...}."""
     if not drive.forward:
-        return [{"q": "q", "v": "v", "a": "a"}]
+        return [{"q": "q", "v": "v", "a": "a", LOAD[0]: LOAD[0]}]
     return [{"q": joint.position, "v": joint.speed} for joint in drive.joints]
 
 
@@ -180,12 +182,23 @@ def _check_speed(drive: Drive, path: Path, rows: Mapping[str, np.ndarray], rate:
     for roles in _motion_of(drive):
         if roles["q"] not in rows or roles["v"] not in rows:
             continue
-        speed, moved = rows[roles["v"]], np.gradient(rows[roles["q"]], 1.0 / rate)
-        both, own = float(speed @ moved), float(moved @ moved)
-        like = both / max(np.sqrt(own * float(speed @ speed)), 1e-300)
-        if abs(like) > _LIKE and not _AGREES[0] <= both / own <= _AGREES[1]:
-            rule, got = f"the rate of {roles['q']!r}", f"{both / own:.3g} times that"
+        if times := _times(rows[roles["v"]], np.gradient(rows[roles["q"]], 1.0 / rate)):
+            rule, got = f"the rate of {roles['q']!r}", f"{times:.3g} times that"
             raise refuse(str(path), roles["v"], rule, got, "correct its unit or give it a factor in channels")
+
+
+def _check_load(path: Path, rows: Mapping[str, np.ndarray]) -> None:
+    """Refuse a load's position that is not on the drive's side of the gear."""
+    if times := _times(*(rows[role] - rows[role].mean() for role in (LOAD[0], "q"))):
+        remedy = f"give it the gear's ratio as factor in channels, about {1.0 / times:.3g}, or correct its unit"
+        raise refuse(str(path), LOAD[0], "the position 'q' but for a deflection", f"{times:.3g} times that", remedy)
+
+
+def _times(row: np.ndarray, other: np.ndarray) -> float:
+    """How many times another row one is; 0 where they agree, or have little to do with each other."""
+    both, own = float(row @ other), float(other @ other)
+    like = both / max(np.sqrt(own * float(row @ row)), 1e-300)
+    return both / own if abs(like) > _LIKE and not _AGREES[0] <= both / own <= _AGREES[1] else 0.0
 
 
 def _column(table: MeasuredTable, name: str, role: str) -> Column:
@@ -205,7 +218,7 @@ def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -
         raise SignalError(f"{table.path}: the channel {column.name!r} ({role}) must have a unit; {remedy}.")
     factor, unit = _FACTORS.get(stated, (1.0, stated.replace("²", "^2")))
     values = column.numbers() * (factor * (1.0 if channel.factor is None else channel.factor))
-    if not np.ptp(values) and role in ("q", "v", "force"):
+    if not np.ptp(values) and role in ("q", "v", "force", LOAD[0]):
         raise SignalError(
             f"{table.path}: the channel {column.name!r} ({role}) must vary, got {values[0]:g} throughout."
         )

@@ -11,7 +11,7 @@ import numpy as np
 from discrepancy.drives import smoothing
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive
-from discrepancy.drives.track import Scales
+from discrepancy.drives.scales import Scales
 from discrepancy.drives.windows import WINDOWS
 from indexer_env.errors import ParameterError, SignalError
 

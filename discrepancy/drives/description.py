@@ -26,13 +26,16 @@ INVERSE, FORWARD = ("q", "v", "a", "u", "t", "p"), ("x", "u", "t", "p")
 MOTION = ("q", "v", "a")
 """Roles of channels that hold the motion: position, speed, acceleration."""
 
+LOAD = ("q_load", "v_load", "a_load")
+"""The role of a load's own position, and what it gives the inverse form as inputs."""
+
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
     "windows", "known", "sessions", "force", "rates",
 )  # fmt: skip
 
 
-_OTHERS = {"force": ("states", "joints", "windows"), "rates": ("sessions", "cutoff")}
+_OTHERS = {"force": ("states", "joints", "windows"), "rates": ("cutoff",)}
 """Names that belong to the other form."""
 
 
@@ -86,8 +89,9 @@ class Drive:
         Length of a window of the forward form [s]; None: by the record.
     known : mapping
         Standard effects that the model has from the start, by name: their parameters' values.
-    sessions : bool
-        Whether each record's force has an offset of its own, as sensors were zeroed in between; inverse form.
+    sessions : tuple of str
+        What differs from record to record: names of parameters, its own or those of known effects; in the inverse form
+        "offset", that of each record's force.
     """
 
     path: Path
@@ -103,7 +107,7 @@ class Drive:
     joints: tuple[Joint, ...] = ()
     windows: float | None = None
     known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    sessions: bool = False
+    sessions: tuple[str, ...] = ()
 
     @property
     def forward(self) -> bool:
@@ -151,7 +155,7 @@ def load_drive(path: Path) -> Drive:
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
         _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
         found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
-        _flag(name, "sessions", found),
+        _sessions(name, found.get("sessions", False)),
     )  # fmt: skip
 
 
@@ -219,6 +223,11 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
     if form == "force":
         if "force" not in found:
             raise refuse(name, "channels", "a mapping with the role 'force', which is what is predicted", list(found))
+        if LOAD[0] in found and "q" not in found:
+            raise refuse(name, "channels", "a mapping with the role 'q' beside 'q_load'", list(found))
+        if taken := {"v_load", "a_load"} & set(found):
+            rule = "a mapping without roles that are made of 'q_load'"
+            raise refuse(name, "channels", rule, sorted(taken), "give the load's position alone")
         if not {"q", "v"} & set(found):
             raise refuse(name, "channels", "a mapping with the role 'q' or 'v', the measured motion", list(found))
     elif not {*states, "a"} & set(found):
@@ -249,10 +258,13 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
     return tuple(states), tuple(rows)
 
 
-def _flag(name: str, key: str, found: Mapping[str, Any]) -> bool:
-    if not isinstance(found.get(key, False), bool):
-        raise refuse(name, key, "True or False", found[key])
-    return bool(found.get(key, False))
+def _sessions(name: str, given: Any) -> tuple[str, ...]:
+    if isinstance(given, bool):
+        return ("offset",) if given else ()
+    if not isinstance(given, list | tuple) or not all(isinstance(one, str) for one in given):
+        rule = "a tuple of names of parameters that differ between records, ('offset', 'mass'), or True for the offset"
+        raise refuse(name, "sessions", rule, given)
+    return tuple(given)
 
 
 def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:

@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.second_look import KEY, known_effects, looked_at
+from discrepancy.drives.sessions import check_sessions
 from discrepancy.drives.subject import DriveSubject
 from discrepancy.drives.track import Track, tracks_of
 from discrepancy.drives.windows import Windows, split
@@ -75,6 +78,7 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
         known = known_effects(drive, stated, library)
         model = InverseModel(drive, tracks, scales, fitted, known)
         library = model.hypotheses()
+    check_sessions(drive, model.known)
     other = InverseModel(drive, tracks, scales, held, model.known, library)
     return DriveSubject(drive, model, other, _notes(model, tracks, held, parts))
 
@@ -85,10 +89,15 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
         f"Motion and force are compared below {track.cutoff:.3g} Hz; the noise of the force there is "
         f"{model.noise[0]:.2g} {model.scales.force_unit}."
     ]
+    if any(t.deflection is not None and abs(float(np.mean(t.deflection))) > model.scales.D for t in tracks):
+        notes.append(
+            "The encoders of drive and load differ by more than the joint's deflections: if they are zeroed elsewhere, "
+            "subtract a parameter for it in the equation."
+        )
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
     if model.drive.sessions:
-        notes.append("Each record has an offset of its own, as its sensors were zeroed anew.")
+        notes.append(f"Each record has its own: {', '.join(model.drive.sessions)}.")
     if model.left_out:
         names = ", ".join(model.left_out)
         notes.append(f"Not looked for, as the drive's own parameters do the same: {names}.")

@@ -22,8 +22,9 @@ from discrepancy.drives.forces import COLUMNS, CONTACT, PLAY, SOFT, SOFT_INVERSE
 from discrepancy.drives.forward_library import LINE, library_of, lines_of, sized_by
 from discrepancy.drives.library import tabulated_row, values_of
 from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
+from discrepancy.drives.scales import Scales
+from discrepancy.drives.sessions import slots_of
 from discrepancy.drives.stepping import INNER
-from discrepancy.drives.track import Scales
 from discrepancy.drives.windows import Windows
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 
@@ -77,7 +78,8 @@ class ForwardModel(Model):
         self.measured, self.rates, self.known = measured, rates, known
         self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         self.own = len(drive.parameters)
-        self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters))
+        self.slots = slots_of(drive, known, len(windows.tracks), None)
+        self.parameters = self.slots.parameters
         self.channels = len(measured)
         self.counts, self.groups = windows.count * self.channels, windows.groups
         self.places = np.array(
@@ -103,13 +105,13 @@ class ForwardModel(Model):
         """Channels of each job over their noise (n, channels, samples), 0 beyond its end; and which are not lost."""
         size, most = len(jobs.point), int(self.windows.count.max())
         out, good = np.zeros((size, self.channels, most)), np.zeros(size, dtype=np.bool_)
-        parameters = self.parameters + hypothesis.parameters
-        values = [[p.value(z) for p, z in zip(parameters, point, strict=True)] for point in jobs.points]
-        set_up = [self.set_up(hypothesis, row) for row in values]
         n, joints = len(self.drive.states), len(self.drive.joints)
-        tracks = self.windows.track[jobs.window]
+        tracks, kept = self.windows.track[jobs.window], {}
         for k in np.unique(tracks).tolist():
             mine, course = np.flatnonzero(tracks == k), self.courses[k]
+            record = self.windows.tracks.index(k)
+            values = [self.slots.values(record, point, hypothesis) for point in jobs.points]
+            set_up = [self._kept_set_up(kept, hypothesis, row) for row in values]
             at = jobs.window[mine]
             first, counts = self.windows.first[at], self.windows.count[at]
             starts = course.states[first] + course.spread * jobs.states[mine, :n]
@@ -156,6 +158,12 @@ class ForwardModel(Model):
 
     def _has(self, hypothesis: Hypothesis, forward: str) -> bool:
         return any(self.effects[one.name].forward == forward for one in (*self.known, *hypothesis.effects))
+
+    def _kept_set_up(self, kept: dict, hypothesis: Hypothesis, values: list[float]) -> tuple:
+        key = tuple(values)
+        if key not in kept:
+            kept[key] = self.set_up(hypothesis, values)
+        return kept[key]
 
     def set_up(self, hypothesis: Hypothesis, values: Sequence[float]) -> tuple[np.ndarray, tuple, float]:
         """Coefficients of the joints (joints, k), what is done to the command, and how far the sensors lag [s]."""

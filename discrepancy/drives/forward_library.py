@@ -12,7 +12,7 @@ import numpy as np
 from discrepancy.drives.course import Course
 from discrepancy.drives.effects.ripple import lines
 from discrepancy.drives.library import hypotheses_of, sized, without
-from discrepancy.drives.track import Scales
+from discrepancy.drives.scales import Scales
 from discrepancy.model import NONE, Hypothesis, Jobs
 from discrepancy.problem import Problem
 from indexer_env.effects.sensor import SensorMainsHum

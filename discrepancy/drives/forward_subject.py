@@ -16,6 +16,7 @@ from discrepancy.drives.description import Drive
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects, machine_yaml
+from discrepancy.drives.sessions import check_sessions, told
 from discrepancy.drives.windows import Windows, split
 from discrepancy.form import Form
 from discrepancy.model import Model
@@ -93,7 +94,11 @@ class ForwardSubject(Subject):
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         assert isinstance(model, ForwardModel)
-        return {"machine.yaml": machine_yaml(self.drive, model.parameters, model.known, place)}
+        return {"machine.yaml": machine_yaml(self.drive, model.slots, model.known, place, _names(model))}
+
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        assert isinstance(model, ForwardModel)
+        return told(model.slots, place.z, _names(model))
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
@@ -124,6 +129,10 @@ class ForwardSubject(Subject):
             )  # fmt: skip
             found.append(Measurement(words, model, _RAISED))
         return tuple(found)
+
+
+def _names(model: ForwardModel) -> list[str]:
+    return [model.courses[k].name for k in model.windows.tracks]
 
 
 def _imagined(course: Course, size: float) -> Course:
@@ -160,6 +169,7 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     if stated := {**drive.known, **(machine.get("effects") or {})}:
         known = known_effects(drive, stated, model.hypotheses())
         model = ForwardModel(drive, courses, fitted, scales, measured, rates, known, substeps=model.substeps)
+    check_sessions(drive, model.known)
     other = ForwardModel(
         drive, courses, held, scales, measured, rates, model.known, model.hypotheses(), model.substeps
     )  # fmt: skip
@@ -167,6 +177,8 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     notes = []
     if not fast:
         notes.append("rates could not be compiled, so every step calls Python: this takes a few hundred times longer.")
+    if drive.sessions:
+        notes.append(f"Each record has its own: {', '.join(drive.sessions)}.")
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
     notes.append(f"Not looked for, as the forward form does not have them: {', '.join(model.left_out)}.")
@@ -183,9 +195,9 @@ def _check_parameters(model: ForwardModel) -> None:
         rule = "must keep the states finite and in range from where the records begin"
         raise ParameterError(f"{model.drive.path.name}: rates {rule}, but every run is lost at the values stated.")
     at = model.residuals(NONE, model.jobs(zero))
-    for k, p in enumerate(model.drive.parameters):
+    for p, places in zip(model.drive.parameters, model.slots.at.T, strict=False):
         moved = zero.copy()
-        moved[k] = 0.1
+        moved[places] = 0.1
         if float(np.abs(model.residuals(NONE, model.jobs(moved)) - at).max()) == 0.0:
             raise ParameterError(
                 f"{model.drive.path.name}: the parameter {p.name} must change the motion on these records, but it does "

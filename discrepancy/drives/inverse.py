@@ -18,11 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive
+from discrepancy.drives.description import LOAD, Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.inverse_library import library_of, proposed_by
-from discrepancy.drives.library import sessions_of, values_of
-from discrepancy.drives.track import Scales, Track
+from discrepancy.drives.library import values_of
+from discrepancy.drives.scales import Scales
+from discrepancy.drives.sessions import slots_of, zeroed
+from discrepancy.drives.track import Track
 from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
 from discrepancy.model import Hypothesis, Jobs, Model
@@ -59,9 +61,9 @@ class InverseModel(Model):
     ) -> None:
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
         self.effects = {effect.name: effect for effect in drive.effects} | TABLES
-        sessions = sessions_of(len(windows.tracks), scales) if drive.sessions else ()
-        self.own = len(drive.parameters)
-        self.parameters = (*drive.parameters, *(p for one in known for p in one.parameters), *sessions)
+        self.own, self._offset = len(drive.parameters), zeroed(drive, scales.F, scales.unit("F"))
+        self.slots = slots_of(drive, known, len(windows.tracks), self._offset)
+        self.parameters = self.slots.parameters
         self.counts, self.groups = windows.count, windows.groups
         self.noise = np.array([self._noise(self.tracks[k]) for k in windows.tracks])
         self.measured = [self.tracks[k].measured for k in windows.tracks]
@@ -86,14 +88,14 @@ class InverseModel(Model):
     # ------------------------------------------------------------------ the model's own force
 
     def base(self, track: Track, values: tuple[float, ...]) -> Any:
-        """The user's force as a function of the motion: base(q, v, a) -> (n,)."""
+        """The user's force as a function of motion and, in the record's place, of inputs: base(q, v, a, u) -> (n,)."""
         p = self.drive.p(values)
 
         name = f"{self.drive.path.name}: force"
 
-        def force(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        def force(q: np.ndarray, v: np.ndarray, a: np.ndarray, u: Any = track.u) -> np.ndarray:
             try:
-                given = self.drive.function(*map(_kept, (q, v, a)), track.u, track.t, p)
+                given = self.drive.function(*map(_kept, (q, v, a)), u, track.t, p)
                 if np.iscomplexobj(given):
                     raise ParameterError(f"{name} must give real numbers, got complex ones.")
                 row = np.asarray(given, dtype=float)
@@ -122,6 +124,10 @@ class InverseModel(Model):
             moved = [row + 1e-4 * size * (j == k) for j, row in enumerate(rows)]
             slope = float(np.median(np.abs(force(*moved) - at))) / (1e-4 * size)
             total += (slope * noise) ** 2
+        for name, size, noise in zip(LOAD, sizes, track.load_noise, strict=True):
+            if noise:
+                there = force(*rows, track.u._replace(**{name: getattr(track.u, name) + 1e-4 * size}))
+                total += (float(np.median(np.abs(there - at))) / (1e-4 * size) * noise) ** 2
         return float(np.sqrt(total))
 
     # ------------------------------------------------------------------ effects
@@ -145,9 +151,10 @@ class InverseModel(Model):
         up, down = (checked_row(effect.name, effect.law(track, p, base, s * ones), track.v) for s in (1.0, -1.0))
         return np.stack([moving, np.where(track.rest, up, 0.0), np.where(track.rest, -down, 0.0)])
 
-    def compared(self, track: Track, hypothesis: Hypothesis, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The reading (m,) of a global point, as it is compared, and how far friction at rest may shift it (2, m)."""
-        values = [p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)]
+    def compared(self, group: int, hypothesis: Hypothesis, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The reading (m,) of a record at a global point, as it is compared, and how far friction at rest may shift it
+        (2, m)."""
+        track, values = self.tracks[self.windows.tracks[group]], self.slots.values(group, point, hypothesis)
         own = tuple(values[: self.own])
         total = self.base(track, own)(track.q, track.v, track.a)
         rest = np.zeros((2, len(total)))
@@ -163,6 +170,8 @@ class InverseModel(Model):
                 rest = rest + term[1:]
         for effect, p in readings:
             total = checked_row(effect.name, effect.law(track, p, self.base(track, own), total), track.v)
+        if self._offset is not None:
+            total = total + values[len(self.slots.every) - 1]
         return track.thinned(total), track.thinned(rest) if rest.any() else np.zeros((2, 1))
 
     def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
@@ -172,7 +181,7 @@ class InverseModel(Model):
             found.append((one, tuple(values[at : at + len(one.parameters)])))
             at += len(one.parameters)
         for k, one in enumerate(hypothesis.effects):
-            places = len(self.parameters) + hypothesis.places(k)
+            places = len(self.slots.every) + hypothesis.places(k)
             found.append((one, tuple(values[i] for i in places)))
         return found
 
@@ -201,10 +210,9 @@ class InverseModel(Model):
         return out
 
     def _residual(self, hypothesis: Hypothesis, point: np.ndarray, group: int) -> np.ndarray:
-        track = self.tracks[self.windows.tracks[group]]
-        predicted, rest = self.compared(track, hypothesis, point)
-        left = predicted + self._shift(point, group) - self.measured[group]
-        rows = self._starts(track, hypothesis, point)
+        predicted, rest = self.compared(group, hypothesis, point)
+        left = predicted - self.measured[group]
+        rows = self._starts(group, hypothesis, point)
         if len(rows):
             # what friction at rest holds tells nothing of the start
             told = self.inside(group) & (rest[0] == rest[1])
@@ -214,22 +222,18 @@ class InverseModel(Model):
         # friction at rest takes what is left as far as it reaches
         return (left - np.clip(left, -rest[0], -rest[1])) / self.noise[group]
 
-    def _starts(self, track: Track, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+    def _starts(self, group: int, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         """What the unknown states in which effects begin a record add (k, m), each over its standard deviation."""
         found: list[np.ndarray] = []
         if not any(self.effects[one.name].begins for one in (*self.known, *hypothesis.effects)):
             return np.array(found)
-        values = [p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)]
+        track, values = self.tracks[self.windows.tracks[group]], self.slots.values(group, point, hypothesis)
         base = self.base(track, tuple(values[: self.own]))
         for one, mine in self._present(hypothesis, values):
             begins = self.effects[one.name].begins
             if begins is not None:
                 found += [track.thinned(row) for row in begins(track, values_of(one, mine), base)]
         return np.array(found)
-
-    def _shift(self, point: np.ndarray, group: int) -> float:
-        place = next((k for k, p in enumerate(self.parameters) if p.record == group), None)
-        return 0.0 if place is None else self.parameters[place].value(float(point[place]))
 
     def recording(self, readings: np.ndarray) -> InverseModel:
         other = copy.copy(self)

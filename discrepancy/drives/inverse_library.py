@@ -30,6 +30,7 @@ def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], 
     the same."""
     zero, slopes, inside = np.zeros(len(model.parameters)), _slopes(model), _fitted(model)
     check_slopes(model.drive, slopes[: model.own])
+    slopes = _apart(model, slopes)
     tracks, left = [model.tracks[k] for k in model.windows.tracks], _left_by(model, slopes, inside)
     found, done = {}, []
     for effect in sensible(model.drive.effects, model.scales, {one.name: one for one in model.known}):
@@ -38,6 +39,8 @@ def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], 
             continue
         start = np.concatenate([zero, choices[0].coordinates(choices[0].starts[0])])
         response = _plain(model, choices[0], start) - _plain(model, NONE, zero)
+        if effect.load and not response.any():
+            continue  # a law of the joint that the model has none of
         if effect.acts != "dry" and done_by_model(response, slopes):
             done.append(effect.name)
             continue
@@ -59,7 +62,7 @@ def proposed_by(
         if proposed := proposals(model.effects[name], tracks, left):
             found[name] = hypotheses_of(model.effects[name], model.scales, proposed)
     zero, inside = np.zeros(len(model.parameters)), _fitted(model)
-    slopes = _slopes(model)[:, inside]
+    slopes = _apart(model, _slopes(model))[:, inside]
     plain, whole = _plain(model, NONE, zero), without(np.concatenate(left)[inside], slopes)
 
     def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
@@ -76,21 +79,27 @@ def _fitted(model: InverseModel) -> np.ndarray:
 
 def _plain(model: InverseModel, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
     """Readings (n,) of all records at a point, one after the other."""
-    return np.concatenate([model.compared(model.tracks[k], hypothesis, point)[0] for k in model.windows.tracks])
+    return np.concatenate([model.compared(group, hypothesis, point)[0] for group in range(len(model.measured))])
 
 
 def _slopes(model: InverseModel) -> np.ndarray:
-    """Derivatives (g, n) of all readings by the model's own parameters, an offset of each record among them."""
+    """Derivatives (slots, n) of all readings by the model's own numbers, each at once on all records."""
     zero = np.zeros(len(model.parameters))
     plain, slopes = _plain(model, NONE, zero), []
-    for place in [k for k, p in enumerate(model.parameters) if not p.of_record]:
+    for places in model.slots.at.T:
         nudged = zero.copy()
-        nudged[place] += _NUDGE
+        nudged[places] += _NUDGE
         slopes.append((_plain(model, NONE, nudged) - plain) / _NUDGE)
-    if not model.drive.sessions:
-        return np.array(slopes)
+    return np.array(slopes)
+
+
+def _apart(model: InverseModel, slopes: np.ndarray) -> np.ndarray:
+    """The same (g, n) by the parameters of the fit: record by record where each has its own."""
     owner = np.repeat(np.arange(len(model.measured)), [len(row) for row in model.measured])
-    return np.concatenate([slopes, owner == np.arange(len(model.measured))[:, None]])
+    out = np.zeros((len(model.parameters), slopes.shape[1]))
+    for k, places in enumerate(model.slots.at.T):
+        out[places[owner], np.arange(len(owner))] = slopes[k]
+    return out
 
 
 def _left_by(model: InverseModel, slopes: np.ndarray, inside: np.ndarray) -> list[np.ndarray]:

@@ -11,7 +11,8 @@ import numpy as np
 
 from discrepancy.drives.description import Drive, named
 from discrepancy.drives.effects import TABLES, DriveEffect
-from discrepancy.drives.track import Scales, Track
+from discrepancy.drives.scales import Scales
+from discrepancy.drives.track import Track
 from discrepancy.form import Form, shaped
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects.tabulated import PLACES, coefficients_of_values
@@ -90,9 +91,10 @@ def tabulated_row(over_speed: bool, p: Any) -> list[float]:
 
 
 def sensible(effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any]) -> list[DriveEffect]:
-    """Effects that make sense for the channels: those of angles only where the position is one."""
-    rotary = scales.position_unit == "rad"
-    return [e for e in effects if e.name not in known and (rotary or not e.rotary)]
+    """Effects that make sense for the channels: those of angles only where the position is one, those of a joint whose
+    other side is measured only where it is."""
+    rotary, load = scales.position_unit == "rad", ("", "seen" if scales.D else "unseen")
+    return [e for e in effects if e.name not in known and (rotary or not e.rotary) and e.load in load]
 
 
 def done_by_model(response: np.ndarray, slopes: np.ndarray) -> bool:
@@ -115,14 +117,6 @@ def proposals(effect: DriveEffect, tracks: Sequence[Track], left: Sequence[np.nd
         return []
     longest = int(np.argmax([len(row) for row in left]))
     return effect.starts(tracks[longest], left[longest])
-
-
-def sessions_of(records: int, scales: Scales) -> tuple[Parameter, ...]:
-    """An offset of each record's force, as sensors are zeroed anew."""
-    unit = scales.unit("F")
-    return tuple(
-        Parameter(f"record {k + 1}.offset", unit, 0.0, 0.02 * scales.F, known=True, record=k) for k in range(records)
-    )
 
 
 def sized(

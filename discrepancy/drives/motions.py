@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.description import LOAD
 from discrepancy.drives.track import Track
 
 PACES = (0.25, 0.5, 1.0, 2.0)
@@ -34,17 +36,34 @@ def imagined(track: Track) -> Iterator[tuple[str, Track]]:
     if inputs is not None:
         longer = [np.concatenate([row, np.full(still, row[-1])]) for row in _rows(inputs)]
         inputs = longer[0] if isinstance(inputs, np.ndarray) else type(inputs)(*longer)
-    standing = dataclasses.replace(track, u=inputs)
-    yield "the same motion with a standstill under control after it", _changed(standing, held[0], held[1], held[2])
+    if track.deflection is not None:
+        for name in LOAD[1:]:
+            getattr(inputs, name)[-still:] = 0.0
+    words = "the same motion with a standstill under control after it"
+    yield words, _changed(track, held[0], held[1], held[2], u=inputs)
 
 
 def _rows(inputs: np.ndarray | tuple) -> list[np.ndarray]:
     return [inputs] if isinstance(inputs, np.ndarray) else list(inputs)
 
 
-def _changed(track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, step: float | None = None) -> Track:
+def _behind(track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, pace: float) -> Any:
+    """The inputs with the load's motion behind a new one of the drive, where it is measured: its joint gives way as the
+    acceleration says."""
+    if track.deflection is None:
+        return track.u
+    size = float(np.std(a)) / float(np.std(track.a))
+    old = zip((q, v, a), (track.q, track.v, track.a), (getattr(track.u, name) for name in LOAD), strict=True)
+    new = [row - size * pace**k * (mine - load) for k, (row, mine, load) in enumerate(old)]
+    return track.u._replace(**dict(zip(LOAD, new, strict=True)))
+
+
+def _changed(
+    track: Track, q: np.ndarray, v: np.ndarray, a: np.ndarray, step: float | None = None, u: Any = None
+) -> Track:
     """The comparison's kernel keeps its length in samples, so that a faster motion is compared in a wider band."""
     step = step or track.step
+    u = _behind(track, q, v, a, track.step / step) if u is None else u
     cutoff = track.cutoff * track.step / step
     t = track.t[0] + step * np.arange(len(q))
-    return dataclasses.replace(track, q=q, v=v, a=a, step=step, cutoff=cutoff, t=t, force=np.zeros_like(q))
+    return dataclasses.replace(track, q=q, v=v, a=a, u=u, step=step, cutoff=cutoff, t=t, force=np.zeros_like(q))

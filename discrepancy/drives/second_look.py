@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import Drive, known_parameter
+from discrepancy.drives.description import LOAD, Drive, known_parameter
 from discrepancy.drives.effects import TABLES, DriveEffect
-from discrepancy.model import Hypothesis, Parameter
+from discrepancy.drives.sessions import Slots, stated
+from discrepancy.model import Hypothesis
 from discrepancy.place import Point
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
@@ -19,13 +20,14 @@ KEY = "drive"
 """Key by which machine.yaml is told to be that of a drive: it holds the name of its file."""
 
 
-def machine_yaml(drive: Drive, parameters: tuple[Parameter, ...], known: tuple[Hypothesis, ...], place: Point) -> str:
-    """A fitted place as text: values of the drive's own parameters, then of the effects, those known before first."""
+def machine_yaml(drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], place: Point, names: Sequence[str]) -> str:
+    """A fitted place as text: values of the drive's own parameters, then of the effects, those known before first; of
+    what differs between the records of these names the mean, and each record's own at the end."""
     import yaml
 
     effects = (*known, *place.hypothesis.effects)
-    every = (*parameters, *place.hypothesis.parameters)
-    values = {p.name: float(p.value(z)) for p, z in zip(every, place.z, strict=True)}
+    found = {p.name: float(v) for p, v in zip(place.hypothesis.parameters, place.values, strict=True)}
+    values = {**slots.typical(place.z), **found}
     content: dict[str, Any] = {KEY: drive.path.name}
     content["parameters"] = {p.name: {"value": values[p.name], "unit": p.unit} for p in drive.parameters}
     content["effects"] = {
@@ -35,6 +37,8 @@ def machine_yaml(drive: Drive, parameters: tuple[Parameter, ...], known: tuple[H
         }
         for one in effects
     }
+    if own := stated(slots, place.z, names):
+        content["records"] = own
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
 
 
@@ -76,6 +80,9 @@ def known_effects(
     found = []
     for name, values in stated.items():
         if name in TABLES:
+            if TABLES[name].load and (drive.forward or LOAD[0] not in drive.channels):
+                rule = "a table over what the drive measures"
+                raise refuse("machine", "effects", rule, name, "it needs the inverse form with the role 'q_load'")
             found.append(_table(name, values))
             continue
         check_choice("machine", "effects", name, library)

@@ -7,11 +7,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from discrepancy.criteria import Criteria
 from discrepancy.drives.description import Drive
+from discrepancy.drives.differing import differing, in_words
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
 from discrepancy.drives.second_look import machine_yaml
+from discrepancy.drives.sessions import told
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
 from discrepancy.form import Form
@@ -59,6 +62,11 @@ class DriveSubject(Subject):
             whole = np.concatenate([getattr(t, row) for t in every])
             values, whole = (over(row), whole) if name != "speed" else (np.abs(over(row)), np.abs(whole))
             axes.append(_axis(name, values, whole, unit, inside))
+        force_over = {f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v")}
+        if scales.D:
+            deflection = over("deflection")
+            axes.append(_axis("deflection", deflection, deflection[inside], scales.unit("D"), inside))
+            force_over[f"deflection [{scales.unit('D')}]"] = deflection
         time = over("t")
         axes.append(_axis("time", time, time[inside], "s", inside))
         records = [model.tracks[k] for k in windows.tracks]
@@ -68,14 +76,19 @@ class DriveSubject(Subject):
                                for g, a, i in zip(model.groups, at, inside, strict=True)]),
             noise=model.noise, estimated=tuple(False for _ in records), axes=tuple(axes),
             map_axes=("speed", "position"), lines=_lines(records),
-            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {
-                f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v"), "time [s]": time,
-            }),
+            torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {**force_over, "time [s]": time}),
         )  # fmt: skip
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         assert isinstance(model, InverseModel)
-        return {"machine.yaml": machine_yaml(self.drive, model.parameters, model.known, place)}
+        return {"machine.yaml": machine_yaml(self.drive, model.slots, model.known, place, _names(model))}
+
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        assert isinstance(model, InverseModel)
+        names = _names(model)
+        found, share = differing(model, place, Criteria())
+        more = (in_words(found, share, self.drive, names),) if found else ()
+        return (*told(model.slots, place.z, names), *more)
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence
@@ -86,6 +99,8 @@ class DriveSubject(Subject):
             "tabulated.speed": np.concatenate([t.v for t in tracks]),
             "tabulated.position": np.concatenate([t.q for t in tracks]),
         }
+        if self.model.scales.D:
+            passed["tabulated.deflection"] = np.concatenate([t.q - t.u.q_load for t in tracks])
         return forms_of(self.model.scales, passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:
@@ -97,6 +112,10 @@ class DriveSubject(Subject):
             model = InverseModel(self.drive, [track], base.scales, whole, base.known, base.hypotheses())
             found.append(Measurement(words, model))
         return tuple(found)
+
+
+def _names(model: InverseModel) -> list[str]:
+    return [model.tracks[k].name for k in model.windows.tracks]
 
 
 def _direction(model: InverseModel, v: np.ndarray, inside: np.ndarray) -> np.ndarray:

@@ -14,8 +14,8 @@ import numpy as np
 
 from discrepancy.drives import smoothing
 from discrepancy.drives.channels import Record
-from discrepancy.drives.description import Drive
-from discrepancy.drives.effects.base import exponents
+from discrepancy.drives.description import LOAD, Drive
+from discrepancy.drives.scales import Scales, scales_of
 from indexer_env.errors import SignalError, refuse
 
 _HELD = 0.999
@@ -56,48 +56,6 @@ _LEAST_NOISE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Scales:
-    """What a drive's records are measured by: rms force F, half the stroke Q and its middle, rms speed V, rms
-    acceleration A, T = V/A; and the units of force and position."""
-
-    F: float
-    Q: float
-    V: float
-    A: float
-    middle: float
-    force_unit: str
-    position_unit: str
-
-    @property
-    def T(self) -> float:
-        """Time in which the drive changes its speed [s]."""
-        return self.V / self.A
-
-    def of(self, dimension: str) -> float:
-        """A product of scales, "F V-1", in the record's units."""
-        return math.prod(getattr(self, letter) ** power for letter, power in exponents(dimension))
-
-    def unit(self, dimension: str) -> str:
-        """Its unit, "N s/m"."""
-        powers = {"F": 0, "Q": 0, "s": 0}
-        for letter, n in exponents(dimension):
-            powers["F"] += n * (letter == "F")
-            powers["Q"] += n * (letter in "QVA")
-            powers["s"] += n * {"V": -1, "A": -2, "T": 1}.get(letter, 0)
-        if not any(powers.values()):
-            return "-"
-        names = {"F": self.force_unit, "Q": self.position_unit, "s": "s"}
-        up = [names[k] + _power(n) for k, n in powers.items() if n > 0]
-        down = [names[k] + _power(-n) for k, n in powers.items() if n < 0]
-        below = "" if not down else f"/{down[0]}" if len(down) == 1 else f"/({' '.join(down)})"
-        return (" ".join(up) or "1") + below
-
-
-def _power(n: int) -> str:
-    return "" if n == 1 else f"^{n}"
-
-
-@dataclass(frozen=True, eq=False)
 class Track:
     """One record at the inner rate.
 
@@ -120,6 +78,8 @@ class Track:
         Standard deviation of the force's noise in the comparison [F]; of what the motion's noise adds, `motion_noise`.
     motion_noise : tuple of float
         Standard deviations of q, v and a in the comparison.
+    load_noise : tuple of float
+        The same of the load's position, speed and acceleration, 0 where they are not measured.
     still : float
         Speed below which it stands.
     middle, stroke : float
@@ -138,9 +98,24 @@ class Track:
     every: int
     noise: float
     motion_noise: tuple[float, float, float]
+    load_noise: tuple[float, ...]
     still: float
     middle: float = 0.0
     stroke: float = 1.0
+
+    @property
+    def deflection(self) -> np.ndarray | None:
+        """How far the load is behind (n,), where it is measured."""
+        return self.q - self.u.q_load if self._loaded else None
+
+    @property
+    def deflection_rate(self) -> np.ndarray | None:
+        """Its rate (n,)."""
+        return self.v - self.u.v_load if self._loaded else None
+
+    @property
+    def _loaded(self) -> bool:
+        return LOAD[1] in getattr(self.u, "_fields", ())
 
     @functools.cached_property
     def rest(self) -> np.ndarray:
@@ -200,17 +175,6 @@ def tracks_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Track], Sca
     return [dataclasses.replace(t, middle=scales.middle, stroke=scales.Q) for t in tracks], scales
 
 
-def scales_of(tracks: Sequence[Track], force_unit: str, position_unit: str) -> Scales:
-    """Scales over all samples of these records."""
-
-    def rms(name: str) -> float:
-        return math.sqrt(float(np.mean(np.concatenate([getattr(t, name) for t in tracks]) ** 2)))
-
-    q = np.concatenate([t.q for t in tracks])
-    middle = 0.5 * float(q.min() + q.max())
-    return Scales(rms("force"), 0.5 * float(np.ptp(q)), rms("v"), rms("a"), middle, force_unit, position_unit)
-
-
 def _position_unit(record: Record) -> str:
     """Unit of position, by that of the channel that the motion is measured by."""
     if "q" in record.units:
@@ -258,6 +222,11 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     total = 1.0 / math.sqrt(1.0 / wide**2 + 1.0 / cutoff**2)  # of both kernels one after the other
     q, v, a, noise, speed_noise = _motion(rows, rate, wide, part, total)
     inputs = {role: through(role) for role in rows if role not in ("q", "v", "a", "force")}
+    load_noise: tuple[float, ...] = (0.0, 0.0, 0.0)
+    if LOAD[0] in rows:
+        inputs |= {name: through(LOAD[0], order) for order, name in enumerate(LOAD)}
+        found = smoothing.density(rows[LOAD[0]], rate, wide)
+        load_noise = tuple(smoothing.passed_noise(found, total, order) for order in range(3))
     density = smoothing.density(rows["force"], rate, wide)
     force = through("force")
     stated = record.noise if record.noise is not None else drive.noise
@@ -268,7 +237,7 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     every = max(1, int(1.0 / (step * _PER_CUTOFF * cutoff)))
     still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
     t = (edge + inner * np.arange(len(force))) / rate
-    return Track(record.name, step, t, q, v, a, _inputs(inputs), force, cutoff, every, own, noise, still)
+    return Track(record.name, step, t, q, v, a, _inputs(inputs), force, cutoff, every, own, noise, load_noise, still)
 
 
 def _motion(

@@ -58,6 +58,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
         },
         "criteria": _criteria(answer.criteria),
         "failures": list(outcome.failures),
+        "of_records": list(outcome.of_records),
         "notes": list(subject.notes),
         "records": {
             "fitted": list(subject.view(subject.model).names),

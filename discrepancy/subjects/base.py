@@ -195,6 +195,11 @@ class Subject(ABC):
         fitted places of a set and of the same one without the effect; 0 where nothing can be said of it."""
         return 0.0, ""
 
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        """What a fitted place of `model` says of its single records, a sentence each; nothing where they have nothing
+        of their own."""
+        return ()
+
     def forms(self) -> tuple[Form, ...]:
         """Variables over which what remains may be tabulated; none where it cannot be."""
         return ()

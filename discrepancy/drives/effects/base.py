@@ -4,6 +4,7 @@ Everything an effect is sized by comes from the record itself (`Scales`), so tha
 
     F   rms of the force          Q   half of the stroke          V   rms speed          A   rms acceleration
     T = V/A, the time in which the drive changes its speed
+    D   half the range of the deflection between drive and load, where the load has an encoder of its own
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import numpy as np
 from discrepancy.model import Parameter
 
 if TYPE_CHECKING:
-    from discrepancy.drives.track import Scales, Track
+    from discrepancy.drives.scales import Scales
+    from discrepancy.drives.track import Track
 
-_TOKEN = re.compile(r"([FQVAT])(-?\d+)?")
+_TOKEN = re.compile(r"([FQVATD])(-?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class DriveEffect:
     sizes : tuple of Size
     law : callable
         (track, p, base) -> array (n,). What it gives is said by `acts`; `p` holds the values [units] by name, `base` is
-        the model's own force as a function of the motion, base(q, v, a) -> (n,).
+        the model's own force as a function of the motion, base(q, v, a) -> (n,), and of inputs in the record's place.
     acts : str
         "force": the law is a force [F] that the drive must give in addition. "dry": the law is the level of a dry
         friction [F], called with a further argument, the direction ±1 (n,); at rest any force up to it may act.
@@ -88,6 +90,8 @@ class DriveEffect:
         Effects that it becomes where its shape comes to an end: where it is no better than one of them, it is no rival.
     over : str
         The table over the variable of which it is a smooth law, by its name in `TABLES`; "" where there is none.
+    load : str
+        "seen": only where the load's position is measured; "unseen": only where it is not; "": whether or not.
     rotary : bool
         True where it makes sense for an angle alone.
     of_base : bool
@@ -113,6 +117,7 @@ class DriveEffect:
     alike: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
     over: str = ""
+    load: str = ""
     rotary: bool = False
     of_base: bool = False
     starts: Callable[[Track, np.ndarray], list[tuple[float, ...]]] | None = None

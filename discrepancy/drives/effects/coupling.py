@@ -53,7 +53,7 @@ standard(
             Size("play", "total play g", "Q", (0.005, 0.03, 0.1), 0.0, 1.0, 0.0),
             Size("share", "share s of the force that lies behind it", "", (0.5,), 0.05, 1.0, step=0.2),
         ),
-        _held, of_base=True, alike=("friction.presliding", "play.contact"),
+        _held, of_base=True, load="unseen", alike=("friction.presliding", "play.contact"),
     )
 )  # fmt: skip
 
@@ -111,7 +111,7 @@ standard(
             Size("share", "share s of the mass that lies behind it", "", (0.4, 0.8), 0.05, 1.0, step=0.2),
             Size("friction", "dry friction F_l of that part", "F", (0.02, 0.3), 0.0, 20.0, step=0.1),
         ),
-        _contact, of_base=True, alike=("play", "compliance"), forward="play",
+        _contact, of_base=True, load="unseen", alike=("play", "compliance"), forward="play",
         limits=(CoulombFriction.name,),
         choices=tuple({"law": float(k)} for k in range(len(LAWS))),
     )
@@ -166,7 +166,8 @@ standard(
                  step=0.003),
             Size("damping", "damping ratio ζ", "", (0.05,), 0.005, 0.9, step=0.05),
         ),
-        _compliance, of_base=True, alike=("delay", "play.contact"), starts=_rung, begins=_ringing_down, forward="soft",
+        _compliance, of_base=True, load="unseen", alike=("delay", "play.contact"), starts=_rung,
+        begins=_ringing_down, forward="soft",
     )
 )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Tables, not laws: a missing force as a spline over the speed or the position, as it was read off records.
+"""Tables, not laws: a missing force as a spline over speed, position or deflection, as it was read off records.
 
 They stand in `TABLES` and not among the standard effects: machine.yaml may name one, but no search proposes one.
 """
@@ -39,13 +39,19 @@ def _over_position(m: Track, p, base) -> np.ndarray:
     return _spline(m.q, p)
 
 
+def _over_deflection(m: Track, p, base) -> np.ndarray:
+    return _spline(m.q - m.u.q_load, p)
+
+
 TABLES = {
     name: DriveEffect(
         name, f"A force that is tabulated over the {over} acts: a table, not a law.", f"F += spline({symbol})",
-        "de Boor, A Practical Guide to Splines (1978)", _SIZES, law, forward="tabulated",
+        "de Boor, A Practical Guide to Splines (1978)", _SIZES, law, load=load, forward="" if load else "tabulated",
     )
-    for name, over, symbol, law in (
-        ("tabulated.speed", "speed", "v", _over_speed), ("tabulated.position", "position", "q", _over_position),
+    for name, over, symbol, law, load in (
+        ("tabulated.speed", "speed", "v", _over_speed, ""),
+        ("tabulated.position", "position", "q", _over_position, ""),
+        ("tabulated.deflection", "deflection of a joint", "q - q_load", _over_deflection, "seen"),
     )
 }  # fmt: skip
 """By name; each needs `low` and `high` beside its values."""

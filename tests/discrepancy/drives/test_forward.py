@@ -124,7 +124,11 @@ def test_a_function_that_numba_cannot_compile_still_works(tmp_path: Path) -> Non
         (("/ p.inertia", "/ p.inertia * float('nan')"), "must give finite numbers"),
         (('"inertia")}', '"mass")}'), "joints"),
         (("p.drag * x.v", "p.drag * x.v + 1e9 * x.v"), "every run is lost at the values stated"),
-        (("noise = 0.001", "sessions = True"), "sessions must be left out beside rates"),
+        (("noise = 0.001", "cutoff = 3.0"), "cutoff must be left out beside rates"),
+        (
+            ("noise = 0.001", "sessions = True"),
+            "sessions must be names of parameters .* got 'offset'; they are inertia",
+        ),
         (('("q", "v"), {', '("q", "v", "w"), {'), "got 2|nothing measured tells of the state 'w'"),
     ],
 )
@@ -134,6 +138,28 @@ def test_a_mistake_is_one_sentence(change: tuple[str, str], said: str, tmp_path:
     with pytest.raises(IndexerError, match=said) as raised:
         made(tmp_path, 0.2 * np.sin(3.0 * T), text)
     assert "\n" not in str(raised.value)
+
+
+def test_a_parameter_of_each_record(tmp_path: Path) -> None:
+    """Two days of one pendulum, drag of 0.02 and 0.05 N m s/rad, by SciPy's solver."""
+
+    def day(drag: float, name: str) -> Record:
+        def rates(t: float, y: np.ndarray) -> list[float]:
+            return [y[1], (float(np.interp(t, T, PUSH)) - math.sin(y[0]) - drag * y[1]) / 0.05]
+
+        found = solve_ivp(rates, (0.0, T[-1]), [0.3, 0.0], t_eval=T, rtol=1e-8, atol=1e-10, max_step=5e-3)
+        return Record(name, RATE, {"q": found.y[0], "u": PUSH}, {"q": "rad", "u": "N m"})
+
+    one = drive(tmp_path, f"{FILE}\nsessions = ('drag',)\n")
+    subject = subject_of(one, [day(0.02, "warm.csv"), day(0.05, "cold.csv")])
+    problem, place = start_of(subject)
+    place = fit(problem, place, steps=6).place
+    assert place.level(subject.model) < 0.3
+    got = values(problem, place)
+    assert [got["record 1.drag"], got["record 2.drag"]] == pytest.approx([0.02, 0.05], rel=0.01)
+    (said,) = subject.of_records(subject.model, place)
+    assert said.startswith("drag of each record [N m s/rad]: 0.0")
+    assert any("has its own: drag" in note for note in subject.notes)
 
 
 def test_records_are_laid_out_for_the_report(truth: np.ndarray, tmp_path: Path) -> None:
