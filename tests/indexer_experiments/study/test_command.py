@@ -127,7 +127,7 @@ def test_the_verdicts_as_markdown_are_those_of_the_page(out):
     page, text = ((out / name).read_text(encoding="utf-8") for name in ("report.html", "verdicts.md"))
     verdict = re.search(r"\| \*\*(reproduced|undecided|not reproduced)\*\* \|", text)
     assert verdict and f">{verdict[1]}</span>" in page
-    assert "n = 2 data sets (seeds 0 to 1), 2 networks of each kind on each" in text
+    assert "over 2 data sets (seeds 0 to 1). On each there are 2 networks of each kind" in text
     assert "| **small**: small data |" in text and "| **other**: other data |" in text
 
 
