@@ -1,4 +1,4 @@
-"""docs/reference/datasets.md: every command on it is an order, and its tables say what the code says."""
+"""docs/reference/datasets.md: its commands are orders and checks of them; its tables say what the code says."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from indexer_env.presets import config_dir
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "datasets.md").read_text(encoding="utf-8")
 COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL) for line in block.splitlines()]
+CHECKS = [command for command in COMMANDS if command.startswith("indexer check ")]
+ORDERS = [command for command in COMMANDS if command not in CHECKS]
 
 
 def first_job(arguments: list[str]) -> list[str]:
@@ -30,7 +32,13 @@ def first_job(arguments: list[str]) -> list[str]:
     return plain
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", CHECKS)
+def test_what_is_checked_is_made_on_the_page(command):
+    *_, folder = shlex.split(command)
+    assert any(f"out={folder}" in shlex.split(order) for order in ORDERS)
+
+
+@pytest.mark.parametrize("command", ORDERS)
 def test_a_command_of_the_page_is_an_order(command):
     program, verb, *arguments = shlex.split(command)
     assert (program, verb) == ("indexer", "generate")
