@@ -49,7 +49,9 @@ def _said(error: BaseException, path: Path) -> str:
 def said_by_user(path: Path, function: Callable[..., Any], error: BaseException) -> ParameterError:
     """The sentence for an exception that the user's function has raised."""
     name = f"{path.name}: {function.__name__}"
-    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, path)}.")
+    lacking = error.name if isinstance(error, AttributeError) else None
+    remedy = f"; name {lacking!r} in channels or in parameters" if lacking else ""
+    return ParameterError(f"{name} must take arrays and give numbers, got {_said(error, path)}{remedy}.")
 
 
 def checked_row(name: str, given: Any, like: np.ndarray) -> np.ndarray:

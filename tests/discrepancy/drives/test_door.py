@@ -42,6 +42,8 @@ EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
         (("return p.mass * a", "return 'heavy'"), r"got ValueError \(could not convert string to float: 'heavy'\)"),
         (('"mass": (', '"_m": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got '_m'"),
         (('"mass": (', '"class": (1.0, "kg", 1.0), "mass": ('), "parameters must be named as .* got 'class'"),
+        (("* a", "* a + u.q_load"), r"no attribute 'q_load'\); name 'q_load' in channels or in parameters"),
+        (("p.mass", "p.mas"), r"no attribute 'mas'\); name 'mas' in channels or in parameters"),
         (('"f"}', '"f"}\nwindows = 2.0'), "windows must be left out beside force"),
         (('"f"}', '"f"}\ncutoff = 200.0'), "cutoff must be at most 0.15 of the sampling rate, 75 Hz, got 200"),
     ],
