@@ -96,15 +96,18 @@ class FoundEffect:
         Discrete choices that were made (a station, say).
     bound : str
         Parameters that are held at a bound of what is possible, with their values; "" where none is.
-    shown : bool
-        Whether the interval of its size under the least dispersion, that of the score, leaves out none.
     """
 
     name: str
     parameters: tuple[Estimate, ...]
     choices: tuple[tuple[str, float], ...]
     bound: str
-    shown: bool
+
+    @property
+    def shown(self) -> bool:
+        """Whether the interval of its size leaves out none."""
+        size = self.parameters[0]
+        return not size.low <= size.nominal <= size.high
 
 
 @dataclass(frozen=True)
@@ -136,8 +139,6 @@ class Estimates:
     estimates : tuple of Estimate
     at_bound : tuple of bool
         Whether the fit is at a bound of it.
-    shown : tuple of bool
-        Whether its interval under the least dispersion leaves out its nominal value.
     information : ndarray (g, g)
         Of the records alone, in scaled coordinates, start states eliminated.
     dispersion : float
@@ -147,7 +148,6 @@ class Estimates:
     parameters: tuple[Parameter, ...]
     estimates: tuple[Estimate, ...]
     at_bound: tuple[bool, ...]
-    shown: tuple[bool, ...]
     information: np.ndarray
     dispersion: float
 
@@ -157,7 +157,7 @@ class Estimates:
         held = [self.estimates[k] for k in mine if self.at_bound[k]]
         bound = " and ".join(f"{e.name} {e.value:.4g} {e.unit}" for e in held)
         own = tuple(_renamed(self.estimates[k], name) for k in mine)
-        return FoundEffect(name, own, tuple(choices), bound, self.shown[mine[0]])
+        return FoundEffect(name, own, tuple(choices), bound)
 
     def calibration(self, count: int) -> Calibration:
         """The first `count` parameters, those that belong to single records left out."""
@@ -174,7 +174,6 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     problem, least = Problem(model, place.hypothesis), dispersion_of(model, place)
     most = place.dispersion(model) * float(model.counts.sum())
     told = _Told(problem, place)
-    own = told.estimates(Dispersions(np.array([least]), np.ones(1)))
     typical = told.dispersions(least, most).typical
     problem = Problem(model, place.hypothesis, dispersion=typical)
     believed = _Told(problem, fit(problem, problem.adopted(place), steps=_STEPS).place)
@@ -182,10 +181,7 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     # the place believed may lie at a bound where the fitted one, whose priors weigh less, does not
     near = [np.minimum(z - problem.low, problem.high - z) < _AT_BOUND for z in (place.z, believed.z)]
     at_bound = tuple((near[0] | near[1]).tolist())
-    shown = tuple(not e.low <= e.nominal <= e.high for e in own)
-    return Estimates(
-        problem.parameters, believed.estimates(found), at_bound, shown, told.information, found.typical
-    )  # fmt: skip
+    return Estimates(problem.parameters, believed.estimates(found), at_bound, told.information, found.typical)
 
 
 class _Told:

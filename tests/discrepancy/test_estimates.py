@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from discrepancy.estimates import Estimates, estimates_of
+from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fit import Fit, fit
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.place import Point
@@ -149,3 +149,9 @@ class Slopes(Stateless):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         values = [[p.value(z) for p, z in zip(self.parameters, point, strict=True)] for point in jobs.points]
         return np.einsum("jk,kjn->jn", np.array(values)[jobs.point], self.x[:, jobs.window]) - self.y[jobs.window]
+
+
+@pytest.mark.parametrize(("low", "high", "shown"), [(0.1, 0.4, True), (-0.1, 0.4, False), (-0.4, -0.1, True)])
+def test_a_size_is_shown_where_the_interval_that_is_told_leaves_out_none(low, high, shown):
+    size, place = Estimate("size", "-", 0.2, low, high, 0.0, None), Estimate("place", "-", 0.0, -1.0, 1.0, 0.0, None)
+    assert FoundEffect("an effect", (size, place), (), "").shown is shown
