@@ -30,7 +30,7 @@ class Evidence:
     remains : float
         What the whole set leaves on records held out, rms over what does not repeat.
     better : float
-        Least share of windows of one record held out that it makes better, over these records.
+        Share that it makes better of the windows held out that it changes by more than noise, the least over records.
     size : str
         Its size with the interval, in words.
     zero : bool
@@ -115,7 +115,9 @@ RULES = (
     Rule(
         "not steady", STANDS_IN,
         lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
-        lambda e, c: f"It makes {_percent(e.better)} of the cam turns of one record better, and not more than half.",
+        lambda e, c: (
+            f"Of the cam turns that it changes in one record it makes {_percent(e.better)} better, and not more than half."
+        ),
     ),
     Rule(
         "slight", STANDS_IN,

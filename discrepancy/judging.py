@@ -188,12 +188,12 @@ class Judge:
         left, open_ = excess[found.name]
         gaps = {name: without - beside for name, (beside, without) in excess.items()}
         largest = max(gaps, key=gaps.__getitem__)
-        better, groups, size = place.squares < other.squares, self.held_out.groups, found.parameters[0]
+        size = found.parameters[0]
         return Evidence(
             name=found.name,
             closes=closed(open_, left),
             remains=math.sqrt(1.0 + left / self.floor),
-            better=min(float(better[groups == g].mean()) for g in np.unique(groups)),
+            better=steadily(place.squares, other.squares, self.held_out, self.criteria.at_noise),
             size=_words(size),
             zero=not found.shown,
             bound=found.bound,
@@ -201,6 +201,20 @@ class Judge:
             share=max(gaps[found.name], 0.0) / max(gaps[largest], 1e-300),
             largest=largest,
         )  # fmt: skip
+
+
+def steadily(beside: np.ndarray, without: np.ndarray, model: Model, least: float) -> float:
+    """Share of windows that an effect makes better, the least over the records, by squares (w,) beside it and without
+    it. Only windows whose mean square it changes by `least` or more count: a roller of the turret acts in one of many.
+    A record without such windows does not count."""
+    gained = (without - beside) / model.counts
+    changed = np.abs(gained) >= least
+    shares = [
+        float((gained[mine] > 0.0).mean())
+        for g in np.unique(model.groups)
+        if (mine := changed & (model.groups == g)).any()
+    ]
+    return min(shares, default=0.0)
 
 
 def closed(before: float, after: float) -> float:

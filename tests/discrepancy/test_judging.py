@@ -9,7 +9,7 @@ import pytest
 from discrepancy.explain import explain
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places, predicts
-from discrepancy.judging import Written, closed, unrepeated, written
+from discrepancy.judging import Written, closed, steadily, unrepeated, written
 from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -48,6 +48,22 @@ def test_what_is_held_is_of_a_place_by_its_physics() -> None:
     (held,) = held_places([place], held_out)
     assert predicts(place, held, held_out)
     assert not predicts(Problem(model, NONE).point(place.z + 0.01, place.states), held, held_out)
+
+
+@pytest.mark.parametrize(
+    ("gained", "share"),
+    [
+        ([9.0, -0.1, -0.1, -0.1, 9.0, -0.1, 0.0, 0.0], 1.0),
+        ([9.0, -1.0, -1.0, -0.1, 9.0, 9.0, 0.0, 0.0], 1.0 / 3.0),
+        ([9.0, -0.1, -0.1, -0.1, 0.1, 0.1, 0.1, 0.1], 1.0),
+        ([0.1] * 8, 0.0),
+    ],
+)
+def test_what_acts_in_few_windows_is_judged_by_these(gained: list[float], share: float) -> None:
+    """Two records of four windows; mean squares that an effect takes away."""
+    model = Chord({}, 5)
+    beside = np.full(len(gained), 70.0)
+    assert steadily(beside, beside + model.counts * gained, model, 0.2) == pytest.approx(share)
 
 
 def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_again() -> None:
