@@ -41,12 +41,12 @@ The paper among the sources, and the equations to which effects add, stand in
     tables = """
 ## Tables, not laws
 
-What remains after a search can be taken up as a table: a torque on the table, or an error of the cam's motion, as a cubic
-spline through values at evenly spaced places, without curvature at its ends and constant beyond them; over a turn it is
-closed. Over one variable there are nine places; over two variables five along each, seven along a turn (a tensor product).
-The values of the second variable stand side by side: `torque_2_3` stands at the second place of the speed and the third
-of the angle. Machines, campaigns and second looks take a table by its name like any effect, one to a machine; no search
-proposes one.
+What remains after a search can be taken up as a table: a torque on the table, or an error of the cam's motion, as a
+cubic spline through values at evenly spaced places, without curvature at its ends and constant beyond them; over a turn
+it is closed. Over one variable there are nine places; over two variables five along each, seven along a turn (a tensor
+product). The values of the second variable stand side by side: `torque_2_3` stands at the second place of the speed and
+the third of the angle. Machines, campaigns and second looks take a table by its name like any effect, one to a machine;
+no search proposes one.
 
 """
     return head + _rows(EFFECTS) + tables + _rows(TABLES)
