@@ -114,7 +114,7 @@ def _origin(origin: Origin) -> dict[str, Any]:
 
 def _table(table: Table) -> dict[str, Any]:
     rows = [
-        {"place": list(place) if len(place) > 1 else place[0], "value": e.value, "interval": [e.low, e.high]}
+        {"place": place[0] if len(place) == 1 else list(place), "value": e.value, "interval": [e.low, e.high]}
         for place, e in zip(table.form.places, table.values, strict=True)
     ]
     return {

@@ -19,7 +19,7 @@ from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
-from indexer_env.effects import EFFECTS, TABLES, make_effect
+from indexer_env.effects import EFFECTS, TABLES
 from indexer_env.effects.measures import measures
 from indexer_env.effects.tabulated import ENDS
 from indexer_env.machine import Machine
@@ -235,7 +235,7 @@ def _form(name: str, reached: Mapping[str, tuple[float, float]], size: Mapping[s
     parameters = tuple(
         Parameter(f"{name}.{value}", unit, 0.0, _WIDE * scale, known=True, **bounds) for value in table.grid
     )
-    axes = make_effect(name, {**dict.fromkeys(table.grid, 0.0), **fixed}).axes
+    axes = table(**dict.fromkeys(table.grid, 0.0), **fixed).axes
     over = " and ".join(_VARIABLES[variable] for variable in table.over)
     told = f"{over}, as an error of the cam's motion" if table.moves else over
     return Form(told, table.over, Hypothesis(name, parameters, fixed, shaped(axes, scale)), axes)

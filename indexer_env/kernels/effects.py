@@ -59,13 +59,12 @@ def imbalance_torque(angle, torque, phase):
 
 
 @scalar
-def knot_weight(u):
-    """Weight of one coefficient of a uniform cubic B-spline, u its knot's distance from the place, and its first two
-    derivatives by u: (max(2-|u|, 0)³ - 4 max(1-|u|, 0)³)/6 (de Boor, chapter X)."""
-    far, near = max(2.0 - abs(u), 0.0), max(1.0 - abs(u), 0.0)
-    slope = 0.5 * (4.0 * near * near - far * far)
-    weight = (far * far * far - 4.0 * near * near * near) * (1.0 / 6.0)
-    return weight, (slope if u > 0.0 else -slope), far - 4.0 * near
+def spline_weights(t):
+    """Weights of the four coefficients of a uniform cubic B-spline that count at a share t of the way between two
+    knots (de Boor, chapter X)."""
+    s = 1.0 - t
+    outer, inner = 1.0 / 6.0, 2.0 / 3.0
+    return outer * s * s * s, inner - t * t * (1.0 - 0.5 * t), inner - s * s * (1.0 - 0.5 * s), outer * t * t * t
 
 
 @scalar
@@ -78,8 +77,28 @@ def spline_cell(x, first, per, count, closed):
     if closed != 0.0:
         place -= cells * math.floor(place / cells)
     place = min(max(0.0, place), cells)
-    cell = min(float(math.floor(place)), cells - 1.0)
+    cell = min(math.floor(place), int(cells) - 1)
     return cell, place - cell
+
+
+@scalar
+def wrapped(number, count):
+    """Number of a coefficient; behind the last one of a closed spline comes its first."""
+    return number - count if number >= count else number
+
+
+@scalar
+def across(w, row, step, stride, line, count, share):
+    """Value along y of a column of coefficients that begins at a row; of a table over x alone, its one coefficient."""
+    if stride == 0:
+        return w[row]
+    w0, w1, w2, w3 = spline_weights(share)
+    return (
+        w0 * w[row + np.uint64(stride * line) * step]
+        + w1 * w[row + np.uint64(stride * wrapped(line + 1, count)) * step]
+        + w2 * w[row + np.uint64(stride * wrapped(line + 2, count)) * step]
+        + w3 * w[row + np.uint64(stride * wrapped(line + 3, count)) * step]
+    )
 
 
 @scalar
@@ -87,26 +106,25 @@ def tabulated(w, row, step, x, y):
     """Value of a tensor product of two uniform cubic splines at (x, y), and its first two derivatives by x.
 
     Its numbers stand in w from `row` on, `step` apart: of x and of y the place of 0, places in a unit, number of
-    coefficients, whether it is closed; the distance of two rows of coefficients, 0 for a table over x alone; these.
+    coefficients, whether it is closed; the distance of two lines of coefficients, 0 for a table over x alone; these.
     """
-    count_1, count_2 = w[row + np.uint64(2) * step], w[row + np.uint64(6) * step]
-    per, stride = w[row + step], w[row + np.uint64(8) * step]
-    cell_1, share_1 = spline_cell(x, w[row], per, count_1, w[row + np.uint64(3) * step])
-    cell_2, share_2 = spline_cell(
-        y, w[row + np.uint64(4) * step], w[row + np.uint64(5) * step], count_2, w[row + np.uint64(7) * step]
-    )
-    value, slope, bend = 0.0, 0.0, 0.0
-    for j in range(4):
-        column, across = cell_1 + j, 0.0
-        column -= count_1 if column >= count_1 else 0.0
-        for k in range(4):
-            line = cell_2 + k
-            line -= count_2 if line >= count_2 else 0.0
-            weight, _, _ = knot_weight(share_2 + 1.0 - k)
-            across += weight * w[row + np.uint64(9 + int(column + stride * line)) * step]
-        weight, first, second = knot_weight(share_1 + 1.0 - j)
-        value, slope, bend = value + weight * across, slope + first * across, bend + second * across
-    return value, per * slope, per * per * bend
+    per, count_1, count_2 = w[row + step], w[row + np.uint64(2) * step], w[row + np.uint64(6) * step]
+    column, t = spline_cell(x, w[row], per, count_1, w[row + np.uint64(3) * step])
+    stride, line, share = int(w[row + np.uint64(8) * step]), 0, 0.0
+    if stride != 0:
+        line, share = spline_cell(
+            y, w[row + np.uint64(4) * step], w[row + np.uint64(5) * step], count_2, w[row + np.uint64(7) * step]
+        )
+    n, m, first = int(count_1), int(count_2), row + np.uint64(9) * step
+    c0 = across(w, first + np.uint64(column) * step, step, stride, line, m, share)
+    c1 = across(w, first + np.uint64(wrapped(column + 1, n)) * step, step, stride, line, m, share)
+    c2 = across(w, first + np.uint64(wrapped(column + 2, n)) * step, step, stride, line, m, share)
+    c3 = across(w, first + np.uint64(wrapped(column + 3, n)) * step, step, stride, line, m, share)
+    w0, w1, w2, w3 = spline_weights(t)
+    s = 1.0 - t
+    slope = 0.5 * (t * t * c3 - s * s * c0) + t * (1.5 * t - 2.0) * c1 - s * (1.5 * s - 2.0) * c2
+    bend = s * c0 + (3.0 * t - 2.0) * c1 + (3.0 * s - 2.0) * c2 + t * c3
+    return w0 * c0 + w1 * c1 + w2 * c2 + w3 * c3, per * slope, per * per * bend
 
 
 @scalar

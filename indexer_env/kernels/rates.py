@@ -6,7 +6,7 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 
 from __future__ import annotations
 
-from .compiling import lanes, outlined, scalar
+from .compiling import lanes, outlined
 from .drive import RIPPLES, mesh, ripples
 from .dynamics import (
     cam_acceleration,
@@ -151,27 +151,25 @@ def load_and_law_extras(w, low, high, features):
 def tabulated_extra(w, low, high):
     """What a table adds to the table's load, or to the cam's motion."""
     for i in range(low, high):
-        x, y = variable(w, i, w[TABULATED_OVER_1 + i]), variable(w, i, w[TABULATED_OVER_2 + i])
-        s0, s1, s2 = tabulated(w, TABULATED_FIRST_1 + i, LANES, x, y)
+        b0, b1, _ = follower_law(
+            w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
+        )
+        deflection = w[TABLE + i] - b0 - w[BETA_EXTRA + i] - w[HOUSING + i]
+        rate = w[TABLE_RATE + i] - (b1 + w[BETA_1_EXTRA + i]) * w[CAM_RATE + i] - w[HOUSING_RATE + i]
+        over = w[TABULATED_OVER_1 + i]
+        x = w[TABLE + i] if over == 1.0 else w[TABLE_RATE + i]
+        x = w[CAM + i] if over == 2.0 else x
+        w[TABULATED_X + i] = deflection if over == 3.0 else x
+        over = w[TABULATED_OVER_2 + i]
+        y = w[TABLE + i] if over == 1.0 else w[CAM + i]
+        w[TABULATED_Y + i] = rate if over == 4.0 else y
+    for i in range(low, high):
+        s0, s1, s2 = tabulated(w, TABULATED_FIRST_1 + i, LANES, w[TABULATED_X + i], w[TABULATED_Y + i])
         moves = w[TABULATED_MOVES + i]
         w[LOAD_EXTRA + i] += (1.0 - moves) * s0
         w[BETA_EXTRA + i] += moves * s0
         w[BETA_1_EXTRA + i] += moves * s1
         w[BETA_2_EXTRA + i] += moves * s2
-
-
-@scalar
-def variable(w, i, over):
-    """Value of what a table is over: speed and angle of the table, angle of the cam, deflection of the output joint and
-    its rate."""
-    b0, b1, _ = follower_law(
-        w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
-    )
-    x = w[TABLE_RATE + i] if over == 0.0 else w[TABLE + i]
-    x = w[CAM + i] if over == 2.0 else x
-    x = w[TABLE + i] - b0 - w[BETA_EXTRA + i] - w[HOUSING + i] if over == 3.0 else x
-    rate = w[TABLE_RATE + i] - (b1 + w[BETA_1_EXTRA + i]) * w[CAM_RATE + i] - w[HOUSING_RATE + i]
-    return rate if over == 4.0 else x
 
 
 @lanes

@@ -96,7 +96,7 @@ def test_rows_with_a_table_remake():
         *SHORT,
     )
     rows, records = made(order, list(range(6)))
-    drawn = [json.loads(row["effects"])["tabulated.speed_angle"] for row in rows]
+    drawn = [next(one for one in json.loads(row["effects"]) if one["name"] == "tabulated.speed_angle") for row in rows]
     assert len({one["torque_2_3"] for one in drawn}) == 6 and all(one["torque_5_7"] == 3.0 for one in drawn)
     for row, record in zip(rows, records, strict=True):
         np.testing.assert_array_equal(remake(row), record.astype(np.float32))
