@@ -54,17 +54,17 @@ class Form:
         return list(itertools.product(*(axis.places.tolist() for axis in self.axes)))
 
 
-def beside(model: Model, place: Point, form: Form) -> Point:
-    """A fitted place with the table beside it, which begins at nothing."""
+def beside(model: Model, place: Point, form: Form, *, caution: float = 1.0) -> Point:
+    """A fitted place with the table beside it, which begins at nothing; `caution` as of `Problem`."""
     both = together(place.hypothesis, form.hypothesis)
-    problem = Problem(model, both)
+    problem = Problem(model, both, caution=caution)
     z = np.concatenate([place.z, np.zeros(len(form.hypothesis.parameters))])
     return fit(problem, problem.point(z, model.states_for(both, place.states)), steps=_STEPS).place
 
 
 def shaped(axes: Sequence[Axis], size: float) -> tuple[tuple[float, ...], ...]:
     """Values of a table from which a fit may begin: nothing, and over one variable, in both signs and some sizes, a
-    line and a parabola over what goes to and fro, one wave over a turn. One over two variables goes on from another."""
+    line and a parabola over what goes to and fro, one wave over a turn."""
     nothing = (0.0,) * math.prod(axis.count for axis in axes)
     if len(axes) > 1:
         return (nothing,)

@@ -3,9 +3,8 @@
 The values of a spline at nine places are fitted together with what was accepted, start states and all, over each of
 the variables that lead a race for starts; an error of the cam's motion is one of them. The variable of least cost on
 the records fitted is taken, and judged on the records held out with its physics frozen. A second variable is added
-where records held out ask for it: the tables over this variable and another one go on from it, and the best of them
-takes its place if it leaves at most half as much. A table is no law: it holds where it was read off, and says nothing
-of why.
+where records held out ask for it: the best of the tables over this variable and another one takes its place if it
+leaves at most half as much. A table is no law: it holds where it was read off, and says nothing of why.
 """
 
 from __future__ import annotations
@@ -15,15 +14,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from discrepancy.estimates import Estimate, estimates_of
 from discrepancy.explain import Explanation
 from discrepancy.fit import fit
-from discrepancy.form import Form
+from discrepancy.form import Form, beside
 from discrepancy.held_out import held_places
-from discrepancy.model import together
+from discrepancy.model import Model
 from discrepancy.problem import Point, Problem
 from discrepancy.race import CAUTION, race
 
@@ -32,8 +30,6 @@ _CAREFUL, _LONG = 15, 60
 
 _LEFT = 0.5
 """Most that a table over two variables may leave on records held out, over what the one over one of them leaves."""
-
-_TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +65,13 @@ def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
     # as in `explain`: many small systems, for which threads are slower than one
     with threadpool_limits(limits=1, user_api="blas"):
         single = [form for form in forms if len(form.axes) == 1]
-        taken = _judged(answer, _of_least_cost(_fitted(answer, single), single))
+        careful = _careful(answer)
+        taken = _judged(answer, _of_least_cost(_raced(answer, careful, single), single))
         if taken.after**2 - floor >= criteria.at_noise:
             further = [form for form in forms if len(form.axes) > 1 and taken.form.variables[0] in form.variables]
             if further:
-                places = [_gone_on(answer, taken, form) for form in further]
+                begun = [beside(answer.model, careful, form, caution=CAUTION) for form in further]
+                places = [_finished(answer.model, place) for place in begun]
                 other = _judged(answer, _of_least_cost(places, further))
                 taken = other if 1.0 - other.closes <= _LEFT * (1.0 - taken.closes) else taken
         if not math.isfinite(taken.closes) or taken.closes < criteria.hint:
@@ -98,30 +96,21 @@ def _judged(answer: Explanation, fitted: tuple[Form, Point]) -> Table:
     return Table(form, (), levels[0], levels[1], closes, place)
 
 
-def _gone_on(answer: Explanation, one: Table, form: Form) -> Point:
-    """A table over two variables, fitted from the one over one of them: the same at every place of the other."""
-    model, (axis,), place = answer.model, one.form.axes, one.place
-    count = len(one.form.hypothesis.parameters)
-    values = place.values[-count:]
-    n = form.variables.index(one.form.variables[0])
-    along = np.interp(form.axes[n].places, axis.places, values, period=_TURN if axis.closed else None)
-    grid = np.broadcast_to(along[:, None] if n == 0 else along, [axis.count for axis in form.axes])
-    both = together(*place.hypothesis.effects[:-1], form.hypothesis)
-    problem = Problem(model, both)
-    z = np.concatenate([place.z[:-count], form.hypothesis.coordinates(grid.ravel().tolist())])
-    begun = problem.point(z, model.states_for(both, place.states))
-    return fit(problem, begun, steps=_LONG, thorough=True).place
+def _careful(answer: Explanation) -> Point:
+    """What was accepted, fitted anew: without the table a fit has bent the machine to what is missing, so it is held
+    near nominal at first."""
+    accepted = answer.accepted.place
+    problem = Problem(answer.model, accepted.hypothesis, caution=CAUTION)
+    return fit(problem, problem.searched(problem.adopted(accepted)), steps=_CAREFUL).place
 
 
-def _fitted(answer: Explanation, forms: Sequence[Form]) -> list[Point]:
+def _raced(answer: Explanation, careful: Point, forms: Sequence[Form]) -> list[Point]:
     """What was accepted with each of the tables that lead the race for starts."""
-    model, accepted = answer.model, answer.accepted.place
-    # without the table the fit has bent the machine to what is missing, so it is held near nominal at first
-    problem = Problem(model, accepted.hypothesis, caution=CAUTION)
-    careful = fit(problem, problem.searched(problem.adopted(accepted)), steps=_CAREFUL).place
-    found = []
     hypotheses = [form.hypothesis for form in forms]
-    for place in race(model, careful, hypotheses, answer.criteria)[: answer.criteria.rivals]:
-        problem = Problem(model, place.hypothesis)
-        found.append(fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place)
-    return found
+    leaders = race(answer.model, careful, hypotheses, answer.criteria)[: answer.criteria.rivals]
+    return [_finished(answer.model, place) for place in leaders]
+
+
+def _finished(model: Model, place: Point) -> Point:
+    problem = Problem(model, place.hypothesis)
+    return fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place
