@@ -54,21 +54,29 @@ class Form:
         return list(itertools.product(*(axis.places.tolist() for axis in self.axes)))
 
 
-def beside(model: Model, place: Point, form: Form, *, caution: float = 1.0) -> Point:
-    """A fitted place with the table beside it, which begins at nothing; `caution` as of `Problem`."""
+def beside(model: Model, place: Point, form: Form) -> Point:
+    """A fitted place with the table beside it, which begins at nothing."""
     both = together(place.hypothesis, form.hypothesis)
-    problem = Problem(model, both, caution=caution)
+    problem = Problem(model, both)
     z = np.concatenate([place.z, np.zeros(len(form.hypothesis.parameters))])
     return fit(problem, problem.point(z, model.states_for(both, place.states)), steps=_STEPS).place
 
 
 def shaped(axes: Sequence[Axis], size: float) -> tuple[tuple[float, ...], ...]:
-    """Values of a table from which a fit may begin: nothing, and over one variable, in both signs and some sizes, a
-    line and a parabola over what goes to and fro, one wave over a turn."""
-    nothing = (0.0,) * math.prod(axis.count for axis in axes)
-    if len(axes) > 1:
-        return (nothing,)
-    x = axes[0].places
-    shapes = (np.sin(x), np.cos(x)) if axes[0].closed else (x / np.abs(x).max(), x * np.abs(x) / np.abs(x).max() ** 2)
-    laid = [sign * share * size * shape for share in _SHARES for shape in shapes for sign in (1.0, -1.0)]
-    return (nothing, *(tuple(row.tolist()) for row in laid))
+    """Values of a table from which a fit may begin: nothing, and in both signs and some sizes a line and a parabola
+    over what goes to and fro, one wave over a turn; over two variables these of the first one, the same all along the
+    second or times one of its own."""
+    first = _shapes(axes[0])
+    shapes = first if len(axes) == 1 else [np.outer(f, g) for f in first for g in _along(axes[1])]
+    nothing = np.zeros(math.prod(axis.count for axis in axes))
+    laid = [sign * share * size * shape.ravel() for share in _SHARES for shape in shapes for sign in (1.0, -1.0)]
+    return tuple(tuple(row.tolist()) for row in (nothing, *laid))
+
+
+def _shapes(axis: Axis) -> list[np.ndarray]:
+    x = axis.places
+    return [np.sin(x), np.cos(x)] if axis.closed else [x / np.abs(x).max(), x * np.abs(x) / np.abs(x).max() ** 2]
+
+
+def _along(axis: Axis) -> list[np.ndarray]:
+    return [np.ones(axis.count), *_shapes(axis)]

@@ -19,9 +19,8 @@ from threadpoolctl import threadpool_limits
 from discrepancy.estimates import Estimate, estimates_of
 from discrepancy.explain import Explanation
 from discrepancy.fit import fit
-from discrepancy.form import Form, beside
+from discrepancy.form import Form
 from discrepancy.held_out import held_places
-from discrepancy.model import Model
 from discrepancy.problem import Point, Problem
 from discrepancy.race import CAUTION, race
 
@@ -70,9 +69,7 @@ def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
         if taken.after**2 - floor >= criteria.at_noise:
             further = [form for form in forms if len(form.axes) > 1 and taken.form.variables[0] in form.variables]
             if further:
-                begun = [beside(answer.model, careful, form, caution=CAUTION) for form in further]
-                places = [_finished(answer.model, place) for place in begun]
-                other = _judged(answer, _of_least_cost(places, further))
+                other = _judged(answer, _of_least_cost(_raced(answer, careful, further), further))
                 taken = other if 1.0 - other.closes <= _LEFT * (1.0 - taken.closes) else taken
         if not math.isfinite(taken.closes) or taken.closes < criteria.hint:
             return None
@@ -108,9 +105,8 @@ def _raced(answer: Explanation, careful: Point, forms: Sequence[Form]) -> list[P
     """What was accepted with each of the tables that lead the race for starts."""
     hypotheses = [form.hypothesis for form in forms]
     leaders = race(answer.model, careful, hypotheses, answer.criteria)[: answer.criteria.rivals]
-    return [_finished(answer.model, place) for place in leaders]
-
-
-def _finished(model: Model, place: Point) -> Point:
-    problem = Problem(model, place.hypothesis)
-    return fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place
+    found = []
+    for place in leaders:
+        problem = Problem(answer.model, place.hypothesis)
+        found.append(fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place)
+    return found
