@@ -22,7 +22,7 @@ from indexer_env.reference.cam import Stretch
 from indexer_env.reference.equations import Equations, Load
 from indexer_env.units import RPM
 
-DRAGS = 16.0
+DRAGS = 8.0
 """N m s/rad; in the mean over a turn of the table."""
 
 
