@@ -14,7 +14,7 @@ In reading order:
     selection  sets fitted to the end, and the one score by which they are compared
     search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
-    form       a free function of one variable, to which laws over it are held
+    form       a free function of one variable, to which laws over it are held, or of two
     estimates  sizes with intervals, and the machine's calibration
     grades     what is said of each effect of the set selected, by one table of rules
     judging    the set before the records held out, effect by effect, and the machine that is written
@@ -25,7 +25,7 @@ In reading order:
     subjects/  what the chain needs of a machine beyond its model
     locate/    which cells and lines of the records disagree, at a controlled rate of false alarms
     origin/    the joint at which what remains enters, and what it varies with
-    table      what remains as a spline over one variable: a table, not a law
+    table      what remains as a spline over one variable or two: a table, not a law
     gap        the gap before and after on records never fitted, with intervals
     next_measurement  which measurement would settle what is open
     chain      the stages one after the other; `stages` says which one is under way

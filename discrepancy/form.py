@@ -1,4 +1,4 @@
-"""A free function of one variable, as a table: what remains may be one, and a law over the same variable is held to it.
+"""A free function as a table: what remains may be one, and a law over the same variable is held to it.
 
 A law is named only where the table beside it closes hardly more of what a free function could: a force that grows with
 the square of the speed is closed to nine tenths by one in proportion to it, which is not what is missing (lack of fit
@@ -7,6 +7,8 @@ against a saturated model; Draper and Smith, Applied Regression Analysis, sectio
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +18,7 @@ from discrepancy.fit import fit
 from discrepancy.model import Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from indexer_env.effects.spline import Axis
 
 _SHARES = (0.1, 0.3, 1.0)
 """Sizes of a table's starts, in the torque or force of the motion."""
@@ -26,21 +29,29 @@ _STEPS = 20
 
 @dataclass(frozen=True)
 class Form:
-    """A variable over which a torque may be tabulated.
+    """What a torque, or an error of a motion, may be tabulated over.
 
     Attributes
     ----------
     over : str
-        The variable with its unit: "speed of the table [rad/s]".
+        Its variable, or two, with their units: "speed of the table [rad/s]".
+    variables : tuple of str
+        Their names.
     hypothesis : Hypothesis
-        The table's values as parameters, with starts as of `shaped`.
-    places : tuple of float
-        Where they stand.
+        The table's values as parameters, those of the last variable side by side, with starts as of `shaped`.
+    axes : tuple of Axis
+        Where they stand along each variable.
     """
 
     over: str
+    variables: tuple[str, ...]
     hypothesis: Hypothesis
-    places: tuple[float, ...]
+    axes: tuple[Axis, ...]
+
+    @property
+    def places(self) -> list[tuple[float, ...]]:
+        """Where each value stands, a number for each variable."""
+        return list(itertools.product(*(axis.places.tolist() for axis in self.axes)))
 
 
 def beside(model: Model, place: Point, form: Form) -> Point:
@@ -51,10 +62,21 @@ def beside(model: Model, place: Point, form: Form) -> Point:
     return fit(problem, problem.point(z, model.states_for(both, place.states)), steps=_STEPS).place
 
 
-def shaped(places: Sequence[float], size: float, *, closed: bool) -> tuple[tuple[float, ...], ...]:
-    """Values of a table at its places from which a fit may begin: nothing, and in both signs and some sizes a line and
-    a parabola over what goes to and fro, one wave over a turn."""
-    x = np.array(places)
-    shapes = (np.sin(x), np.cos(x)) if closed else (x / np.abs(x).max(), x * np.abs(x) / np.abs(x).max() ** 2)
-    laid = [sign * share * size * shape for share in _SHARES for shape in shapes for sign in (1.0, -1.0)]
-    return tuple(tuple(row.tolist()) for row in (np.zeros_like(x), *laid))
+def shaped(axes: Sequence[Axis], size: float) -> tuple[tuple[float, ...], ...]:
+    """Values of a table from which a fit may begin: nothing, and in both signs and some sizes a line and a parabola
+    over what goes to and fro, one wave over a turn; over two variables these of the first one, the same all along the
+    second or times one of its own."""
+    first = _shapes(axes[0])
+    shapes = first if len(axes) == 1 else [np.outer(f, g) for f in first for g in _along(axes[1])]
+    nothing = np.zeros(math.prod(axis.count for axis in axes))
+    laid = [sign * share * size * shape.ravel() for share in _SHARES for shape in shapes for sign in (1.0, -1.0)]
+    return tuple(tuple(row.tolist()) for row in (nothing, *laid))
+
+
+def _shapes(axis: Axis) -> list[np.ndarray]:
+    x = axis.places
+    return [np.sin(x), np.cos(x)] if axis.closed else [x / np.abs(x).max(), x * np.abs(x) / np.abs(x).max() ** 2]
+
+
+def _along(axis: Axis) -> list[np.ndarray]:
+    return [np.ones(axis.count), *_shapes(axis)]

@@ -43,8 +43,10 @@ _OFF = {
     "mesh_depth": 0.0, "mesh_order": 1.0, "mesh_phase": 0.0,
     "bump_height": 0.0, "bump_centre": 0.0, "bump_half_width": 1.0,
     "spacing_error": 0.0, "spacing_station": -1.0,
-    "tabulated_over": -1.0, "tabulated_closed": 0.0, "tabulated_first": 0.0, "tabulated_per": 1.0,
-    **{f"tabulated_{k}": 0.0 for k in range(11)},
+    "tabulated_over_1": -1.0, "tabulated_over_2": -1.0, "tabulated_moves": 0.0,
+    "tabulated_first_1": 0.0, "tabulated_per_1": 0.0, "tabulated_count_1": 4.0, "tabulated_closed_1": 0.0,
+    "tabulated_first_2": 0.0, "tabulated_per_2": 0.0, "tabulated_count_2": 4.0, "tabulated_closed_2": 0.0,
+    "tabulated_stride": 0.0, **{f"tabulated_{k}": 0.0 for k in range(layout.LARGEST_TABLE)},
 }  # fmt: skip
 
 

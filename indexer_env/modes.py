@@ -164,10 +164,21 @@ def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarra
 
 
 def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Largest slope (n,) [N m s/rad] of a torque that is tabulated over the table's speed, else 0."""
-    spline = np.stack([columns[f"tabulated_{k}"] for k in range(11)])
-    slope = np.abs(np.diff(spline, axis=0)).max(axis=0) * columns["tabulated_per"]
-    return np.where(columns["tabulated_over"] == 0.0, slope, 0.0)
+    """Largest slope (n,) [N m s/rad] of a torque that is tabulated over the table's speed or the rate of the output
+    joint's deflection, else 0."""
+    found = np.zeros(len(columns["tabulated_over_1"]))
+    for k in np.flatnonzero(columns["tabulated_over_1"] >= 0.0).tolist():
+        own = {name: float(columns[f"tabulated_{name}"][k]) for name in _TABLE_NUMBERS}
+        lines = int(own["count_2"]) if own["stride"] else 1
+        size = int(own["count_1"]) * lines
+        spline = np.array([columns[f"tabulated_{n}"][k] for n in range(size)]).reshape(lines, -1)
+        for n, over in ((1, own["over_1"]), (2, own["over_2"])):
+            if over in (0.0, 4.0):
+                found[k] = float(np.abs(np.diff(spline, axis=2 - n)).max()) * own[f"per_{n}"]
+    return found
+
+
+_TABLE_NUMBERS = ("over_1", "over_2", "per_1", "per_2", "count_1", "count_2", "stride")
 
 
 def steps_of(items: Sequence[Coefficients], points: Sequence[OperatingPoint]) -> tuple[np.ndarray, np.ndarray]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-from indexer_env.kernels.effects import harmonic, imbalance_torque, knot_weight, spline_place
+from indexer_env.effects.spline import NUMBERS
+from indexer_env.kernels.effects import harmonic, imbalance_torque, tabulated
 from indexer_env.kernels.joints import line_torque, region_line
 
 SETTINGS = {"error_model": "numpy", "_nrt": False}
@@ -21,8 +23,7 @@ COLUMNS = (
     "inertia", "middle", "stroke", "mass", "load",
     "error", "error_phase", "error_order", "soft", "soft_inverse_square", "soft_damping",
     "play", "play_share", "play_friction", "play_law", "contact",
-    "tabulated_over", "tabulated_first", "tabulated_per",
-    *(f"tabulated_{k}" for k in range(11)),
+    "tabulated_over", *(f"tabulated_{k}" for k in range(NUMBERS)),
 )  # fmt: skip
 """Coefficients of one joint; those that no effect sets are 0."""
 
@@ -32,8 +33,13 @@ COLUMNS = (
     COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
     LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE, SOFT_DAMPING, PLAY, PLAY_SHARE, PLAY_FRICTION,
     PLAY_LAW, CONTACT,
-    TABULATED_OVER, TABULATED_FIRST, TABULATED_PER, TABULATED_0,
-) = range(len(COLUMNS) - 10)  # fmt: skip
+    TABULATED_OVER, TABULATED_0,
+) = range(len(COLUMNS) - NUMBERS + 1)  # fmt: skip
+
+
+_TABLE, _NEXT = np.uint64(TABULATED_0), np.uint64(1)
+"""Where a table's numbers begin, and how far apart they stand; it is over speed (1) or position (2), and over the
+position where it has a second variable."""
 
 
 @compiled
@@ -56,9 +62,8 @@ def smooth_force(c, q, v, z0, q0):
     if c[PRESLIDING] != 0.0:
         total += c[PRESLIDING] * bristle(q, z0, q0, c[PRESLIDING_DISTANCE])
     if c[TABULATED_OVER] != 0.0:
-        place = spline_place(v if c[TABULATED_OVER] == 1.0 else q, c[TABULATED_FIRST], c[TABULATED_PER], 0.0)
-        for k in range(11):
-            total += c[TABULATED_0 + k] * knot_weight(place, float(k), 0.0)
+        force, _, _ = tabulated(c, _TABLE, _NEXT, v if c[TABULATED_OVER] == 1.0 else q, q)
+        total += force
     return total
 
 

@@ -185,7 +185,7 @@ class ForwardModel(Model):
             j = int(one.fixed.get("joint", 0))
             own = values_of(one, mine)
             if effect.forward == "tabulated":
-                table[j, TABULATED_OVER:] = tabulated_row(one.name == "tabulated.speed", own)
+                table[j, TABULATED_OVER:] = tabulated_row(one.name, own)
                 continue
             size, *shape = _columns(effect.forward)
             named = [getattr(own, s.name) for s in effect.sizes] + [

@@ -13,6 +13,8 @@ from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
 from discrepancy.drives.description import Drive
+from discrepancy.drives.effects import TABLES
+from discrepancy.drives.effects.tabulated import OVER
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects, machine_yaml
@@ -110,8 +112,9 @@ class ForwardSubject(Subject):
             self.model.courses[k].states[first : first + count]
             for k, first, count in zip(windows.track, windows.first, windows.count, strict=True)
         ])  # fmt: skip
-        at = {"tabulated.speed": joint.speed, "tabulated.position": joint.position}
-        passed = {name: states[:, self.drive.states.index(state)] for name, state in at.items()}
+        at = {"speed": joint.speed, "position": joint.position}
+        rows = {variable: states[:, self.drive.states.index(state)] for variable, state in at.items()}
+        passed = {name: [rows[v] for v in OVER[name]] for name, table in TABLES.items() if not table.load}
         return forms_of(self.model.scales[0], passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import Any
@@ -11,11 +12,12 @@ import numpy as np
 
 from discrepancy.drives.description import Drive, named
 from discrepancy.drives.effects import TABLES, DriveEffect
+from discrepancy.drives.effects.tabulated import OVER, VARIABLES, axes_of, counts_of, ends_of, table_values
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.track import Track
 from discrepancy.form import Form, shaped
 from discrepancy.model import Hypothesis, Parameter
-from indexer_env.effects.tabulated import PLACES, coefficients_of_values
+from indexer_env.effects.spline import Axis, spline_numbers
 from indexer_env.errors import ParameterError
 
 SAME = 1e-3
@@ -63,31 +65,29 @@ _WIDE = 10.0
 at nothing."""
 
 
-def forms_of(scales: Scales, passed: Mapping[str, np.ndarray], known: Sequence[Hypothesis]) -> tuple[Form, ...]:
-    """Tables over what the records fitted have passed, speed and position; none beside a table that is there."""
+def forms_of(
+    scales: Scales, passed: Mapping[str, Sequence[np.ndarray]], known: Sequence[Hypothesis]
+) -> tuple[Form, ...]:
+    """Tables over what the records fitted have passed, of each its variables; none beside a table that is there."""
     if any(one.name in TABLES for one in known):
         return ()
     found = []
     for name, values in passed.items():
-        low, high = float(values.min()), float(values.max())
+        ends = [(float(row.min()), float(row.max())) for row in values]
         parameters = tuple(
             Parameter(f"{name}.{size.name}", scales.unit("F"), 0.0, _WIDE * scales.F, known=True)
             for size in TABLES[name].sizes
         )
-        over = f"{name.rpartition('.')[2]} [{scales.unit('V' if name == 'tabulated.speed' else 'Q')}]"
-        fixed = {"low": low, "high": high}
-        places = tuple(np.linspace(low, high, PLACES).tolist())
-        starts = shaped(places, scales.F, closed=False)
-        found.append(Form(over, Hypothesis(name, parameters, fixed, starts), places))
+        over = " and ".join(f"{variable} [{scales.unit(VARIABLES[variable][2])}]" for variable in OVER[name])
+        fixed = dict(zip(ends_of(name), itertools.chain(*ends), strict=True))
+        axes = tuple(Axis(count, *low_high) for count, low_high in zip(counts_of(name), ends, strict=True))
+        found.append(Form(over, OVER[name], Hypothesis(name, parameters, fixed, shaped(axes, scales.F)), axes))
     return tuple(found)
 
 
-def tabulated_row(over_speed: bool, p: Any) -> list[float]:
-    """A table's coefficients as the integrator of the forward form has them: its variable, the place of 0 and places in
-    a unit, and those of the spline."""
-    per = (PLACES - 1) / (p.high - p.low)
-    values = [getattr(p, f"force_{k}") for k in range(1, PLACES + 1)]
-    return [1.0 if over_speed else 2.0, 1.0 - per * p.low, per, *coefficients_of_values(closed=False) @ values]
+def tabulated_row(name: str, p: Any) -> list[float]:
+    """A table's coefficients as the integrator of the forward form has them: its first variable, and its spline's."""
+    return [1.0 if OVER[name][0] == "speed" else 2.0, *spline_numbers(axes_of(name, p), table_values(name, p))]
 
 
 def sensible(effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any]) -> list[DriveEffect]:

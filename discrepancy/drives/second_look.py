@@ -10,6 +10,7 @@ import numpy as np
 
 from discrepancy.drives.description import LOAD, Drive, known_parameter
 from discrepancy.drives.effects import TABLES, DriveEffect
+from discrepancy.drives.effects.tabulated import ends_of
 from discrepancy.drives.sessions import Slots, stated
 from discrepancy.model import Hypothesis
 from discrepancy.place import Point
@@ -93,12 +94,13 @@ def known_effects(
 
 def _table(name: str, values: Mapping[str, Any]) -> Hypothesis:
     """A table as it stands, nothing of it to be fitted: it would take up whatever is looked for beside it."""
-    keys = ("low", "high", *(size.name for size in TABLES[name].sizes))
+    keys = (*ends_of(name), *(size.name for size in TABLES[name].sizes))
     for key in (*values, *keys):
         check_choice("machine", name, key, keys)
         check_number("machine", f"{name}.{key}", values.get(key))
-    if not values["low"] < values["high"]:
-        raise refuse("machine", f"{name}.high", f"above low, {values['low']:g}", values["high"])
+    for low, high in zip(ends_of(name)[::2], ends_of(name)[1::2], strict=True):
+        if not values[low] < values[high]:
+            raise refuse("machine", f"{name}.{high}", f"above {low}, {values[low]:g}", values[high])
     return Hypothesis(name, (), {key: float(values[key]) for key in keys})
 
 

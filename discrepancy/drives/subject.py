@@ -10,6 +10,8 @@ import numpy as np
 from discrepancy.criteria import Criteria
 from discrepancy.drives.description import Drive
 from discrepancy.drives.differing import differing, in_words
+from discrepancy.drives.effects import TABLES
+from discrepancy.drives.effects.tabulated import OVER, VARIABLES
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
@@ -95,12 +97,11 @@ class DriveSubject(Subject):
 
     def forms(self) -> tuple[Form, ...]:
         tracks = [self.model.tracks[k] for k in self.model.windows.tracks]
+        seen = [name for name, table in TABLES.items() if self.model.scales.D or not table.load]
         passed = {
-            "tabulated.speed": np.concatenate([t.v for t in tracks]),
-            "tabulated.position": np.concatenate([t.q for t in tracks]),
+            name: [np.concatenate([VARIABLES[variable][3](t) for t in tracks]) for variable in OVER[name]]
+            for name in seen
         }
-        if self.model.scales.D:
-            passed["tabulated.deflection"] = np.concatenate([t.q - t.u.q_load for t in tracks])
         return forms_of(self.model.scales, passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:

@@ -44,6 +44,6 @@ def _with_table(outcome: Outcome) -> dict[str, str]:
     if table is None:
         return {}
     machine = outcome.subject.files(outcome.answer.model, table.place)["machine.yaml"]
-    held = f"between {table.form.places[0]:.4g} and {table.form.places[-1]:.4g}"
+    held = " and ".join(f"between {axis.low:.4g} and {axis.high:.4g}" for axis in table.form.axes)
     comment = f"# {table.form.hypothesis.name} is a table, not a law: it holds {held}, where it was read off.\n"
     return {"with_table.yaml": comment + machine}

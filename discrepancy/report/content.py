@@ -114,13 +114,13 @@ def _origin(origin: Origin) -> dict[str, Any]:
 
 def _table(table: Table) -> dict[str, Any]:
     rows = [
-        {"place": place, "value": e.value, "interval": [e.low, e.high]}
+        {"place": place[0] if len(place) == 1 else list(place), "value": e.value, "interval": [e.low, e.high]}
         for place, e in zip(table.form.places, table.values, strict=True)
     ]
     return {
         "name": table.form.hypothesis.name, "what": "a table, not a law", "over": table.form.over,
         "unit": table.values[0].unit, "rows": rows, "before": table.before, "after": table.after,
-        "closes": table.closes,
+        "closes": table.closes, "places": [axis.places.tolist() for axis in table.form.axes],
     }  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
 from indexer_env.effects import EFFECTS, TABLES
 from indexer_env.effects.measures import measures
-from indexer_env.effects.tabulated import PLACES
+from indexer_env.effects.tabulated import ENDS
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -193,14 +193,15 @@ class IndexerSubject(Subject):
         return missed_at(model, place, without, "output", "phase"), "cam's phase"
 
     def forms(self) -> tuple[Form, ...]:
-        """Over the table's speed, over turns of table and cam, over the output joint's deflection."""
+        """All tables of the library; none beside one that the machine has."""
         if any(effect.name in TABLES for effect in self.machine.effects):
             return ()
         fastest = max(e.operating_point.motor_speed for e in self.model.experiments)
         size = measures(self.machine, fastest)
         top, bent = 1.1 * size["speed"], 1.5 * size["deflection"]
-        ends = {"tabulated.speed": (-0.1 * top, top), "tabulated.deflection": (-bent, bent)}
-        return tuple(_form(name, ends.get(name), size["torque"]) for name in _OVER)
+        swung = bent * math.sqrt(self.machine.output_joint.stiffness / self.machine.table_inertia)
+        ends = {"speed": (-0.1 * top, top), "deflection": (-bent, bent), "rate": (-swung, swung)}
+        return tuple(_form(name, ends, size) for name in TABLES)
 
     def shop(self, name: str, values: Sequence[float]) -> str:
         return in_the_shop(name, values, self.machine)
@@ -212,25 +213,32 @@ class IndexerSubject(Subject):
 _BUMPS = ("cam.profile_error", "load.process")
 """Effects that are a bump over the cam's phase, which whatever else follows that phase is likely to look like."""
 
-_OVER = {
-    "tabulated.speed": "speed of the table [rad/s]", "tabulated.angle": "angle of the table [rad]",
-    "tabulated.cam": "angle of the cam [rad]", "tabulated.deflection": "deflection of the output joint [rad]",
+_VARIABLES = {
+    "speed": "speed of the table [rad/s]", "angle": "angle of the table [rad]", "cam": "angle of the cam [rad]",
+    "deflection": "deflection of the output joint [rad]", "rate": "rate of that deflection [rad/s]",
 }  # fmt: skip
 """What tables are over."""
 
 _WIDE = 3.0
-"""Spread of a table's values before the records are looked at, over the torque of the motion: places that no record
-passes stay at nothing."""
+"""Spread of a table's values before the records are looked at, over the torque of the motion, or over what that bends
+the output joint by: places that no record passes stay at nothing."""
 
 
-def _form(name: str, ends: tuple[float, float] | None, torque: float) -> Form:
-    places = np.linspace(*ends, PLACES) if ends else np.linspace(0.0, _TURN, PLACES, endpoint=False)
+def _form(name: str, reached: Mapping[str, tuple[float, float]], size: Mapping[str, float]) -> Form:
+    table = TABLES[name]
+    scale, unit = (size["deflection"], "rad") if table.moves else (size["torque"], "N m")
+    fixed: dict[str, float] = {}
+    for variable, ends in zip(table.over, ENDS, strict=False):
+        fixed |= dict(zip(ends, reached.get(variable, ()), strict=False))
+    rules = {field.name: field.metadata for field in dataclasses.fields(table)}
+    bounds = {end: rules[table.grid[0]][end] for end in ("low", "high") if rules[table.grid[0]][end] is not None}
     parameters = tuple(
-        Parameter(f"{name}.torque_{k}", "N m", 0.0, _WIDE * torque, known=True) for k in range(1, PLACES + 1)
+        Parameter(f"{name}.{value}", unit, 0.0, _WIDE * scale, known=True, **bounds) for value in table.grid
     )
-    fixed = {} if ends is None else {"low": ends[0], "high": ends[1]}
-    starts = shaped(places.tolist(), torque, closed=ends is None)
-    return Form(_OVER[name], Hypothesis(name, parameters, fixed, starts), tuple(places.tolist()))
+    axes = table(**dict.fromkeys(table.grid, 0.0), **fixed).axes
+    over = " and ".join(_VARIABLES[variable] for variable in table.over)
+    told = f"{over}, as an error of the cam's motion" if table.moves else over
+    return Form(told, table.over, Hypothesis(name, parameters, fixed, shaped(axes, scale)), axes)
 
 
 def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:

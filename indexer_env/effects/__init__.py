@@ -9,7 +9,9 @@ drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.
 cam       cam.profile_error · cam.station_spacing
 roller    roller.crack · roller.crack_single
 joint     input.backlash · output.backlash · output.cubic_stiffness · base.looseness
-tabulated tabulated.speed · tabulated.angle · tabulated.cam · tabulated.deflection: tables, not laws
+tabulated tabulated.speed · tabulated.angle · tabulated.cam · tabulated.deflection · tabulated.speed_angle ·
+          tabulated.speed_cam · tabulated.deflection_rate · tabulated.profile: tables, not laws
+spline    the numbers of a table's cubic spline
 sensor    sensor.gain · sensor.lowpass · sensor.bracket_resonance · sensor.mains_hum · sensor.offset_drift
 
 A new effect is one class in one of these files; what enters the equations of motion in a new place also gets its scalar
@@ -25,14 +27,15 @@ from typing import Any
 
 from indexer_env.checks import did_you_mean
 from indexer_env.effects import cam, drive, friction, joint, load, roller, sensor, tabulated
-from indexer_env.effects.base import EFFECTS, TABLES, Effect, MachineEffect, SensorEffect
+from indexer_env.effects.base import EFFECTS, Effect, MachineEffect, SensorEffect
+from indexer_env.effects.tabulated import TABLES
 from indexer_env.errors import ParameterError, refuse
 
 __all__ = ["EFFECTS", "LOADABLE", "TABLES", "Effect", "MachineEffect", "SensorEffect", "effects_by_name", "make_effect"]
 
 _FAMILIES = (cam, drive, friction, joint, load, roller, sensor, tabulated)
 
-LOADABLE: Mapping[str, type[Effect]] = ChainMap(EFFECTS, TABLES)
+LOADABLE: Mapping[str, type[Effect]] = ChainMap(EFFECTS, dict(TABLES))
 """What a machine or a sensor may be extended by: the library, and tables."""
 
 

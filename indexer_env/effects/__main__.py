@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 
 from indexer_env.effects import EFFECTS, TABLES, Effect
@@ -15,12 +16,14 @@ def _range(rules: dict) -> str:
 
 
 def _parameters(effect: type[Effect]) -> str:
+    """A line for each parameter; parameters side by side that only differ in the name have one line."""
     lines = []
-    for field in dataclasses.fields(effect):
-        rules = dict(field.metadata)
+    for rules, alike in itertools.groupby(dataclasses.fields(effect), lambda field: dict(field.metadata)):
+        field, *others = alike
+        names = f"`{field.name}` … `{others[-1].name}`" if others else f"`{field.name}`"
         given = f"default {field.default:g}" if field.default is not dataclasses.MISSING else "to be given"
         given = given if rules["null"] is None else f"null {rules['null']:g}"
-        lines.append(f"`{field.name}` {rules['meaning']} [{rules['unit']}], {_range(rules)}, {given}")
+        lines.append(f"{names} {rules['meaning']} [{rules['unit']}], {_range(rules)}, {given}")
     return "<br>".join(lines)
 
 
@@ -38,9 +41,12 @@ The paper among the sources, and the equations to which effects add, stand in
     tables = """
 ## Tables, not laws
 
-What remains after a search can be taken up as a torque on the table that is tabulated over one variable: a cubic spline
-through nine values, evenly spaced, without curvature at its ends and constant beyond them; over an angle it is closed.
-Machines, campaigns and second looks take a table by its name like any effect, one to a machine; no search proposes one.
+What remains after a search can be taken up as a table: a torque on the table, or an error of the cam's motion, as a
+cubic spline through values at evenly spaced places, without curvature at its ends and constant beyond them; over a turn
+it is closed. Over one variable there are nine places; over two variables five along each, seven along a turn (a tensor
+product). The values of the second variable stand side by side: `torque_2_3` stands at the second place of the speed and
+the third of the angle. Machines, campaigns and second looks take a table by its name like any effect, one to a machine;
+no search proposes one.
 
 """
     return head + _rows(EFFECTS) + tables + _rows(TABLES)

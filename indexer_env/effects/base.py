@@ -138,9 +138,6 @@ class SensorEffect(Effect):
 
 _E = TypeVar("_E", bound=Effect)
 
-TABLES: dict[str, type[Effect]] = {}
-"""Tabulated torques by name (`indexer_env.effects.tabulated`): loaded like effects, but proposed by no search."""
-
 EFFECTS: dict[str, type[Effect]] = {}
 """All effects by name; filled by `register` when the families are imported (indexer_env.effects)."""
 

@@ -1,4 +1,4 @@
-"""Tables, not laws: a missing torque as a spline over one variable, as it was read off records.
+"""Tables, not laws: a missing torque over one variable or two, or an error of the cam's motion, as read off records.
 
 They are in `TABLES` and not in `EFFECTS`: a machine, a campaign or a second look takes them by name like any effect,
 but no search proposes one, as a table fits whatever it is given and explains nothing.
@@ -6,154 +6,162 @@ but no search proposes one, as a table fits whatever it is given and explains no
 
 from __future__ import annotations
 
-import functools
-import math
-from collections.abc import MutableMapping
+import dataclasses
+import itertools
+from collections.abc import MutableMapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from indexer_env.effects.base import TABLES, MachineEffect, parameter
+from indexer_env.effects.base import MachineEffect, parameter
+from indexer_env.effects.spline import Axis, spline_numbers
 from indexer_env.errors import refuse
-from indexer_env.kernels.layout import USES_TABLE
+from indexer_env.kernels.layout import COEFFICIENT_NAMES, USES_TABLE
 
 if TYPE_CHECKING:
     from indexer_env.machine import Machine
 
 PLACES = 9
-"""Places at which a table gives its torque."""
+"""Places along the only variable of a table."""
 
-_LINE = (1.0, 4.0, 1.0)
-"""Six times what a uniform cubic B-spline's coefficients give at the middle one's knot."""
+OPEN_PLACES, TURN_PLACES = 5, 7
+"""Places along one of two variables, and of a turn: the kernel has room for seven by seven coefficients."""
+
+_FIRST = COEFFICIENT_NAMES.index("tabulated_first_1")
 
 
-@functools.cache
-def coefficients_of_values(*, closed: bool) -> np.ndarray:
-    """Matrix (11, 9) from a spline's values at its places to its B-spline coefficients: natural, with one more knot at
-    each end, or closed, its last two coefficients unused."""
-    if closed:
-        places = np.arange(PLACES)
-        values = np.zeros((PLACES, PLACES))
-        for share, step in zip(_LINE, (-1, 0, 1), strict=True):
-            values[places, (places + step) % PLACES] = share
-        return np.concatenate([6.0 * np.linalg.inv(values), np.zeros((2, PLACES))])
-    values = np.zeros((PLACES + 2, PLACES + 2))
-    for k in range(PLACES):
-        values[k, k : k + 3] = _LINE
-    # no curvature at both ends
-    values[PLACES, :3] = values[PLACES + 1, -3:] = (1.0, -2.0, 1.0)
-    return 6.0 * np.linalg.inv(values)[:, :PLACES]
+class Variable(NamedTuple):
+    """What a table may be over: its number in the kernel, words, symbol, unit, whether it is a turn."""
+
+    number: int
+    words: str
+    symbol: str
+    unit: str
+    closed: bool
+
+
+VARIABLES = {
+    "speed": Variable(0, "the table's speed", "φ̇", "rad/s", False),
+    "angle": Variable(1, "a turn of the table", "φ", "rad", True),
+    "cam": Variable(2, "a turn of the cam", "α", "rad", True),
+    "deflection": Variable(3, "the output joint's deflection", "δ2", "rad", False),
+    "rate": Variable(4, "its rate", "δ̇2", "rad/s", False),
+}
+"""By name."""
 
 
 @dataclass(frozen=True)
 class Tabulated(MachineEffect):
-    """A torque against the table over one variable: a cubic spline through nine values, evenly spaced."""
+    """A cubic spline through values at evenly spaced places, over one variable or two."""
 
-    source = "de Boor, A Practical Guide to Splines (1978), chapters IX to XI"
-    enters = "table torque"
+    source = "de Boor, A Practical Guide to Splines (1978), chapters IX to XI and XVII"
     feature = USES_TABLE
-    over: ClassVar[int] = 0
-    """Number of the variable in the kernel."""
-    closed: ClassVar[bool] = False
-    """Whether it is an angle, whose turn the table covers; else it goes from `low` to `high` and is constant beyond."""
-
-    torque_1: float = parameter("torque at the first place", "N m", null=0.0)
-    torque_2: float = parameter("torque at the second place", "N m", null=0.0)
-    torque_3: float = parameter("torque at the third place", "N m", null=0.0)
-    torque_4: float = parameter("torque at the fourth place", "N m", null=0.0)
-    torque_5: float = parameter("torque at the fifth place", "N m", null=0.0)
-    torque_6: float = parameter("torque at the sixth place", "N m", null=0.0)
-    torque_7: float = parameter("torque at the seventh place", "N m", null=0.0)
-    torque_8: float = parameter("torque at the eighth place", "N m", null=0.0)
-    torque_9: float = parameter("torque at the ninth place", "N m", null=0.0)
+    over: ClassVar[tuple[str, ...]] = ()
+    """Names of its variables."""
+    moves: ClassVar[bool] = False
+    """Whether its values are an error of the cam's motion [rad]; else a torque against the table [N m]."""
+    grid: ClassVar[tuple[str, ...]] = ()
+    """Names of its values, those of the last variable side by side."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        low, high = self.reach
-        if not low < high:
-            raise refuse(self.name, "high", f"above low, {low:g}", high)
+        for axis, (low, high) in zip(self.axes, ENDS, strict=False):
+            if not axis.low < axis.high:
+                raise refuse(self.name, high, f"above {low}, {axis.low:g}", axis.high)
 
     @property
-    def reach(self) -> tuple[float, float]:
-        """Values of the variable at the first place and at the last one; a turn's end is its first place again."""
-        return 0.0, 2.0 * math.pi * (1.0 - 1.0 / PLACES)
+    def axes(self) -> tuple[Axis, ...]:
+        """Its variables' places."""
+        found = []
+        for name, ends, count in zip(self.over, ENDS, places_of(self.over), strict=False):
+            closed = VARIABLES[name].closed
+            low_high = {} if closed else dict(zip(("low", "high"), (getattr(self, end) for end in ends), strict=True))
+            found.append(Axis(count, closed=closed, **low_high))
+        return tuple(found)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Its values, an axis for each variable."""
+        return np.reshape([getattr(self, name) for name in self.grid], places_of(self.over))
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        if coefficients["tabulated_over"] >= 0.0:
+        if coefficients["tabulated_over_1"] >= 0.0:
             rule, remedy = "the only table of a machine", "leave out all tables but one"
             raise refuse("Machine", "effects", rule, self.name, remedy)
-        values = [getattr(self, f"torque_{k}") for k in range(1, PLACES + 1)]
-        low, high = self.reach
-        per = (PLACES - 1) / (high - low)
-        coefficients["tabulated_over"] = float(self.over)
-        coefficients["tabulated_closed"] = float(self.closed)
-        coefficients["tabulated_per"] = per
-        coefficients["tabulated_first"] = (0.0 if self.closed else 1.0) - per * low
-        for k, value in enumerate(coefficients_of_values(closed=self.closed) @ values):
-            coefficients[f"tabulated_{k}"] = float(value)
+        for n, name in enumerate(self.over, start=1):
+            coefficients[f"tabulated_over_{n}"] = float(VARIABLES[name].number)
+        coefficients["tabulated_moves"] = float(self.moves)
+        numbers = spline_numbers(self.axes, self.values.ravel().tolist())
+        coefficients.update(zip(COEFFICIENT_NAMES[_FIRST : _FIRST + len(numbers)], numbers, strict=True))
 
 
-def _table(effect: type[Tabulated]) -> type[Tabulated]:
-    TABLES[effect.name] = effect
-    return effect
+TABLES: dict[str, type[Tabulated]] = {}
+"""All tables by name: loaded like effects, but proposed by no search."""
+
+ENDS = (("low", "high"), ("low_2", "high_2"))
+"""Fields of the ends of its first and of its second variable."""
 
 
-@_table
-@dataclass(frozen=True)
-class OverSpeed(Tabulated):
-    """A torque over the table's speed [rad/s]."""
-
-    name = "tabulated.speed"
-    sentence = "A torque that is tabulated over the table's speed acts on the table: a table, not a law."
-    equation = "T_L += spline(φ̇), from `low` to `high` [rad/s]"
-    over = 0
-
-    low: float = parameter("value at the first place", "rad/s")
-    high: float = parameter("value at the last place", "rad/s")
-
-    @property
-    def reach(self) -> tuple[float, float]:
-        return self.low, self.high
+def places_of(over: Sequence[str]) -> tuple[int, ...]:
+    """How many places a table over these variables has along each."""
+    if len(over) == 1:
+        return (PLACES,)
+    return tuple(TURN_PLACES if VARIABLES[name].closed else OPEN_PLACES for name in over)
 
 
-@_table
-@dataclass(frozen=True)
-class OverAngle(Tabulated):
-    """A torque over a turn of the table."""
-
-    name = "tabulated.angle"
-    sentence = "A torque that is tabulated over a turn of the table acts on it: a table, not a law."
-    equation = "T_L += spline(φ), closed over 2π"
-    over = 1
-    closed = True
+def grid_names(value: str, counts: Sequence[int]) -> tuple[str, ...]:
+    """Names of values at places of these numbers: torque_1 …, torque_1_1 …"""
+    return tuple("_".join([value, *map(str, at)]) for at in itertools.product(*(range(1, n + 1) for n in counts)))
 
 
-@_table
-@dataclass(frozen=True)
-class OverCam(Tabulated):
-    """A torque over a turn of the cam."""
+def _table(
+    cls: str, name: str, over: tuple[str, ...], sentence: str, equation: str, *, moves: bool = False
+) -> type[Tabulated]:
+    """A table by the name of its class, entered into `TABLES`."""
+    value, unit, bound = ("error", "rad", 0.05) if moves else ("torque", "N m", None)
+    grid = grid_names(value, places_of(over))
+    meaning = f"{value} at each place" + (", those of the second variable side by side" if len(over) == 2 else "")
+    rules = parameter(meaning, unit, null=0.0, low=None if bound is None else -bound, high=bound)
+    fields = [(field, float, dataclasses.field(metadata=rules.metadata)) for field in grid]
+    for variable, ends, which in zip(over, ENDS, ("", " of the second variable"), strict=False):
+        own = VARIABLES[variable]
+        fields += [
+            (end, float, parameter(f"value{which} at the {place} place", own.unit))
+            for end, place in zip(ends, ("first", "last"), strict=True)
+            if not own.closed
+        ]
+    told = {
+        "name": name, "over": over, "moves": moves, "grid": grid, "sentence": f"{sentence}: a table, not a law.",
+        "equation": equation, "enters": "motion law" if moves else "table torque",
+        "__doc__": f"{sentence}.", "__module__": __name__,
+    }  # fmt: skip
+    TABLES[name] = dataclasses.make_dataclass(cls, fields, bases=(Tabulated,), namespace=told, frozen=True)
+    return TABLES[name]
 
-    name = "tabulated.cam"
-    sentence = "A torque that is tabulated over a turn of the cam acts on the table: a table, not a law."
-    equation = "T_L += spline(α), closed over 2π"
-    over = 2
-    closed = True
+
+def _torque(cls: str, name: str, *over: str) -> type[Tabulated]:
+    """A table of a torque against the table."""
+    variables = [VARIABLES[variable] for variable in over]
+    words = " and ".join(variable.words for variable in variables)
+    symbols = ", ".join(variable.symbol for variable in variables)
+    told = [
+        f"{v.symbol} closed over a turn" if v.closed else f"{v.symbol} from `{low}` to `{high}`"
+        for v, (low, high) in zip(variables, ENDS, strict=False)
+    ]
+    sentence = f"A torque that is tabulated over {words} acts on the table"
+    return _table(cls, name, over, sentence, f"T_L += spline({symbols}), {', '.join(told)}")
 
 
-@_table
-@dataclass(frozen=True)
-class OverDeflection(Tabulated):
-    """A torque over the output joint's deflection [rad]."""
-
-    name = "tabulated.deflection"
-    sentence = "A torque that is tabulated over the output joint's deflection acts on the table: a table, not a law."
-    equation = "T_L += spline(δ2), from `low` to `high` [rad]"
-    over = 3
-
-    low: float = parameter("value at the first place", "rad")
-    high: float = parameter("value at the last place", "rad")
-
-    @property
-    def reach(self) -> tuple[float, float]:
-        return self.low, self.high
+OverSpeed = _torque("OverSpeed", "tabulated.speed", "speed")
+OverAngle = _torque("OverAngle", "tabulated.angle", "angle")
+OverCam = _torque("OverCam", "tabulated.cam", "cam")
+OverDeflection = _torque("OverDeflection", "tabulated.deflection", "deflection")
+OverSpeedAndAngle = _torque("OverSpeedAndAngle", "tabulated.speed_angle", "speed", "angle")
+OverSpeedAndCam = _torque("OverSpeedAndCam", "tabulated.speed_cam", "speed", "cam")
+OverDeflectionAndRate = _torque("OverDeflectionAndRate", "tabulated.deflection_rate", "deflection", "rate")
+Profile = _table(
+    "Profile", "tabulated.profile", ("cam",),
+    "An error of the cam's motion that is tabulated over a turn of the cam moves the follower",
+    "β += spline(α), α closed over a turn; β', β'' with it", moves=True,
+)  # fmt: skip

@@ -6,7 +6,7 @@ layout         the rows of the workspace: state, coefficients, motion-law piece,
 compiling      the decorators
 trigonometry   sine and cosine that become vector code
 joints         torque of a joint with play and bilinear stiffness; its contact regions and their guards
-effects        scalar equations of the model's extensions (friction, ripple, bumps, slip)
+effects        scalar equations of the model's extensions (friction, ripple, bumps, slip, tables)
 interpolation  angles inside a step: a motor on its ramp, the quintic through both ends
 drive          what ripples on the reducer's output, and its mesh
 dynamics       equations of motion of Models A, B and B on its base as plain scalar functions

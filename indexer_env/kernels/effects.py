@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from .compiling import scalar
 from .trigonometry import sine_alone, sine_and_cosine
 
@@ -57,22 +59,72 @@ def imbalance_torque(angle, torque, phase):
 
 
 @scalar
-def knot_weight(place, knot, closed):
-    """Weight of one coefficient of a uniform cubic B-spline, u its knot's distance from the place:
-    (max(2-|u|, 0)³ - 4 max(1-|u|, 0)³)/6. Of a closed one the nearest of the images that are nine knots apart counts.
-    """
-    u = place - knot
-    u = abs(u - closed * 9.0 * math.floor(u / 9.0 + 0.5))
-    far, near = max(2.0 - u, 0.0), max(1.0 - u, 0.0)
-    return (far * far * far - 4.0 * near * near * near) * (1.0 / 6.0)
+def spline_weights(t):
+    """Weights of the four coefficients of a uniform cubic B-spline that count at a share t of the way between two
+    knots (de Boor, chapter X)."""
+    s = 1.0 - t
+    outer, inner = 1.0 / 6.0, 2.0 / 3.0
+    return outer * s * s * s, inner - t * t * (1.0 - 0.5 * t), inner - s * s * (1.0 - 0.5 * s), outer * t * t * t
 
 
 @scalar
-def spline_place(x, first, per, closed):
-    """Place among the knots of a variable's value: held at the first or the last one where the table ends."""
+def spline_cell(x, first, per, count, closed):
+    """Number of the first of the four coefficients that count at x, and the share of the way from the second one's knot
+    to the third's; beyond its ends a table that is not closed is held. A state that is not finite gets a number, too,
+    as it becomes an index."""
+    cells = count - 3.0 * (1.0 - closed)
     place = first + per * x
-    held = min(max(place, 1.0), 9.0)
-    return held + closed * (place - held)
+    if closed != 0.0:
+        place -= cells * math.floor(place / cells)
+    place = min(max(0.0, place), cells)
+    cell = min(math.floor(place), int(cells) - 1)
+    return cell, place - cell
+
+
+@scalar
+def wrapped(number, count):
+    """Number of a coefficient; behind the last one of a closed spline comes its first."""
+    return number - count if number >= count else number
+
+
+@scalar
+def across(w, row, step, stride, line, count, share):
+    """Value along y of a column of coefficients that begins at a row; of a table over x alone, its one coefficient."""
+    if stride == 0:
+        return w[row]
+    w0, w1, w2, w3 = spline_weights(share)
+    return (
+        w0 * w[row + np.uint64(stride * line) * step]
+        + w1 * w[row + np.uint64(stride * wrapped(line + 1, count)) * step]
+        + w2 * w[row + np.uint64(stride * wrapped(line + 2, count)) * step]
+        + w3 * w[row + np.uint64(stride * wrapped(line + 3, count)) * step]
+    )
+
+
+@scalar
+def tabulated(w, row, step, x, y):
+    """Value of a tensor product of two uniform cubic splines at (x, y), and its first two derivatives by x.
+
+    Its numbers stand in w from `row` on, `step` apart: of x and of y the place of 0, places in a unit, number of
+    coefficients, whether it is closed; the distance of two lines of coefficients, 0 for a table over x alone; these.
+    """
+    per, count_1, count_2 = w[row + step], w[row + np.uint64(2) * step], w[row + np.uint64(6) * step]
+    column, t = spline_cell(x, w[row], per, count_1, w[row + np.uint64(3) * step])
+    stride, line, share = int(w[row + np.uint64(8) * step]), 0, 0.0
+    if stride != 0:
+        line, share = spline_cell(
+            y, w[row + np.uint64(4) * step], w[row + np.uint64(5) * step], count_2, w[row + np.uint64(7) * step]
+        )
+    n, m, first = int(count_1), int(count_2), row + np.uint64(9) * step
+    c0 = across(w, first + np.uint64(column) * step, step, stride, line, m, share)
+    c1 = across(w, first + np.uint64(wrapped(column + 1, n)) * step, step, stride, line, m, share)
+    c2 = across(w, first + np.uint64(wrapped(column + 2, n)) * step, step, stride, line, m, share)
+    c3 = across(w, first + np.uint64(wrapped(column + 3, n)) * step, step, stride, line, m, share)
+    w0, w1, w2, w3 = spline_weights(t)
+    s = 1.0 - t
+    slope = 0.5 * (t * t * c3 - s * s * c0) + t * (1.5 * t - 2.0) * c1 - s * (1.5 * s - 2.0) * c2
+    bend = s * c0 + (3.0 * t - 2.0) * c1 + (3.0 * s - 2.0) * c2 + t * c3
+    return w0 * c0 + w1 * c1 + w2 * c2 + w3 * c3, per * slope, per * per * bend
 
 
 @scalar

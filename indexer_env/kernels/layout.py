@@ -40,6 +40,9 @@ STATE_ROWS = len(STATE_NAMES)
     COMMAND, TIME, REGION_1, REGION_2, REGION_3, PIECE, CAM_TURN,
 ) = (LANES * row for row in range(STATE_ROWS))  # fmt: skip
 
+LARGEST_TABLE = 49
+"""Most coefficients of a table: seven by seven."""
+
 # --- coefficients of the machine: one float each, filled by indexer_env.coefficients and by the effects
 COEFFICIENT_NAMES = (
     # inertias [kg m²]; reduction τ [-]; follower advance per cam turn h [rad]; stations [-]
@@ -66,10 +69,12 @@ COEFFICIENT_NAMES = (
     "mesh_depth", "mesh_order", "mesh_phase",
     # cam
     "bump_height", "bump_centre", "bump_half_width", "spacing_error", "spacing_station",
-    # a tabulated torque: its variable, whether that is closed, the place of 0 and places in a unit of it; coefficients
-    "tabulated_over", "tabulated_closed", "tabulated_first", "tabulated_per",
-    "tabulated_0", "tabulated_1", "tabulated_2", "tabulated_3", "tabulated_4", "tabulated_5", "tabulated_6",
-    "tabulated_7", "tabulated_8", "tabulated_9", "tabulated_10",
+    # a table: its variables, whether it is an error of the cam's motion (1) or a torque (0); then as
+    # effects.tabulated takes it
+    "tabulated_over_1", "tabulated_over_2", "tabulated_moves",
+    "tabulated_first_1", "tabulated_per_1", "tabulated_count_1", "tabulated_closed_1",
+    "tabulated_first_2", "tabulated_per_2", "tabulated_count_2", "tabulated_closed_2", "tabulated_stride",
+    *(f"tabulated_{k}" for k in range(LARGEST_TABLE)),
     # the motion law's pieces of this machine in the table of pieces; whether its dwell is linear (1, else 0)
     "law_first", "law_count", "linear_dwell",
 )  # fmt: skip
@@ -88,9 +93,7 @@ COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
     TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE,
     MESH_DEPTH, MESH_ORDER, MESH_PHASE,
     BUMP_HEIGHT, BUMP_CENTRE, BUMP_HALF_WIDTH, SPACING_ERROR, SPACING_STATION,
-    TABULATED_OVER, TABULATED_CLOSED, TABULATED_FIRST, TABULATED_PER,
-    TABULATED_0, TABULATED_1, TABULATED_2, TABULATED_3, TABULATED_4, TABULATED_5, TABULATED_6,
-    TABULATED_7, TABULATED_8, TABULATED_9, TABULATED_10,
+    TABULATED_OVER_1, TABULATED_OVER_2, TABULATED_MOVES, TABULATED_FIRST_1, *_,
     LAW_FIRST, LAW_COUNT, LINEAR_DWELL,
 ) = (LANES * row for row in range(STATE_ROWS, STATE_ROWS + COEFFICIENT_ROWS))  # fmt: skip
 
@@ -138,8 +141,10 @@ _FIRST_FORCED = int(STRIDES // LANES) + 36
     # the shares (P, Q) of both harmonics on joint 1's present line, the deflection and rate that they force; torque and
     # stiffness of the imbalance on joint 2's, its half kick, and how far its change takes the table in free flight
     RIPPLE_P, RIPPLE_Q, TRANSMISSION_P, TRANSMISSION_Q, FORCED, FORCED_RATE, WEIGHT, WEIGHT_STIFFNESS, KICK, DRIFT,
-) = (LANES * row for row in range(_FIRST_FORCED, _FIRST_FORCED + 10))  # fmt: skip
-WORKSPACE = int(DRIFT + LANES)
+    # what a table is over
+    TABULATED_X, TABULATED_Y,
+) = (LANES * row for row in range(_FIRST_FORCED, _FIRST_FORCED + 12))  # fmt: skip
+WORKSPACE = int(TABULATED_Y + LANES)
 
 DEFLECTIONS = 9
 """Rows of deflections, their rates and accelerations."""

@@ -6,8 +6,6 @@ the whole call); then one loop over the lanes evaluates the machine without a br
 
 from __future__ import annotations
 
-import numpy as np
-
 from .compiling import lanes, outlined
 from .drive import RIPPLES, mesh, ripples
 from .dynamics import (
@@ -20,10 +18,9 @@ from .effects import (
     bump,
     coulomb_torque,
     imbalance_torque,
-    knot_weight,
     slip_acceleration,
-    spline_place,
     stribeck_torque,
+    tabulated,
 )
 from .joints import line_torque, straight_torque
 from .layout import *
@@ -119,7 +116,7 @@ def joints(w, i, housing, housing_rate):
 @lanes
 def load_and_law_extras(w, low, high, features):
     """What opposes the table beside joint 2 and the constant load: friction, gravity and the process, which depends on
-    the cam's phase; and the bump on the cam's profile."""
+    the cam's phase; the bump on the cam's profile; and what is tabulated of either."""
     if features & _LOAD:
         for i in range(low, high):
             w[LOAD_EXTRA + i] = w[VISCOUS + i] * w[TABLE_RATE + i]
@@ -138,7 +135,8 @@ def load_and_law_extras(w, low, high, features):
         for i in range(low, high):
             height, _, _ = bump(PER_TURN * w[CAM + i], w[PROCESS_CENTRE + i], w[PROCESS_HALF_WIDTH + i])
             w[LOAD_EXTRA + i] += w[PROCESS_TORQUE + i] * height
-    if features & USES_BUMP:
+    # without a bump its height is 0, and what a table adds begins there
+    if features & (USES_BUMP | USES_TABLE):
         for i in range(low, high):
             height, scale = w[BUMP_HEIGHT + i], 1.0 / (TWO_PI * w[BUMP_HALF_WIDTH + i])
             y0, y1, y2 = bump(PER_TURN * w[CAM + i], w[BUMP_CENTRE + i], w[BUMP_HALF_WIDTH + i])
@@ -149,23 +147,29 @@ def load_and_law_extras(w, low, high, features):
         tabulated_extra(w, low, high)
 
 
-@lanes
+@outlined
 def tabulated_extra(w, low, high):
-    """A torque tabulated over the table's speed or angle, the cam's angle or the output joint's deflection."""
+    """What a table adds to the table's load, or to the cam's motion."""
     for i in range(low, high):
-        b0, _, _ = follower_law(
+        b0, b1, _ = follower_law(
             w[CAM + i] - w[ORIGIN + i], w[C_0 + i], w[C_1 + i], w[C_2 + i], w[C_3 + i], w[C_4 + i], w[C_5 + i]
         )
-        over, x = w[TABULATED_OVER + i], w[TABLE + i] - b0 - w[BETA_EXTRA + i] - w[HOUSING + i]
-        x = w[TABLE_RATE + i] if over == 0.0 else x
-        x = w[TABLE + i] if over == 1.0 else x
+        deflection = w[TABLE + i] - b0 - w[BETA_EXTRA + i] - w[HOUSING + i]
+        rate = w[TABLE_RATE + i] - (b1 + w[BETA_1_EXTRA + i]) * w[CAM_RATE + i] - w[HOUSING_RATE + i]
+        over = w[TABULATED_OVER_1 + i]
+        x = w[TABLE + i] if over == 1.0 else w[TABLE_RATE + i]
         x = w[CAM + i] if over == 2.0 else x
-        closed = w[TABULATED_CLOSED + i]
-        place = spline_place(x, w[TABULATED_FIRST + i], w[TABULATED_PER + i], closed)
-        torque = 0.0
-        for knot in range(11):
-            torque += w[TABULATED_0 + np.uint64(knot) * LANES + i] * knot_weight(place, float(knot), closed)
-        w[LOAD_EXTRA + i] += torque
+        w[TABULATED_X + i] = deflection if over == 3.0 else x
+        over = w[TABULATED_OVER_2 + i]
+        y = w[TABLE + i] if over == 1.0 else w[CAM + i]
+        w[TABULATED_Y + i] = rate if over == 4.0 else y
+    for i in range(low, high):
+        s0, s1, s2 = tabulated(w, TABULATED_FIRST_1 + i, LANES, w[TABULATED_X + i], w[TABULATED_Y + i])
+        moves = w[TABULATED_MOVES + i]
+        w[LOAD_EXTRA + i] += (1.0 - moves) * s0
+        w[BETA_EXTRA + i] += moves * s0
+        w[BETA_1_EXTRA + i] += moves * s1
+        w[BETA_2_EXTRA + i] += moves * s2
 
 
 @lanes

@@ -4,6 +4,7 @@ Reading order
 -------------
 cam         the motion law in closed form, one smooth function per stretch of the cam turn
 contact     one joint: its regions, the guards at their edges, its line in each region
+tables      tables as splines of SciPy
 equations   the equations of motion with all effects, smooth while no edge is crossed
 edges       the first edge that a step crosses
 solve       DOP853 from edge to edge; `simulate_reference`

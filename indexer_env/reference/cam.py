@@ -22,8 +22,8 @@ from indexer_env.motion_law import (
     Polynomial345,
     TableLaw,
 )
+from indexer_env.reference.tables import TURN, spline_of, table_of
 
-TURN = 2.0 * math.pi
 PI = math.pi
 
 Triple = tuple[float, float, float]
@@ -195,7 +195,8 @@ class CamTurn:
     ----------
     machine : Machine
     effects : mapping of str to effect
-        By name; cam.profile_error, cam.station_spacing and load.process are taken from it where present.
+        By name; cam.profile_error, cam.station_spacing, load.process and a table of the cam's motion are taken from it
+        where present.
     """
 
     def __init__(self, machine: Machine, effects: Mapping[str, Any]) -> None:
@@ -205,10 +206,14 @@ class CamTurn:
         self.spacing = effects.get("cam.station_spacing")
         self.profile = effects.get("cam.profile_error")
         self.pulse = effects.get("load.process")
+        table = table_of(effects, moves=True)
+        self.table = None if table is None else spline_of(table)
         edges = [0.0, 1.0, *(span.low for span in self.spans)]
         for local in (self.profile, self.pulse):
             if local is not None:
                 edges += [(local.centre - local.half_width) % 1.0, (local.centre + local.half_width) % 1.0]
+        if table is not None:
+            edges += [k / len(table.grid) for k in range(len(table.grid))]
         edges.sort()
         self.edges = [edge for edge, next_edge in pairwise(edges) if next_edge - edge > _SAME]
         self.edges.append(1.0)
@@ -242,7 +247,11 @@ class CamTurn:
                 centre, half_width = on_bump
                 y0, y1, y2 = bump((u - centre) / half_width)
                 b0, b1, b2 = b0 + height * y0, b1 + height * y1 / half_width, b2 + height * y2 / half_width**2
-            return b0, b1 * per_rad, b2 * per_rad**2
+            b1, b2 = b1 * per_rad, b2 * per_rad**2
+            if self.table is not None:
+                e0, e1, e2 = (self.table(alpha, derivatives=n) for n in range(3))
+                b0, b1, b2 = b0 + e0, b1 + e1, b2 + e2
+            return b0, b1, b2
 
         def process(alpha: float) -> float:
             if on_pulse is None:

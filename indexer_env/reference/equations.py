@@ -13,6 +13,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.reference.cam import CamTurn, Stretch
 from indexer_env.reference.contact import Contact
+from indexer_env.reference.tables import spline_of, table_of
 
 STATE = (
     "cam_angle", "cam_rate", "table_angle", "table_rate", "housing_angle", "housing_rate", "motor_angle", "motor_rate",
@@ -27,6 +28,12 @@ SHEET = (
 """What `Equations.sheet` returns at a state, in this order."""
 
 Sheet = Callable[[Sequence[float]], tuple[float, ...]]
+
+Load = Callable[[float, float, float, float, float], float]
+"""A torque [N m] from α, φ, φ̇, δ2 and its rate."""
+
+_VARIABLES = ("cam", "angle", "speed", "deflection", "rate")
+"""The same as variables of tables."""
 
 _KNOWN = frozenset(name for name in LOADABLE if not name.startswith("sensor."))
 
@@ -62,8 +69,6 @@ class Equations:
             effect = self.effects.get(name)
             if effect is not None and effect.station >= machine.stations:
                 raise refuse(name, "station", f"below the machine's {machine.stations} stations", effect.station)
-        if self.model == "B_on_base" and "tabulated.deflection" in self.effects:
-            raise refuse("simulate_reference", "tabulated.deflection", "without a base that moves", self.model)
         self.cam = CamTurn(machine, self.effects)
         self._sound, self._cracked = self._contacts()
         joints = {"A": (1,), "B": (0, 1), "B_on_base": (0, 1, 2)}[self.model]
@@ -148,7 +153,7 @@ class Equations:
             M2 = (k2 + k_c * x * x) * x + r2 * v2
             M3 = k3 * (theta - o3) + r3 * theta_rate if on_base else 0.0
 
-            phi_acc = -(load(alpha, phi, phi_rate) + M2) / J_t
+            phi_acc = -(load(alpha, phi, phi_rate, d2, v2) + M2) / J_t
             gamma_acc = slip(gamma_rate, M1)
             theta_acc = 0.0
             if rigid_drive:
@@ -209,45 +214,27 @@ class Equations:
         tau = self.machine.reduction
         return lambda gamma_rate, M1: ((command - gamma_rate) / slip.compliance - tau * M1) / J_m
 
-    def _load(self, stretch: Stretch) -> Callable[[float, float, float], float]:
-        """All that opposes the table beside joint 2, from α, φ and φ̇ [N m]."""
+    def _load(self, stretch: Stretch) -> Load:
+        """All that opposes the table beside joint 2 [N m]."""
         constant = self.operating_point.load_torque
-        terms: list[Callable[[float, float, float], float]] = []
+        terms: list[Load] = []
         for name, effect in self.effects.items():
             if name == "friction.coulomb":
-                terms.append(lambda a, p, v, e=effect: e.torque * _sign(v, e.smoothing))
+                terms.append(lambda a, p, v, d, r, e=effect: e.torque * _sign(v, e.smoothing))
             elif name == "friction.viscous":
-                terms.append(lambda a, p, v, e=effect: e.coefficient * v)
+                terms.append(lambda a, p, v, d, r, e=effect: e.coefficient * v)
             elif name == "friction.stribeck":
-                terms.append(lambda a, p, v, e=effect: e.torque / (1.0 + (v / e.speed) ** 2) * _sign(v, e.smoothing))
+                terms.append(
+                    lambda a, p, v, d, r, e=effect: e.torque / (1.0 + (v / e.speed) ** 2) * _sign(v, e.smoothing)
+                )
             elif name == "load.imbalance":
-                terms.append(lambda a, p, v, e=effect: e.torque * math.sin(p + e.phase))
+                terms.append(lambda a, p, v, d, r, e=effect: e.torque * math.sin(p + e.phase))
             elif name == "load.process":
-                terms.append(lambda a, p, v, e=effect: e.torque * stretch.process(a))
-            elif name.startswith("tabulated."):
-                terms.append(_tabulated(effect, stretch))
-        if not terms:
-            return lambda alpha, phi, phi_rate: constant
-        return lambda alpha, phi, phi_rate: constant + sum(term(alpha, phi, phi_rate) for term in terms)
-
-
-def _tabulated(effect: Any, stretch: Stretch) -> Callable[[float, float, float], float]:
-    """A table's torque from α, φ and φ̇, the housing at rest: a natural or a periodic cubic spline."""
-    import numpy as np
-    from scipy.interpolate import CubicSpline
-
-    values = [getattr(effect, f"torque_{k}") for k in range(1, 10)]
-    if effect.closed:
-        spline = CubicSpline(np.linspace(0.0, 2.0 * math.pi, 10), [*values, values[0]], bc_type="periodic")
-        return lambda a, p, v: float(spline((p if effect.name == "tabulated.angle" else a) % (2.0 * math.pi)))
-    spline = CubicSpline(np.linspace(effect.low, effect.high, 9), values, bc_type="natural")
-    speed = effect.name == "tabulated.speed"
-
-    def torque(a: float, p: float, v: float) -> float:
-        x = v if speed else p - stretch.follower(a)[0]
-        return float(spline(min(max(x, effect.low), effect.high)))
-
-    return torque
+                terms.append(lambda a, p, v, d, r, e=effect: e.torque * stretch.process(a))
+        if (table := table_of(self.effects, moves=False)) is not None:
+            places, spline = [_VARIABLES.index(name) for name in table.over], spline_of(table)
+            terms.append(lambda *at: spline(*(at[place] for place in places)))
+        return lambda *at: constant + sum(term(*at) for term in terms)
 
 
 def _sign(rate: float, smoothing: float) -> float:

@@ -15,6 +15,7 @@ from datagen.campaigns import CAMPAIGNS
 from datagen.labels import FAULT_CLASSES, fault_class, subset_schedule
 from datagen.produce import produce
 from datagen.remake import remake
+from indexer_env.effects import TABLES
 from indexer_env.errors import ParameterError
 from tests.datagen.families import SHORT, items_of, made, ordered
 
@@ -81,6 +82,22 @@ def test_rows_with_loose_screws_effects_and_a_drawn_sensor_remake():
     assert {row["sensor_lowpass_hz"] for row in rows} == {None, 100.0, 200.0}
     assert all(0.1 <= row["sensor_hum_amplitude"] < 0.2 and row["fault_screw_looseness"] == 1.0 for row in rows)
     assert all("drive.slip" in row["effects"] and "base.looseness" in row["effects"] for row in rows)
+    for row, record in zip(rows, records, strict=True):
+        np.testing.assert_array_equal(remake(row), record.astype(np.float32))
+
+
+def test_rows_with_a_table_remake():
+    """A table over two variables that the machine has, one of its values drawn."""
+    grid = ",".join(f"{name}:3.0" for name in TABLES["tabulated.speed_angle"].grid)
+    order = ordered(
+        "campaign=random",
+        f"+machine.effects.tabulated.speed_angle={{{grid},low:-0.1,high:2.0}}",
+        "+campaign.draws.effects.tabulated.speed_angle.torque_2_3={uniform:[5.0,9.0]}",
+        *SHORT,
+    )
+    rows, records = made(order, list(range(6)))
+    drawn = [next(one for one in json.loads(row["effects"]) if one["name"] == "tabulated.speed_angle") for row in rows]
+    assert len({one["torque_2_3"] for one in drawn}) == 6 and all(one["torque_5_7"] == 3.0 for one in drawn)
     for row, record in zip(rows, records, strict=True):
         np.testing.assert_array_equal(remake(row), record.astype(np.float32))
 

@@ -7,7 +7,7 @@ In reading order:
     coupling    play, compliance, transmission error
     joint       the same with the load's own encoder: forces over the measured deflection
     ripple      cogging and ripple, a line at a fixed frequency
-    tabulated   a force over speed, position or deflection as a spline: tables, not laws
+    tabulated   a force over speed, position or deflection, or over two of these, as a spline: tables, not laws
     reading     delay, lags, gain, saturation, quantisation, drift
 
 A new effect is one `standard(DriveEffect(...))` in one of these files; to act in the forward form too it needs its line

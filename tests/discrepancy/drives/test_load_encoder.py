@@ -200,7 +200,7 @@ def test_a_law_of_the_joint_outside_the_library_is_tabulated(tmp_path: Path) -> 
     table = outcome.table
     assert outcome.answer.names == () and table is not None and table.closes > 0.95
     assert table.form.over == "deflection [rad]"
-    for place, value in zip(table.form.places, table.values, strict=True):
+    for (place,), value in zip(table.form.places, table.values, strict=True):
         assert value.value == pytest.approx(4e4 * place**3, abs=2.0)
     machine = yaml.safe_load(report_files(outcome)["with_table.yaml"])
     second = subject_of(drive(tmp_path, text), [record], machine)

@@ -10,6 +10,7 @@ import numpy as np
 
 from indexer_env import Faults, Machine, OperatingPoint, Run, Sensor, load_machine, make_effect, simulate_batch
 from indexer_env.device import on_host
+from indexer_env.effects import TABLES
 from indexer_env.vector_env import IndexerVectorEnv
 
 IN_INDEX = OperatingPoint(start_angle=0.4)
@@ -30,8 +31,14 @@ def with_effects(machine: Machine, **effects: dict[str, Any]) -> Machine:
     return dataclasses.replace(machine, effects=(*machine.effects, *more))
 
 
+def _values(table: str, size: float) -> dict[str, float]:
+    """Of a table, of no shape."""
+    return {name: size * ((7 * k) % 5 - 2.0) for k, name in enumerate(TABLES[table].grid)}
+
+
 def machines() -> list[Machine]:
-    """One of each model, with play, with effects, some of which go with strides, and with a motor that slips."""
+    """One of each model, with play, with effects, some of which go with strides, with a motor that slips, and
+    with tables."""
     reference = load_machine("reference")
     worn = Faults(backlash=np.radians(8.0), roller_crack=0.3).applied_to(reference)
     return [
@@ -41,6 +48,8 @@ def machines() -> list[Machine]:
         dataclasses.replace(reference, model="A"),
         worn,
         with_effects(worn, load__imbalance={"torque": 30.0}, drive__transmission_error={"amplitude": 1e-4}),
+        with_effects(worn, tabulated__speed_cam={**_values("tabulated.speed_cam", 20.0), "low": -0.2, "high": 1.5}),
+        with_effects(reference, tabulated__profile=_values("tabulated.profile", 1e-4)),
     ]
 
 
