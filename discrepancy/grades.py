@@ -116,7 +116,8 @@ RULES = (
         "not steady", STANDS_IN,
         lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
         lambda e, c: (
-            f"Of the cam turns that it changes in one record it makes {_percent(e.better)} better, and not more than half."
+            f"It improves {_percent(e.better)} of the cam turns that it changes in one record, where a name needs more "
+            "than half."
         ),
     ),
     Rule(
