@@ -10,6 +10,8 @@ from indexer_env.kernels.nystrom import nystrom_step
 from indexer_env.kernels.plain import plain_step
 
 ROWS_OF_EFFECTS = range(int(layout.DRIVE_EXTRA), int(layout.MESH_FACTOR), int(layout.LANES))
+TABLE = (0.3, 1.0, 4.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0)
+"""The least that there is: one cell over one variable."""
 EDGES = layout.HAS_EDGES_1 | layout.HAS_EDGES_2
 
 
@@ -43,6 +45,9 @@ def test_plain_and_general_step_agree_to_the_last_bit(count, features):
     general[layout.MOTOR_ACC : layout.MOTOR_ACC + layout.LANES] = general[
         layout.MOTOR_ACCELERATION : layout.MOTOR_ACCELERATION + layout.LANES
     ]
+    for k, number in enumerate(TABLE):
+        row = layout.TABULATED_FIRST_1 + np.uint64(k) * layout.LANES
+        general[row : row + layout.LANES] = number
     for row in ROWS_OF_EFFECTS:
         general[row : row + layout.LANES] = 0.0
     plain = general.copy()
