@@ -209,12 +209,8 @@ def steadily(beside: np.ndarray, without: np.ndarray, model: Model, least: float
     A record without such windows does not count."""
     gained = (without - beside) / model.counts
     changed = np.abs(gained) >= least
-    shares = [
-        float((gained[mine] > 0.0).mean())
-        for g in np.unique(model.groups)
-        if (mine := changed & (model.groups == g)).any()
-    ]
-    return min(shares, default=0.0)
+    better, groups = gained[changed] > 0.0, model.groups[changed]
+    return min((float(better[groups == g].mean()) for g in np.unique(groups)), default=0.0)
 
 
 def closed(before: float, after: float) -> float:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -79,7 +78,7 @@ def forms_of(
             for size in TABLES[name].sizes
         )
         over = " and ".join(f"{variable} [{scales.unit(VARIABLES[variable][2])}]" for variable in OVER[name])
-        fixed = dict(zip(ends_of(name), itertools.chain(*ends), strict=True))
+        fixed = dict(zip(ends_of(name), chain(*ends), strict=True))
         axes = tuple(Axis(count, *low_high) for count, low_high in zip(counts_of(name), ends, strict=True))
         found.append(Form(over, OVER[name], Hypothesis(name, parameters, fixed, shaped(axes, scales.F)), axes))
     return tuple(found)

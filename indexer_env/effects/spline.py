@@ -62,7 +62,7 @@ def _coefficients(count: int, closed: bool) -> np.ndarray:
 
 
 _NO_AXIS = (0.0, 0.0, 4.0, 0.0)
-"""Numbers of a second variable that does not count: the first four of its coefficients, which are all the same."""
+"""Numbers of the second variable that a spline over one does not have; its stride of 0 says that they do not count."""
 
 
 def spline_numbers(axes: Sequence[Axis], values: Sequence[float]) -> list[float]:
