@@ -47,6 +47,8 @@ class Evidence:
         Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
     over : str
         That variable.
+    untold : bool
+        Whether no interval of its size can be told.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Evidence:
     largest: str = ""
     missed: float = 0.0
     over: str = ""
+    untold: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,13 @@ RULES = (
         "closes nothing", DISMISSED,
         lambda e, c: e.closes < c.hint,
         lambda e, c: f"It closes {_percent(e.closes)} of the gap on records held out; a hint needs {_percent(c.hint)}.",
+    ),
+    Rule(
+        "size unknown", STANDS_IN,
+        lambda e, c: e.untold,
+        lambda e, c: (
+            "With it the least step of a parameter leads to another motion, so that no interval of its size can be told."
+        ),
     ),
     Rule(
         "at a bound", STANDS_IN,

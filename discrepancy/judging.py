@@ -195,7 +195,8 @@ class Judge:
             remains=math.sqrt(1.0 + left / self.floor),
             better=steadily(place.squares, other.squares, self.held_out, self.criteria.at_noise),
             size=_words(size),
-            zero=not found.shown,
+            zero=not found.untold and not found.shown,
+            untold=found.untold,
             bound=found.bound,
             alike=tuple(self._alike(k, found.name)),
             share=max(gaps[found.name], 0.0) / max(gaps[largest], 1e-300),
@@ -231,10 +232,11 @@ def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
 
 
 def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave, without the window that the first one leaves worst: a start
-    state that was missed spoils one window."""
+    """Mean squares above the floor that two places leave. Of windows that have start states the one that the first
+    place leaves worst does not count: a start state that was missed spoils one window."""
     level = place.squares / model.counts
-    kept = np.arange(len(level)) != int(level.argmax()) if len(level) > _LEAST_WINDOWS else np.full(len(level), True)
+    may_miss = place.states.shape[1] > 0 and len(level) > _LEAST_WINDOWS
+    kept = np.arange(len(level)) != int(level.argmax()) if may_miss else np.full(len(level), True)
     samples = float(model.counts[kept].sum())
     left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
     return max(left, 0.0), max(open_, 0.0)

@@ -4,7 +4,8 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds faults                                these; what the networks say otherwise is told beside them
+    physics finds faults that explain the record        these; what the networks say otherwise is told beside them
+    physics finds faults, and more than noise is left   these and the networks' others, and what remains
     physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults, and what remains
     otherwise                                           unknown, and what remains
@@ -25,6 +26,10 @@ from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 from twin.faults import FAULTS, number_of
 from twin.physics import PhysicalFault, Physics
+
+
+_MORE_THAN_NOISE = 1.2
+"""Times the noise above which faults do not explain a record."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,8 @@ def answer_of(
         return _with(network.verdict, seen, (), network, None)
     if physics.verdict == FAULTY:
         faults = _by_physics(physics, network, machine, matters)
-        return _with(FAULTY, faults, _differences(faults, seen, physics), network, physics)
+        others = _others(faults, seen) if physics.level > _MORE_THAN_NOISE else ()
+        return _with(FAULTY, (*faults, *others), _differences(faults, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
@@ -178,18 +184,24 @@ def _physical(one: PhysicalFault, named: set[str], machine: Machine, matters: Ma
     )  # fmt: skip
 
 
-def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> tuple[str, ...]:
+def _others(faults: Sequence[FoundFault], seen: Sequence[FoundFault]) -> tuple[FoundFault, ...]:
+    """The networks' faults that physics does not name."""
     names = {fault.name for fault in faults}
-    more = [fault for fault in seen if fault.name not in names and fault.matters]
+    return tuple(fault for fault in seen if fault.name not in names)
+
+
+def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> tuple[str, ...]:
+    more = [fault for fault in _others(faults, seen) if fault.matters]
+    left = physics.level > _MORE_THAN_NOISE
     remarks = []
     if more:
-        said = _list([fault.told for fault in more])
-        found = _list([fault.told for fault in faults])
-        remarks.append(f"Networks: also {said}; physics: {found} explains the record, and these nothing more.")
+        said, found = (_list([fault.told for fault in some]) for some in (more, faults))
+        judged = "leaves more than noise" if left else "explains the record, and these nothing more"
+        remarks.append(f"Networks: also {said}; physics: {found} {judged}.")
     if any(fault.by == "physics" and fault.matters for fault in faults):
         said = _list([fault.words for fault in faults if fault.by == "physics" and fault.matters])
         remarks.append(f"By physics alone: {said}; the networks do not name it.")
-    if physics.level > 1.2:
+    if left:
         remarks.append(f"{physics.level:.1f} times the noise remains.")
     return tuple(remarks)
 

@@ -105,7 +105,10 @@ def ranged(e: Estimate) -> str:
 
 def number(value: float, e: Estimate) -> str:
     """A value of an estimate with no more digits than its interval bears."""
-    width = max(e.high - e.low, 1e-3 * abs(e.value))
+    if math.isinf(value):
+        return "no bound"
+    told = e.high - e.low if math.isfinite(e.high - e.low) else abs(e.value)
+    width = max(told, 1e-3 * abs(e.value))
     digits = 2 if width == 0.0 else max(0, math.floor(math.log10(max(abs(value), width) / width)) + 2)
     return f"{float(f'{value:.{max(digits, 2)}g}'):g}"
 

@@ -135,6 +135,38 @@ def test_a_machine_that_is_bent_beyond_belief_tells_less_of_an_effect(bent: floa
     assert half > 0.9 * alone
 
 
+class Chattering(Line):
+    """The same, where the last `jumping` windows see another noise at each place."""
+
+    jumping = 0
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        jumps = np.array([np.random.default_rng(abs(hash(point.tobytes()))) for point in jobs.points])
+        noise = 0.1 * np.array([rng.standard_normal(25) for rng in jumps])[jobs.point]
+        late = np.arange(4)[jobs.window] >= 4 - self.jumping
+        return super().residuals(hypothesis, jobs) + noise * late[:, None]
+
+
+@pytest.mark.parametrize(("jumping", "windows"), [(0, 4), (1, 3), (4, 0)])
+def test_a_window_whose_motion_jumps_tells_nothing(jumping: int, windows: int) -> None:
+    """Seed 8: of b nothing was known. Its interval is that of the windows that have a derivative, and all that is
+    possible where none has."""
+    model = Chattering(0.0, np.random.default_rng(8))
+    model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 1.0, low=-0.5, high=7.0))
+    model.jumping = jumping
+    told = fitted(model)
+    b = told.estimates[1]
+    assert told.untold == (False, windows == 0)
+    if windows:
+        x = np.concatenate(model.x[:windows])
+        expected = t.ppf(0.975, windows - 1) * np.sqrt(0.1**2 + 1.0 / (x @ x))
+        assert 0.9 < (b.high - b.value) / expected < 2.5
+    else:
+        assert (b.low, b.high) == (-0.5, 7.0)
+        a = told.estimates[0]
+        assert (a.high - a.low) / (2.0 * t.ppf(0.975, 3)) == pytest.approx(0.1, rel=0.1), "as it was known"
+
+
 class Slopes(Stateless):
     """Five slopes over variables of their own in 4 windows of 500 samples with noise 1."""
 

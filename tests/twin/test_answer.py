@@ -53,6 +53,15 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
+def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_those_of_physics():
+    answer = answered(network(FAULTY, "crack", "friction"), physics(FAULTY, ("crack", 0.5), level=3.0))
+    assert [(fault.name, fault.by) for fault in answer.faults] == [
+        ("crack", "physics and network"), ("friction", "network"),
+    ]  # fmt: skip
+    assert answer.remarks[0].startswith("Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers")
+    assert answer.remarks[0].endswith("leaves more than noise.")
+
+
 def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
     answer = answered(network(FAULTY, "friction"), physics(HEALTHY))
     assert answer.verdict == HEALTHY and "down to the noise without it" in answer.remarks[0]

@@ -1,0 +1,142 @@
+"""Intervals of all parameters of a place that was fitted.
+
+Under a dispersion D a parameter follows Student's law, W - 1 degrees of freedom for W windows, about the best place
+under D, with the variance
+
+    max(S⁻¹, S⁻¹ M S⁻¹)_kk,     S = I/D + P,     M = P + W/(W - 1) Σ_w u_w u_wᵀ/D²
+
+from the normal equations with the windows' start states eliminated (`Arrow.reduced`). I is the information of the
+records, P that of what was known beforehand: what a model gets wrong, and noise that is correlated, tell as little as
+so many fewer samples. The second one is the sandwich (White, Econometrica 48 (1980) 817, by windows as clusters): u_w
+is what window w alone pulls at the parameters, so windows that disagree among each other widen what they disagree
+about. A prior of precision P pulls with a variance of P, as the truth is one draw from it.
+
+D is not known: an interval is that of the mixture of all D by their probabilities.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import stdtr, stdtrit
+
+from discrepancy.arrow import arrow
+from discrepancy.dispersion import Dispersions, dispersions
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+
+_TYPICAL = 4.0 / 3.0
+"""One over the weight of a window whose misfit is the median one."""
+
+_NUDGE = 1e-4
+"""Central differences in scaled coordinates. All torques times one factor leave the motion as it is, next to which the
+error of one-sided or larger differences, squared, looks like information."""
+
+_SIDE = 0.975
+"""Probability below the upper end of an interval."""
+
+_HALVINGS = 50
+"""Of the range in which the end of an interval is looked for."""
+
+_AGREE = 0.9
+"""Least part of the larger of two derivatives, squared, that both have in common; 0.99 and more where a motion is
+smooth, none where it is not."""
+
+_SLIGHT = 1.0
+"""What a window tells of a parameter, in units of what is known of it, below which rounding alone makes the sides of its
+derivative differ."""
+
+
+class Told:
+    """What the records tell about all parameters near a place.
+
+    Attributes
+    ----------
+    information : ndarray (g, g)
+        Start states eliminated.
+    pull : ndarray (g,)
+        Half the slope of the squares.
+    pulls : ndarray (w, g)
+        The same of each window.
+    windows : int
+        How many have a derivative.
+    free : ndarray (g,)
+        Those that move. A bound on what is known is no knowledge: the others are as uncertain as if it were not there.
+    held : ndarray (g,)
+        Those of them that a bound holds.
+    untold : ndarray (g,)
+        Those of which nothing was known and the records tell nothing.
+    """
+
+    def __init__(self, problem: Problem, place: Point) -> None:
+        self.problem, self.z = problem, place.z
+        r, ahead, by_local = problem.linearised(place, _NUDGE)
+        behind = problem.linearised(place, -_NUDGE)[1]
+        by_global = 0.5 * (ahead + behind)
+        # a window that is as bad as most has its whole weight, a missed one little
+        derived = smooth(ahead, behind)
+        weights = np.minimum(1.0, problem.eased(place).weights(place.squares) * _TYPICAL) * derived
+        self.windows = int(derived.sum())
+        system = arrow(r, by_global, by_local, weights)
+        within_bounds = problem.free(place, problem.informed(system, place.z))
+        self.free = within_bounds | (problem.movable & problem.known)
+        self.held = self.free & ~within_bounds
+        self.untold = problem.movable & ~problem.known & (np.diag(system.A) < 1e-12)
+        self.information, self.pull, inverse = system.reduced()
+        own = np.einsum("gwn,wn,w->wg", by_global, r, weights)
+        self.pulls = own - np.einsum("wgi,wij,wj->wg", system.C, inverse, system.b)
+
+    def dispersions(self, least: float, most: float) -> Dispersions:
+        """What D may be."""
+        free = np.flatnonzero(self.free & (np.diag(self.information) > 1e-12))
+        return dispersions(
+            self.information[np.ix_(free, free)], self.pull[free], self.problem.precision[free], self.z[free],
+            least, most,
+        )  # fmt: skip
+
+    def ends(self, found: Dispersions) -> tuple[np.ndarray, np.ndarray]:
+        """Ends (g,) of the 95 % intervals under all D together, in scaled coordinates."""
+        rows = [self._under(value) for value in found.values]
+        centre, spread = (np.array(part) for part in zip(*rows, strict=True))
+        # where none has a derivative, nothing but what was known is told
+        freedom = max(1, (self.windows or len(self.pulls)) - 1)
+        low, high = (_end(found.shares, centre, spread, side, freedom) for side in (1.0 - _SIDE, _SIDE))
+        low, high = np.where(self.untold, self.problem.low, low), np.where(self.untold, self.problem.high, high)
+        return np.minimum(low, self.z), np.maximum(high, self.z)
+
+    def _under(self, dispersion: float) -> tuple[np.ndarray, np.ndarray]:
+        """The best place (g,) under D, by linear theory, and standard deviations (g,)."""
+        free, z, precision = self.free, self.z, self.problem.precision
+        within, prior = np.ix_(free, free), np.diag(precision[free])
+        inverse, windows = np.linalg.pinv(self.information[within] / dispersion + prior), self.windows
+        pulls = self.pulls[:, free] / dispersion
+        between = prior + windows / max(1, windows - 1) * pulls.T @ pulls
+        variances = np.maximum(np.diag(inverse), np.diag(inverse @ between @ inverse))
+        centre, spread = z.copy(), np.zeros(len(z))
+        centre[free] -= inverse @ (self.pull[free] / dispersion + precision[free] * z[free])
+        spread[free] = np.sqrt(np.maximum(variances, 0.0))
+        # what a bound holds is known no better than before
+        centre[self.held] = z[self.held]
+        spread[self.held] = np.maximum(spread[self.held], 1.0 / np.sqrt(precision[self.held]))
+        return centre, spread
+
+
+def smooth(ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Which windows (w,) have the same derivatives (g, w, n) to both sides. Where a friction makes a machine chatter, or
+    a contact is lost, a small step leads to another motion: a difference is then no derivative, and the smaller the
+    step, the more such a window would seem to tell."""
+    common = np.einsum("gwn,gwn->gw", ahead, behind)
+    larger = np.maximum(np.einsum("gwn,gwn->gw", ahead, ahead), np.einsum("gwn,gwn->gw", behind, behind))
+    return (common + _SLIGHT >= _AGREE * (larger + _SLIGHT)).all(axis=0)
+
+
+def _end(shares: np.ndarray, centre: np.ndarray, spread: np.ndarray, side: float, freedom: int) -> np.ndarray:
+    """Values (g,) below which a mixture of Student's laws, centres and spreads (d, g) with shares (d,), lies with the
+    probability `side`; few windows tell little of how far they differ."""
+    # the mixture's quantile lies among those of its parts
+    each = centre + stdtrit(freedom, side) * spread
+    low, high = each.min(axis=0), each.max(axis=0)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        below = shares @ stdtr(freedom, (middle - centre) / np.maximum(spread, 1e-300)) < side
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return 0.5 * (low + high)
