@@ -106,7 +106,7 @@ RULES = (
         "size unknown", STANDS_IN,
         lambda e, c: e.untold,
         lambda e, c: (
-            "With it the least step of a parameter leads to another motion, so that no interval of its size can be told."
+            "With it the least step of a parameter leads to another motion, so no interval of its size can be told."
         ),
     ),
     Rule(

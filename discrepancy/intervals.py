@@ -42,8 +42,8 @@ _AGREE = 0.9
 smooth, none where it is not."""
 
 _SLIGHT = 1.0
-"""What a window tells of a parameter, in units of what is known of it, below which rounding alone makes the sides of its
-derivative differ."""
+"""What a window tells of a parameter, in units of what is known of it, below which rounding alone makes the sides of
+its derivative differ."""
 
 
 class Told:
@@ -121,9 +121,9 @@ class Told:
 
 
 def smooth(ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:
-    """Which windows (w,) have the same derivatives (g, w, n) to both sides. Where a friction makes a machine chatter, or
-    a contact is lost, a small step leads to another motion: a difference is then no derivative, and the smaller the
-    step, the more such a window would seem to tell."""
+    """Which windows (w,) have the same derivatives (g, w, n) to both sides. Where a friction makes a machine chatter,
+    or a contact is lost, a small step leads to another motion: a difference is then no derivative, and the smaller
+    the step, the more such a window would seem to tell."""
     common = np.einsum("gwn,gwn->gw", ahead, behind)
     larger = np.maximum(np.einsum("gwn,gwn->gw", ahead, ahead), np.einsum("gwn,gwn->gw", behind, behind))
     return (common + _SLIGHT >= _AGREE * (larger + _SLIGHT)).all(axis=0)

@@ -120,10 +120,10 @@ class Judge:
         place = self.held[whole.name]
         others = [self.held[self.search.without(inside, i).name] for i in range(len(kept))]
         names = inside.place.hypothesis.names
-        excess = {name: _excess(place, other, *self._against) for name, other in zip(names, others, strict=True)}
+        gaps = {name: excess(place, other, *self._against) for name, other in zip(names, others, strict=True)}
         for k, effect, other in zip(kept, inside.effects, others, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = self._evidence(k, found, place, other, excess)
+            evidence = self._evidence(k, found, place, other, gaps)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)
@@ -155,8 +155,8 @@ class Judge:
         after = self._tabulated(self.best, form)
         if after is None:
             return 0.0
-        left, open_ = _excess(self.held[self.best.name], self.held[self.selection.without[k].name], *self._against)
-        with_table, _ = _excess(after, after, *self._against)
+        left, open_ = excess(self.held[self.best.name], self.held[self.selection.without[k].name], *self._against)
+        with_table, _ = excess(after, after, *self._against)
         return max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
 
     def _tabulated(self, whole: Fitted, form: Form) -> Point | None:
@@ -183,11 +183,11 @@ class Judge:
         self.held |= dict(zip(new, places, strict=True))
 
     def _evidence(
-        self, k: int, found: FoundEffect, place: Point, other: Point, excess: Mapping[str, tuple[float, float]]
+        self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, tuple[float, float]]
     ) -> Evidence:
-        left, open_ = excess[found.name]
-        gaps = {name: without - beside for name, (beside, without) in excess.items()}
-        largest = max(gaps, key=gaps.__getitem__)
+        left, open_ = gaps[found.name]
+        closes = {name: without - beside for name, (beside, without) in gaps.items()}
+        largest = max(closes, key=closes.__getitem__)
         size = found.parameters[0]
         return Evidence(
             name=found.name,
@@ -199,7 +199,7 @@ class Judge:
             untold=found.untold,
             bound=found.bound,
             alike=tuple(self._alike(k, found.name)),
-            share=max(gaps[found.name], 0.0) / max(gaps[largest], 1e-300),
+            share=max(closes[found.name], 0.0) / max(closes[largest], 1e-300),
             largest=largest,
         )  # fmt: skip
 
@@ -231,7 +231,7 @@ def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
     return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
 
 
-def _excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
+def excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
     """Mean squares above the floor that two places leave. Of windows that have start states the one that the first
     place leaves worst does not count: a start state that was missed spoils one window."""
     level = place.squares / model.counts

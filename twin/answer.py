@@ -27,7 +27,6 @@ from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnos
 from twin.faults import FAULTS, number_of
 from twin.physics import PhysicalFault, Physics
 
-
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
 

@@ -9,7 +9,7 @@ import pytest
 from discrepancy.explain import explain
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places, predicts
-from discrepancy.judging import Written, closed, steadily, unrepeated, written
+from discrepancy.judging import Written, closed, excess, steadily, unrepeated, written
 from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -76,6 +76,17 @@ def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_ag
     made = written_of(model, place, ("offset",), held_out)
     assert made.place.z[0] == 0.0 and made.place.values[0] == pytest.approx(0.9, abs=0.1)
     assert made.remarks[0].startswith("offset is nominal: the fit holds it at the bound")
+
+
+@pytest.mark.parametrize(("states", "left"), [(1, 2.0), (0, 2.0 + 98.0 / 8.0)])
+def test_the_worst_window_is_left_out_where_its_start_state_may_have_been_missed(states: int, left: float) -> None:
+    """One window is left 100 times the noise's mean square and the others twice, after 5 times before."""
+    model, z = Chord({}, 5), np.zeros(1)
+    place, other = (
+        Point(NONE, z, np.zeros((WINDOWS, states)), model.counts * level, 0.0)
+        for level in (np.array([100.0] + [2.0] * 7), np.full(8, 5.0))
+    )
+    assert excess(place, other, model, 1.0) == pytest.approx((left - 1.0, 4.0))
 
 
 @pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])
