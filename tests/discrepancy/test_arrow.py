@@ -49,3 +49,13 @@ def test_slopes_give_the_same_equations_and_sums_of_squares() -> None:
     moved = residual + np.einsum("g,gwn->wn", step, by_global) + np.einsum("wl,lwn->wn", local, by_local)
     squares = slopes.squares((residual**2).sum(axis=1), slopes.pulls(residual), step, local)
     np.testing.assert_allclose(squares, (moved**2).sum(axis=1), rtol=1e-12)
+
+
+def test_two_states_that_act_alike_and_strongly_make_no_singular_block() -> None:
+    """Seed 6; the second state does what the first one does, 3e6 times the noise per unit: together they are one."""
+    rng = np.random.default_rng(6)
+    residual, by_global = rng.standard_normal((3, 20)), rng.standard_normal((2, 3, 20))
+    alike = 3e6 * rng.standard_normal((1, 3, 20)).repeat(2, axis=0)
+    both, _ = arrow(residual, by_global, alike, np.ones(3)).step(0.0, np.ones(2, dtype=bool))
+    one, _ = arrow(residual, by_global, alike[:1], np.ones(3)).step(0.0, np.ones(2, dtype=bool))
+    assert both == pytest.approx(one, rel=1e-3)
