@@ -66,10 +66,13 @@ def race(
 
 
 def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
-    """The best place of a set whose last effect begins anew, once from each size in its lists, all else where it is."""
+    """The best place of a set whose last effect begins anew, once from each size in its lists, beside the other effects
+    as they are and all that is known at nominal: from a machine that has bent far, no fit finds back."""
     *others, last = place.hypothesis.effects
     base = together(*others)
-    rest = Problem(model, base).point(place.z[: -len(last.parameters)], model.states_for(base, place.states))
+    problem = Problem(model, base)
+    z = np.where(problem.known, 0.0, place.z[: -len(last.parameters)])
+    rest = problem.searched(problem.point(z, model.states_for(base, place.states)))
     of_each: dict[float, Start] = {}
     for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
         of_each.setdefault(start.values[0], start)

@@ -133,7 +133,7 @@ class Search:
         """The set with one more effect, for the effects that lead the race, best first."""
         found = self._finished(current, self._raced(current, wide=wide), None)
         if found and self._looks_on(found[0]) and self._wins(found[0], current, _HALF_WAY):
-            return self._ranked([self._restarted(found[0]), *found[1:]])
+            return self._ranked([self._restarted(one) for one in found])
         return found
 
     def _restarted(self, fitted: Fitted) -> Fitted:
