@@ -98,11 +98,16 @@ WITH: Mapping[str, tuple[str, ...]] = {
 bends is friction that is the same everywhere. Its name is right, but asked of nobody."""
 
 LIKE: Mapping[str, tuple[str, ...]] = {
-    "cable": ("spring.bilinear",), "hysteresis": ("friction.presliding",), "sag": ("spring.linear", "spring.cubic"),
+    "cable": ("spring.bilinear",), "hysteresis": ("friction.presliding",), "thickening": ("friction.quadratic",),
+    "sag": ("spring.linear", "spring.cubic", "load.imbalance", "ripple"),
 }  # fmt: skip
 """Laws of the library that describe a disturbance to 95 % of its mean square or more, as near as `Criteria.law` asks a
 law to be: the cube from the middle on is a hinge to 2 %, Bouc and Wen's hysteresis Dahl's to 1 %, the root a spring
-that softens to 1.3 %, a linear one to 4.4 %."""
+that softens to 1.3 %, a linear one to 4.4 %, an imbalance to 1.7 to 4.3 % over the strokes that are drawn, a ripple of
+order 2 to 1.2 % over 2 rad; a drag with the speed's power 1.5 is a quadratic one to 1.5 %."""
+
+_LOST = 10.0
+"""Strokes from its origin beyond which a drive is lost."""
 
 UNKNOWN: Mapping[str, Hidden] = {
     "hysteresis": lambda s, x, r: {"hysteresis": x * s.F, "hysteresis_reach": 0.2 * s.Q},
@@ -169,20 +174,11 @@ def draw(seed: int, number: int, kinds: Sequence[str] = tuple(UNKNOWN)) -> Case:
     # drives
     beside = ("friction.asymmetric", "friction.position")
     able = [name for name in able if base["coulomb"] or name not in beside]
-    hidden = _chosen(rng, able, int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2])))
-    unknown = tuple(
-        str(k) for k in rng.choice(list(kinds), int(rng.integers(0, min(3, len(kinds) + 1))), replace=False)
-    )
-    values = dict(base)
-    for name in hidden:
-        values.update(HIDDEN[name](sizes, float(rng.uniform(0.1, 0.5)), rng))
-    for name in unknown:
-        values.update(UNKNOWN[name](sizes, noise * float(rng.uniform(0.5, 3.0)), rng))
+    hidden, unknown, runs = _acting(rng, able, kinds, base, sizes, noise, motions)
     every = round(_RATE / rng.choice(_RATES))
     unit = ("rad", "N m") if rotary else ("m", "N")
     records = []
-    for k, motion in enumerate(motions):
-        run = _run(values, motion)
+    for k, (values, run) in enumerate(runs):
         step = stroke / 10.0 ** rng.uniform(4.5, 6.0)
         q = step * np.round(run.q / step)
         read = run.force + noise * force * rng.standard_normal(len(run.force)) + _read(values, run.t)
@@ -190,6 +186,27 @@ def draw(seed: int, number: int, kinds: Sequence[str] = tuple(UNKNOWN)) -> Case:
         held = k == len(motions) - 1 and k > 0
         records.append(Record(f"record {k + 1}", _RATE / every, rows, {"q": unit[0], "force": unit[1]}, held))
     return Case(number, _drive(base, rng, unit), tuple(records), hidden, unknown, float(noise))
+
+
+def _acting(
+    rng: np.random.Generator, able: Sequence[str], kinds: Sequence[str], base: Mapping[str, float], sizes: Sizes,
+    noise: float, motions: Sequence[np.ndarray],
+) -> tuple[tuple[str, ...], tuple[str, ...], list[tuple[dict[str, float], Run]]]:  # fmt: skip
+    """What is hidden and what disturbs, and each motion's run with all of it; drawn again where the controller, which
+    knows nothing of it, loses the drive."""
+    while True:
+        hidden = _chosen(rng, able, int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2])))
+        unknown = tuple(
+            str(k) for k in rng.choice(list(kinds), int(rng.integers(0, min(3, len(kinds) + 1))), replace=False)
+        )
+        values = dict(base)
+        for name in hidden:
+            values.update(HIDDEN[name](sizes, float(rng.uniform(0.1, 0.5)), rng))
+        for name in unknown:
+            values.update(UNKNOWN[name](sizes, noise * float(rng.uniform(0.5, 3.0)), rng))
+        runs = [_run(values, motion) for motion in motions]
+        if all(np.abs(run.q).max() < _LOST * np.ptp(motion) for run, motion in zip(runs, motions, strict=True)):
+            return hidden, unknown, [(values, run) for run in runs]
 
 
 def _chosen(rng: np.random.Generator, names: Sequence[str], count: int) -> tuple[str, ...]:

@@ -42,6 +42,11 @@ def test_dry_friction_holds_what_is_below_it_and_stops_in_finite_time() -> None:
     assert abs(run.force[-1]) < 5.0
 
 
+def test_a_drive_that_its_controller_loses_is_drawn_again() -> None:
+    """Case 144 of seed 67 was lost to 1e82 m when first drawn."""
+    assert all(np.ptp(record.rows["q"]) < 20.0 * 3.0 for record in draw(67, 144).records)
+
+
 def test_a_case_is_a_function_of_seed_and_number() -> None:
     one, again, other = draw(3, 5), draw(3, 5), draw(3, 6)
     assert (one.hidden, one.unknown) == (again.hidden, again.unknown)
@@ -96,10 +101,13 @@ def test_laws_that_describe_a_disturbance_leave_less_than_a_law_may() -> None:
     for k, d in enumerate(np.diff(x)):
         w += (d - 0.5 * abs(d) * w * abs(w) - 0.5 * d * w * w) / 0.2
         bouc_wen[k + 1] = w
-    root = np.sqrt(np.abs(x)) * np.sign(x)
+    root, v = np.sqrt(np.abs(x)) * np.sign(x), np.gradient(x, t)
     tried = {
         ("cable", "spring.bilinear"): (np.maximum(x, 0.0) ** 3, lambda p: p[0] * np.maximum(x - p[1], 0.0)),
         ("hysteresis", "friction.presliding"): (bouc_wen, lambda p: p[0] * dahl(x, abs(p[1]))),
+        ("thickening", "friction.quadratic"): (v * np.sqrt(np.abs(v)), lambda p: p[0] * v * np.abs(v)),
+        ("sag", "load.imbalance"): (root, lambda p: p[0] * np.sin(x + p[1])),
+        ("sag", "ripple"): (root, lambda p: p[0] * np.sin(2.0 * x + p[1])),
         ("sag", "spring.linear"): (root, lambda p: p[0] * x),
         ("sag", "spring.cubic"): (root, lambda p: p[0] * x + p[1] * x**3),
     }
