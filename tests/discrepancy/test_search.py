@@ -12,7 +12,7 @@ from discrepancy.linearised import neighbours
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import race
+from discrepancy.race import race, restarted
 from discrepancy.search import Search
 from tests.discrepancy.toy import Chord, Stateless
 from tests.discrepancy.toy import effect as effect_like
@@ -255,27 +255,53 @@ def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch)
     assert (found.level(model) < 3.3) == restarts
 
 
-class Bent(Stateless):
-    """y = 5 sin(rate x) + 4 sin(2 x), noise 1, in 4 windows of 50 samples: fits of the rate stop at the next hill."""
+def test_all_rivals_begin_anew(monkeypatch) -> None:
+    """The best of a race stands before the right one, which is stuck."""
+    model = Bent(9.0)
+    beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
+    monkeypatch.setattr("discrepancy.search.race", lambda *given, wide: [beat, model.stuck()])
+    search = Search(model, Criteria(margin=4.0))
+    first, second = search._added(search._calibrated())
+    assert (first.name, second.name) == ("wave", "beat") and first.place.level(model) < 3.3
 
-    def __init__(self, rate: float) -> None:
-        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
+
+def test_an_effect_begins_anew_from_the_nominal_machine() -> None:
+    """The machine is bent by three standard deviations, from where its own motion, too, does not find back."""
+    model = Bent(9.0, slips=True)
+    place = Problem(model, model.wave).point(np.array([0.0, 3.0, 2.0]), np.zeros((4, 0)))
+    assert restarted(model, place, Criteria()).level(model) < 1.2
+
+
+class Bent(Stateless):
+    """y = 5 sin(rate x) + 4 sin(2 x), noise 1, in 4 windows of 50 samples: fits of the rate stop at the next hill. A
+    machine that `slips` moves by 4 sin((2 + 0.7 slip) x) of its own."""
+
+    def __init__(self, rate: float, slips: bool = False) -> None:
+        self.slips = slips
+        self.parameters = (
+            Parameter("offset", "-", 0.0, 0.1, known=True), Parameter("slip", "-", 0.0, 1.0, known=True),
+        )  # fmt: skip
         self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
         self.x = np.linspace(0.0, 10.0, 200).reshape(4, 50)
         self.y = 5.0 * np.sin(rate * self.x) + 4.0 * np.sin(2.0 * self.x)
         self.y += np.random.default_rng(4).standard_normal((4, 50))
         self.wave = Hypothesis("wave", (Parameter("wave.rate", "rad/s", 0.0, 1.0, 0.0, 20.0),), {}, ((2.0,), (9.1,)))
+        self.beat = Hypothesis("beat", (Parameter("beat.size", "-", 0.0, 1.0),), {}, ((3.0,),))
 
     def stuck(self) -> Point:
         problem = Problem(self, self.wave)
-        return problem.point(np.array([0.0, 2.0]), np.zeros((4, 0)))
+        return problem.point(np.array([0.0, 0.0, 2.0]), np.zeros((4, 0)))
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {"wave": (self.wave,)}
+        return {"wave": (self.wave,), "beat": (self.beat,)}
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         points = jobs.points[jobs.point]
         made = 0.1 * points[:, :1] - self.y[jobs.window]
-        if hypothesis.parameters:
-            made = made + 5.0 * np.sin(points[:, 1:] * self.x[jobs.window])
+        if self.slips:
+            made = made + 4.0 * np.sin((2.0 + 0.7 * points[:, 1:2]) * self.x[jobs.window])
+        if hypothesis.name == "wave":
+            made = made + 5.0 * np.sin(points[:, 2:] * self.x[jobs.window])
+        if hypothesis.name == "beat":
+            made = made + points[:, 2:] * np.sin(2.0 * self.x[jobs.window])
         return made
