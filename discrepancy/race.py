@@ -9,6 +9,7 @@ windows where an effect spares them.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -76,8 +77,15 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     of_each: dict[float, Start] = {}
     for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
         of_each.setdefault(start.values[0], start)
-    begun = list(of_each.values())[: criteria.fits]
+    begun = [_unmoved(start, rest) for start in list(of_each.values())[: criteria.fits]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
+
+
+def _unmoved(start: Start, rest: Point) -> Start:
+    """A start with all else where it rests, and not where linear theory would have it."""
+    own = start.place.z[len(rest.z) :]
+    place = dataclasses.replace(start.place, z=np.concatenate([rest.z, own]))
+    return dataclasses.replace(start, place=place)
 
 
 def _first(pair: tuple[float, Start]) -> float:
