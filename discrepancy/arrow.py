@@ -16,9 +16,8 @@ import numpy as np
 _FLOOR = 1e-4
 """Curvature in scaled coordinates that every local parameter has at least: a prior 100 scales wide."""
 
-_ROUNDING = 1e-12
-"""The same over the largest curvature of a window: two states that act alike there make a block that rounding leaves
-singular."""
+_ROUNDING = 1e-14
+"""The same over a window's largest, where that is more: two states that act alike differ by nothing but rounding."""
 
 _LEVEL = 0.03
 """Share of the mean curvature by which every global parameter is damped beside its own curvature."""
@@ -55,7 +54,7 @@ class Arrow:
         """Schur complement (g, g), its right side (g,) and the inverses of the local blocks (w, l, l)."""
         size = self.B.shape[-1]
         diagonal = np.einsum("wii->wi", self.B)
-        floor = _FLOOR + _ROUNDING * diagonal.max(axis=1, initial=0.0, keepdims=True)
+        floor = np.maximum(_FLOOR, _ROUNDING * diagonal.max(axis=1, initial=0.0, keepdims=True))
         blocks = self.B + np.eye(size) * (damping * diagonal + floor)[:, :, None]
         inverse = np.linalg.inv(blocks) if size else blocks
         weighted = np.einsum("wgi,wij->wgj", self.C, inverse)
