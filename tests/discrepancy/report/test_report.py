@@ -242,6 +242,11 @@ def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert (percent(0.0432), percent(0.5), percent(0.996), percent(0.0)) == ("4.3 %", "50 %", "99.6 %", "0 %")
 
 
+def test_an_interval_without_an_end_says_so() -> None:
+    told = Estimate("torque", "N m", 891.1, 0.0, math.inf, 0.0, None)
+    assert ranged(told) == "890 N m, 0 to no bound"
+
+
 def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -> None:
     origin = Origin(PLACES[0], 0.7, (PLACES[1],), (FLOOR,))
     files = report_files(dataclasses.replace(made("remainder"), origin=origin))
