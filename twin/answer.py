@@ -4,14 +4,16 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds faults that explain the record        these; what the networks say otherwise is told beside them
-    physics finds faults, and more than noise is left   these and the networks' others, and what remains
+    physics finds some of the faults the networks name  the networks' faults, and which of them physics does not need
+    physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
+    physics finds another, and more than noise is left  these and the networks' others, and what remains
     physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults, and what remains
     otherwise                                           unknown, and what remains
 
-A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone the machine
-is healthy.
+A fault that both name has the networks' size: what is fitted beside simulated turns has intervals that hold as often as
+they say. A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone
+the machine is healthy.
 """
 
 from __future__ import annotations
@@ -26,6 +28,9 @@ from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
 from twin.faults import FAULTS, number_of
 from twin.physics import PhysicalFault, Physics
+
+_BOTH = "physics and network"
+"""Who names a fault."""
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
@@ -106,8 +111,9 @@ def answer_of(
     if physics is None:
         return _with(network.verdict, seen, (), network, None)
     if physics.verdict == FAULTY:
-        faults = _by_physics(physics, network, machine, matters)
-        others = _others(faults, seen) if physics.level > _MORE_THAN_NOISE else ()
+        faults = _by_physics(physics, seen, machine, matters)
+        no_other = all(fault.by == _BOTH for fault in faults)
+        others = _others(faults, seen) if no_other or physics.level > _MORE_THAN_NOISE else ()
         return _with(FAULTY, (*faults, *others), _differences(faults, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
@@ -152,33 +158,32 @@ def _by_network(network: TurnDiagnosis) -> tuple[FoundFault, ...]:
 
 
 def _by_physics(
-    physics: Physics, network: TurnDiagnosis, machine: Machine, matters: Mapping[str, float]
+    physics: Physics, seen: Sequence[FoundFault], machine: Machine, matters: Mapping[str, float]
 ) -> tuple[FoundFault, ...]:
-    named = {one.name for one in network.faults}
-    return tuple(_physical(one, named, machine, matters) for one in physics.faults)
+    """The faults of physics; those that the networks name too with the networks' size."""
+    named = {one.name: one for one in seen}
+    found = []
+    for one in physics.faults:
+        both = named.get(one.fault)
+        if both is None:
+            found.append(_physical(one, machine, matters))
+        else:
+            station = one.station if both.station is None else both.station
+            found.append(dataclasses.replace(both, by=_BOTH, station=station))
+    return tuple(found)
 
 
-def _physical(one: PhysicalFault, named: set[str], machine: Machine, matters: Mapping[str, float]) -> FoundFault:
-    by = "physics and network" if one.fault in named else "physics"
+def _physical(one: PhysicalFault, machine: Machine, matters: Mapping[str, float]) -> FoundFault:
     fault = FAULTS.get(one.fault)
     if fault is None:
-        effect = EFFECTS[one.fault]
+        words = EFFECTS[one.fault].sentence.rstrip(".")
         return FoundFault(
-            one.fault,
-            effect.sentence.rstrip("."),
-            one.size,
-            one.low,
-            one.high,
-            "",
-            one.probability,
-            one.station,
-            by,
-            True,
-        )
+            one.fault, words, one.size, one.low, one.high, "", one.probability, one.station, "physics", True
+        )  # fmt: skip
     shop = [fault.told(share, machine) for share in (one.size, one.low, one.high)]
     words = " or ".join((fault.words, *one.rivals))
     return FoundFault(
-        fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, by,
+        fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, "physics",
         abs(one.size) >= matters.get(fault.name, 0.0),
     )  # fmt: skip
 

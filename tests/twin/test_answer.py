@@ -53,11 +53,20 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_those_of_physics():
-    answer = answered(network(FAULTY, "crack", "friction"), physics(FAULTY, ("crack", 0.5), level=3.0))
-    assert [(fault.name, fault.by) for fault in answer.faults] == [
-        ("crack", "physics and network"), ("friction", "network"),
+def test_physics_that_finds_nothing_else_takes_no_fault_away_and_leaves_sizes_as_they_are():
+    answer = answered(network(FAULTY, "crack", "friction"), physics(FAULTY, ("crack", 0.5)))
+    assert [(fault.name, fault.by, fault.size) for fault in answer.faults] == [
+        ("crack", "physics and network", 5.0), ("friction", "network", 5.0),
     ]  # fmt: skip
+    assert answer.remarks == (
+        "Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers, 5 N m (4 to 6) explains the "
+        "record, and these nothing more.",
+    )
+
+
+def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_those_of_physics():
+    answer = answered(network(FAULTY, "friction"), physics(FAULTY, ("crack", 0.5), level=3.0))
+    assert [(fault.name, fault.by) for fault in answer.faults] == [("crack", "physics"), ("friction", "network")]
     assert answer.remarks[0].startswith("Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers")
     assert answer.remarks[0].endswith("leaves more than noise.")
 
