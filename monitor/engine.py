@@ -228,7 +228,8 @@ class Engine:
         changes: dict[str, list[Event]] = {}
         turns = 0
         with self._store.transaction() as connection:
-            mine = self._fleet.held(connection, {arrival.block.machine for arrival in batch})
+            arrived = {arrival.block.machine for arrival in batch}
+            mine = self._fleet.held(connection, arrived | self._fleet.waiting())
             for arrival in self._fleet.due(mine, batch):
                 block = arrival.block
                 pipeline = self._fleet.pipeline(block.machine)
@@ -261,6 +262,9 @@ class Engine:
             for summary in self._fleet.renew():
                 self._changed(Change(summary, (), own=False))
             self._renewed = now
+        if self._fleet.waiting():
+            # A machine that was another's until now may send no more.
+            self._work([])
         for machine, pipeline in list(self._fleet.pipelines.items()):
             silent = now - self._fleet.heard.get(machine, now)
             changed = False
@@ -275,7 +279,8 @@ class Engine:
                 changed = True
             if changed:
                 with self._store.transaction() as connection:
-                    if machine not in self._fleet.held(connection, {machine}):
+                    self._fleet.held(connection, {machine})
+                    if self._fleet.pipelines.get(machine) is not pipeline:
                         continue
                     self._write(connection, machine, outcome)
                 self.turns += len(outcome.turns)

@@ -72,6 +72,10 @@ class Fleet:
                 mine.add(machine)
         return mine
 
+    def waiting(self) -> set[str]:
+        """Machines of this process of which blocks wait that came when another process had them."""
+        return self.pipelines.keys() & self._standby.machines
+
     def due(self, mine: Collection[str], batch: Iterable[Arrival]) -> list[Arrival]:
         """What of a batch is to be worked off: before the blocks of a machine that is new here those that came when
         another process had it, without what this has stored."""

@@ -37,6 +37,11 @@ class Standby:
         while now - waiting[0][0] > self.seconds:
             waiting.popleft()
 
+    @property
+    def machines(self) -> set[str]:
+        """Those of which blocks are kept."""
+        return set(self._waiting)
+
     def blocks(self, machine: str) -> list[Arrival]:
         """What is kept of a machine, oldest first."""
         return [arrival for _, arrival in self._waiting.get(machine, ())]
