@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,16 @@ def one_version(name: str, seconds: int, *calls: Call) -> None:
         for kernel, arguments in compiled:
             kernel(*arguments)
             kernel.disable_compile()
+
+
+def fingerprint(sources: Iterable[Path]) -> str:
+    """Hash of these files. numba keys its cache on the file of a compiled function alone; a function that returns this
+    hash as a value of its closure is compiled anew where one of those that it calls has changed."""
+    digest = hashlib.sha256()
+    for source in sorted(sources):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
 
 
 def read_only(*shape: int, dtype: type = float) -> np.ndarray:

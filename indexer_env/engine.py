@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import os
 import threading
 from collections.abc import Callable
@@ -26,12 +25,10 @@ _LEAST_SHARED = 800
 
 
 def _fingerprint() -> str:
-    """Hash of all kernel sources. numba keys its cache on the entry function's file alone; this covers its callees."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(kernels.__file__).parent.glob("*.py")):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
+    """Hash of all kernel sources."""
+    from indexer_env.compiled import fingerprint
+
+    return fingerprint(Path(kernels.__file__).parent.glob("*.py"))
 
 
 @functools.lru_cache(maxsize=1)

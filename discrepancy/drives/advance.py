@@ -13,6 +13,10 @@ The integrator is compiled once per installation; a user's `rates` is handed to 
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
+from pathlib import Path
+
 from numba import njit, types
 
 from discrepancy.drives.forces import (
@@ -34,6 +38,8 @@ from discrepancy.drives.forces import (
     load_level,
 )
 from discrepancy.drives.stepping import INNER, acting, between, step, whole_rates
+from indexer_env.compiled import fingerprint
+from indexer_env.kernels import effects
 
 _HALVINGS = 20
 _BRACKET = 2.0**-_HALVINGS
@@ -206,16 +212,31 @@ SIGNATURE = types.void(_ROW, _ROW, types.float64, _ROW, _ROW)
 """Of `rates` as the integrator calls it: f(x, u, t, row, out)."""
 
 
-@njit(**SETTINGS, cache=True)
-def run_all(
-    rates, starts, z_starts, us, begins, counts, rate, substeps, rows, places, joints, measured, scale, work, out, good
-):
-    """`run` for every job: starts (k, n), z_starts (k, 5 joints): Dahl's deflections, then for each joint where the
-    load on its spring is beside it and how fast, and that behind play; us (k, samples, inputs), rows (k, parameters),
-    joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
-    for job in range(len(starts)):
-        count = counts[job]
-        good[job] = run(
-            rates, starts[job], z_starts[job], us[job, :count], begins[job], rate, substeps, rows[job], places,
-            joints[job], measured, scale, work, out[job, :, :count],
-        )  # fmt: skip
+def entry(fingerprint: str):
+    """The compiled entry point; `fingerprint` stands for all that it calls in the key of numba's cache."""
+
+    @njit(**SETTINGS, cache=True)
+    def run_all(
+        rates, starts, z_starts, us, begins, counts, rate, substeps, rows, places, joints, measured, scale, work, out,
+        good,
+    ):  # fmt: skip
+        """`run` for every job: starts (k, n), z_starts (k, 5 joints): Dahl's deflections, then for each joint where the
+        load on its spring is beside it and how fast, and that behind play; us (k, samples, inputs), rows (k,
+        parameters), joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
+        for job in range(len(starts)):
+            count = counts[job]
+            good[job] = run(
+                rates, starts[job], z_starts[job], us[job, :count], begins[job], rate, substeps, rows[job], places,
+                joints[job], measured, scale, work, out[job, :, :count],
+            )  # fmt: skip
+        return fingerprint
+
+    return run_all
+
+
+@functools.cache
+def integrator() -> Callable[..., str]:
+    """The compiled `run_all`."""
+    here, kernels = Path(__file__), Path(effects.__file__).parent
+    own = (here, here.with_name("stepping.py"), here.with_name("forces.py"))
+    return entry(fingerprint((*own, *kernels.glob("*.py"))))

@@ -20,7 +20,7 @@ COLUMNS = (
     "viscous", "quadratic", "coulomb", "asymmetric", "stribeck", "stribeck_speed", "tilted", "offset", "imbalance",
     "imbalance_phase", "linear", "cubic", "bilinear", "bilinear_place", "stops", "stops_place", "presliding",
     "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase", "ripple", "ripple_order", "ripple_phase",
-    "inertia", "middle", "stroke", "mass", "load",
+    "inertia", "varying", "varying_wavenumber", "varying_phase", "middle", "stroke", "mass", "load",
     "error", "error_phase", "error_order", "soft", "soft_inverse_square", "soft_damping",
     "play", "play_share", "play_friction", "play_law", "contact",
     "tabulated_over", *(f"tabulated_{k}" for k in range(NUMBERS)),
@@ -30,10 +30,9 @@ COLUMNS = (
 (
     VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED, OFFSET, IMBALANCE, IMBALANCE_PHASE,
     LINEAR, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING, PRESLIDING_DISTANCE, COGGING,
-    COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, MIDDLE, STROKE, MASS,
-    LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE, SOFT_DAMPING, PLAY, PLAY_SHARE, PLAY_FRICTION,
-    PLAY_LAW, CONTACT,
-    TABULATED_OVER, TABULATED_0,
+    COGGING_WAVENUMBER, COGGING_PHASE, RIPPLE, RIPPLE_ORDER, RIPPLE_PHASE, INERTIA, VARYING, VARYING_WAVENUMBER,
+    VARYING_PHASE, MIDDLE, STROKE, MASS, LOAD, ERROR, ERROR_PHASE, ERROR_ORDER, SOFT, SOFT_INVERSE_SQUARE,
+    SOFT_DAMPING, PLAY, PLAY_SHARE, PLAY_FRICTION, PLAY_LAW, CONTACT, TABULATED_OVER, TABULATED_0,
 ) = range(len(COLUMNS) - NUMBERS + 1)  # fmt: skip
 
 
@@ -61,10 +60,22 @@ def smooth_force(c, q, v, z0, q0):
         total += c[RIPPLE] * math.sin(c[RIPPLE_ORDER] * q + c[RIPPLE_PHASE])
     if c[PRESLIDING] != 0.0:
         total += c[PRESLIDING] * bristle(q, z0, q0, c[PRESLIDING_DISTANCE])
+    if c[VARYING] != 0.0:
+        k = c[VARYING_WAVENUMBER]
+        total += 0.5 * c[VARYING] * k * math.cos(k * q + c[VARYING_PHASE]) * v * v
     if c[TABULATED_OVER] != 0.0:
         force, _, _ = tabulated(c, _TABLE, _NEXT, v if c[TABULATED_OVER] == 1.0 else q, q)
         total += force
     return total
+
+
+@compiled
+def inertia_added(c, q):
+    """What moves beside a joint's own mass."""
+    added = c[INERTIA]
+    if c[VARYING] != 0.0:
+        added += c[VARYING] * math.sin(c[VARYING_WAVENUMBER] * q + c[VARYING_PHASE])
+    return added
 
 
 @compiled

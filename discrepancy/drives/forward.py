@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.advance import WORK, run_all
+from discrepancy.drives.advance import WORK, integrator
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
@@ -126,7 +126,7 @@ class ForwardModel(Model):
             found, fine = np.zeros((len(mine), self.channels, most)), np.zeros(len(mine), dtype=np.bool_)
             work = np.zeros((WORK, max(n + INNER * joints, course.u.shape[1])))
             scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
-            run_all(
+            integrator()(
                 self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
                 self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
             for row, lag in zip(found, lags, strict=True):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from discrepancy.drives.forces import (
     ERROR,
-    INERTIA,
     MASS,
     PLAY,
     PLAY_SHARE,
@@ -12,6 +11,7 @@ from discrepancy.drives.forces import (
     compiled,
     contact_acceleration,
     dry_level,
+    inertia_added,
     is_dry,
     load_level,
     smooth_force,
@@ -78,7 +78,7 @@ def whole_rates(rates, x, u, t, row, places, joints, mode, z0, q0, moved, out):
         inertia = c[MASS] * (1.0 - c[SOFT] - (c[PLAY_SHARE] if c[PLAY] != 0.0 else 0.0))
         if c[ERROR] != 0.0:
             inertia *= 1.0 + wavered(c, x[q], x[v])[1]
-        out[v] = force / (inertia + c[INERTIA])
+        out[v] = force / (inertia + inertia_added(c, x[q]))
 
 
 @compiled

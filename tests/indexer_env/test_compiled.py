@@ -9,7 +9,7 @@ import numba
 import numpy as np
 import pytest
 
-from indexer_env.compiled import one_version, read_only
+from indexer_env.compiled import fingerprint, one_version, read_only
 
 ROOT = Path(__file__).parents[2]
 
@@ -63,3 +63,13 @@ def test_other_types_are_refused_instead_of_compiled(capsys):
         with pytest.raises(TypeError, match="No matching definition"):
             total(other, 3.0)
     assert len(total.signatures) == 1
+
+
+def test_the_fingerprint_changes_with_any_source(tmp_path):
+    one, other = tmp_path / "one.py", tmp_path / "other.py"
+    one.write_text("1")
+    other.write_text("2")
+    before = fingerprint([one, other])
+    assert before == fingerprint([other, one])
+    other.write_text("3")
+    assert before != fingerprint([one, other])

@@ -11,7 +11,7 @@ In reading order:
     reading     delay, lags, gain, saturation, quantisation, drift
 
 A new effect is one `standard(DriveEffect(...))` in one of these files; to act in the forward form too it needs its line
-in `advance`.
+in `forces`.
 """
 
 from discrepancy.drives.effects import coupling, friction, joint, load, reading, ripple

@@ -188,7 +188,7 @@ standard(
             Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
             Size("phase", "phase φ at q = 0", "", _EIGHTHS, -20.0, 20.0, step=0.5),
         ),
-        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging"), forward="error",
+        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging", "inertia.position"), forward="error",
         choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),
     )
 )  # fmt: skip

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.effects.ripple import varying
+from indexer_env.effects.drive import TransmissionError
 from indexer_env.effects.load import Imbalance
+
+if TYPE_CHECKING:
+    from discrepancy.drives.track import Track
 
 _QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
 
@@ -37,6 +43,27 @@ standard(
         "inertia", "More mass or inertia moves than was assumed.", "F += m a", "Newton's second law",
         (Size("inertia", "what is added m", "F A-1", (0.1, -0.1, 0.4, -0.4), -5.0, 20.0, 0.0),),
         lambda m, p, base: p.inertia * m.a, alike=("sensor.gain",), forward="inertia",
+    )
+)  # fmt: skip
+
+
+def _varied(m: Track, p, base) -> np.ndarray:
+    angle = p.wavenumber * m.q + p.phase
+    return p.inertia * (np.sin(angle) * m.a + 0.5 * p.wavenumber * np.cos(angle) * m.v**2)
+
+
+standard(
+    DriveEffect(
+        "inertia.position", "What moves weighs more at one place than at another, as behind a crank or a linkage.",
+        "F += J(q) a + v² dJ/dq/2, J = J_1 sin(k q + φ)",
+        "Lagrange's equation with an inertia that varies, e.g. Dresig and Holzweißig, Dynamics of Machinery (2010), "
+        "chapter 2",
+        (
+            Size("inertia", "amplitude J_1", "F A-1", (0.1,), 0.0, 20.0, 0.0),
+            Size("wavenumber", "wavenumber k", "Q-1", (1.5, 4.0, 10.0), 1.0, 50.0, step=0.2),
+            Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
+        ),
+        _varied, alike=(TransmissionError.name, "inertia"), starts=varying, forward="varying",
     )
 )  # fmt: skip
 

@@ -40,15 +40,36 @@ def lines(x: np.ndarray, left: np.ndarray, lowest: float, highest: float) -> lis
     weight = np.abs(np.gradient(x))
     weight, left = weight / weight.sum(), left - np.average(left, weights=weight + 1e-300)
     spectrum = np.array([np.exp(-1j * k * x) @ (weight * left) for k in trials])
-    found: list[tuple[float, float, float]] = []
-    power = np.abs(spectrum)
-    while len(found) < _PEAKS and power.max() > 0.0:
+    # a sin(k x + φ) has the coefficient a e^{i(φ - π/2)}/2
+    return [
+        (2.0 * float(np.abs(spectrum[k])), float(trials[k]), float(np.angle(spectrum[k])) + 0.5 * math.pi)
+        for k in peaks(np.abs(spectrum))
+    ]
+
+
+def peaks(power: np.ndarray) -> list[int]:
+    """Places of the highest values above nothing of a row over trial wavenumbers, apart by two resolved widths."""
+    found, power = [], power.copy()
+    while len(found) < _PEAKS and power.max(initial=0.0) > 0.0:
         best = int(power.argmax())
-        # a sin(k x + φ) has the coefficient a e^{i(φ - π/2)}/2
-        phase = float(np.angle(spectrum[best])) + 0.5 * math.pi
-        found.append((2.0 * float(power[best]), float(trials[best]), phase))
+        found.append(best)
         power[max(0, best - 2 * _FINENESS) : best + 2 * _FINENESS + 1] = 0.0
     return found
+
+
+def varying(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:
+    """The inertias J sin(k q + φ) that take most from what a model leaves, as (J, k, φ), from a third of a wave over
+    the stroke up."""
+    q, v, a = m.q[m.at], m.v[m.at], m.a[m.at]
+    width = 2.0 * math.pi / float(np.ptp(q))
+    trials = np.arange(0.33 * width, 16.0 * width, width / _FINENESS)
+    taken, fits = np.zeros(len(trials)), np.zeros((len(trials), 2))
+    for trial, k in enumerate(trials):
+        s, c = np.sin(k * q), np.cos(k * q)
+        columns = np.stack([s * a + 0.5 * k * c * v**2, c * a - 0.5 * k * s * v**2, a, np.ones_like(a)], axis=1)
+        fit, *_ = np.linalg.lstsq(columns, left, rcond=1e-10)
+        taken[trial], fits[trial] = max(float(left @ left - np.sum((left - columns @ fit) ** 2)), 0.0), fit[:2]
+    return [(float(np.hypot(*fits[k])), float(trials[k]), math.atan2(fits[k][1], fits[k][0])) for k in peaks(taken)]
 
 
 def _over_position(m: Track, left: np.ndarray) -> list[tuple[float, float, float]]:

@@ -76,6 +76,7 @@ HIDDEN: Mapping[str, Hidden] = {
     "load.imbalance": lambda s, x, r: {"gravity": x * s.F, "gravity_phase": r.uniform(0.0, 6.28)},
     "cogging": lambda s, x, r: {
         "cogging": x * s.F, "cogging_wavenumber": r.uniform(8.0, 25.0) / s.Q, "cogging_phase": r.uniform(0.0, 6.28)},
+    "inertia.position": lambda s, x, r: {"breathing": 1.5 * x, "breathing_wavenumber": r.uniform(2.0, 8.0) / s.Q},
     "play.contact": _play,
     "compliance": _soft,
     "delay": lambda s, x, r: {"delay": float(round(20.0 + 60.0 * x))},
@@ -114,7 +115,7 @@ UNKNOWN: Mapping[str, Hidden] = {
     "thickening": lambda s, x, r: {"thickening": x * s.F / s.V**1.5},
     "warming": lambda s, x, r: {"warming": 5.0 * x},
     "bending": lambda s, x, r: {"bending": 2.0 * x * s.F},
-    "breathing": lambda s, x, r: {"breathing": 2.0 * x, "breathing_wavenumber": 4.0 / s.Q},
+    "streaked": lambda s, x, r: {"streaked": 2.0 * x * s.F / s.V},
     "stick_growth": lambda s, x, r: {"stick_growth": x * s.F},
     "cable": lambda s, x, r: {"cable": 3.0 * x * s.F},
     "shuttle": lambda s, x, r: {"shuttle": 5.0 * x * s.F, "shuttle_place": r.uniform(-0.5, 0.5)},
@@ -123,7 +124,7 @@ UNKNOWN: Mapping[str, Hidden] = {
 }
 """What is in no library, likewise."""
 
-TUNED = ("hysteresis", "warming", "breathing", "cable", "sag")
+TUNED = ("hysteresis", "warming", "streaked", "cable", "sag")
 """Kinds of disturbance that anything may be tuned on; the others judge."""
 
 

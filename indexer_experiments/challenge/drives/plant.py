@@ -22,18 +22,19 @@ FIELDS = (
     "mass", "load", "stiffness", "damping", "play", "viscous", "quadratic", "coulomb", "asymmetric", "stribeck",
     "stribeck_speed", "tilted", "offset", "gravity", "gravity_phase", "spring", "cubic", "bilinear", "bilinear_place",
     "stops", "stops_place", "presliding", "presliding_distance", "cogging", "cogging_wavenumber", "cogging_phase",
-    "load_coulomb", "load_viscous", "middle", "stroke", "limit",
+    "load_coulomb", "load_viscous", "breathing", "breathing_wavenumber", "middle", "stroke", "limit",
     # what no library has
-    "hysteresis", "hysteresis_reach", "thickening", "warming", "bending", "breathing", "breathing_wavenumber",
-    "stick_growth", "cable", "shuttle", "shuttle_place", "sag", "swing",
+    "hysteresis", "hysteresis_reach", "thickening", "warming", "bending", "streaked", "stick_growth", "cable",
+    "shuttle", "shuttle_place", "sag", "swing",
 )  # fmt: skip
 """Of a plant; what is not given is 0.
 
-The last thirteen are in no library: `hysteresis` a cable's Bouc-Wen force, half of which a reach of travel turns;
-`thickening` drag with |v|^1.5; `warming` viscous drag that falls by this share of itself over the record; `bending`
-Coulomb friction in sin² of the place; `breathing` an inertia that varies with the place; `stick_growth` extra friction
-after long rest; `cable` a drag chain's weight over the place cubed and rectified; `shuttle` a one-sided catch at a
-place; `sag` a force with the square root of |q|; `swing` a load that swings: a slow oscillator on the mass.
+`breathing` is an inertia that varies with the place. The last twelve are in no library: `hysteresis` a cable's Bouc-Wen
+force, half of which a reach of travel turns; `thickening` drag with |v|^1.5; `warming` viscous drag that falls by this
+share of itself over the record; `bending` Coulomb friction and `streaked` viscous drag in sin² of the place;
+`stick_growth` extra friction after long rest; `cable` a drag chain's weight over the place cubed and rectified;
+`shuttle` a one-sided catch at a place; `sag` a force with the square root of |q|; `swing` a load that swings: a slow
+oscillator on the mass.
 """
 
 _AT = {name: k for k, name in enumerate(FIELDS)}
@@ -90,9 +91,9 @@ def _fields() -> tuple[int, ...]:
 (
     MASS, LOAD, STIFFNESS, DAMPING, PLAY, VISCOUS, QUADRATIC, COULOMB, ASYMMETRIC, STRIBECK, STRIBECK_SPEED, TILTED,
     OFFSET, GRAVITY, GRAVITY_PHASE, SPRING, CUBIC, BILINEAR, BILINEAR_PLACE, STOPS, STOPS_PLACE, PRESLIDING,
-    PRESLIDING_DISTANCE, COGGING, COGGING_WAVENUMBER, COGGING_PHASE, LOAD_COULOMB, LOAD_VISCOUS, MIDDLE, STROKE, LIMIT,
-    HYSTERESIS, HYSTERESIS_REACH, THICKENING, WARMING, BENDING, BREATHING, BREATHING_WAVENUMBER, STICK_GROWTH, CABLE,
-    SHUTTLE, SHUTTLE_PLACE, SAG, SWING,
+    PRESLIDING_DISTANCE, COGGING, COGGING_WAVENUMBER, COGGING_PHASE, LOAD_COULOMB, LOAD_VISCOUS, BREATHING,
+    BREATHING_WAVENUMBER, MIDDLE, STROKE, LIMIT, HYSTERESIS, HYSTERESIS_REACH, THICKENING, WARMING, BENDING, STREAKED,
+    STICK_GROWTH, CABLE, SHUTTLE, SHUTTLE_PLACE, SAG, SWING,
 ) = _fields()  # fmt: skip
 
 
@@ -108,6 +109,7 @@ def _resisted(c, q, v, z, w, warm):
     total += c[PRESLIDING] * z + c[HYSTERESIS] * w
     total += c[THICKENING] * abs(v) ** 1.5 * (1.0 if v > 0.0 else -1.0)
     share = x / c[STROKE]
+    total += c[STREAKED] * v * math.sin(3.0 * share) ** 2
     total += c[CABLE] * max(share, 0.0) ** 3 + c[SAG] * math.sqrt(abs(share)) * (1.0 if share > 0.0 else -1.0)
     if abs(share - c[SHUTTLE_PLACE]) < 0.05 and v > 0.0:
         total += c[SHUTTLE]

@@ -55,6 +55,9 @@ MADE = {
         lambda t, q, v, a: 900.0 * (np.maximum(q - 0.1, 0.0) + np.minimum(q + 0.1, 0.0)), {"stiffness": 900.0}),
     "sensor.offset_drift": (lambda t, q, v, a: 1.3 * t, {"rate": 1.3}),
     "cogging": (lambda t, q, v, a: 5.0 * np.sin(100.0 * q + 0.7), {"force": 5.0, "wavenumber": 100.0}),
+    "inertia.position": (
+        lambda t, q, v, a: 30.0 * (np.sin(22.0 * q + 0.7) * a + 11.0 * np.cos(22.0 * q + 0.7) * v**2),
+        {"inertia": 30.0, "wavenumber": 22.0}),
     "sensor.mains_hum": (lambda t, q, v, a: 3.0 * np.sin(2.0 * math.pi * 5.3 * t + 0.4), {"amplitude": 3.0}),
 }  # fmt: skip
 

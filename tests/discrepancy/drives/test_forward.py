@@ -6,12 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 from scipy.integrate import solve_ivp
 
+from discrepancy.drives import stepping
+from discrepancy.drives.advance import integrator
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
 from discrepancy.fit import fit
 from discrepancy.model import NONE
+from indexer_env import kernels
+from indexer_env.compiled import fingerprint
 from indexer_env.errors import IndexerError
 from tests.discrepancy.drives.made import drive, run_plain, start_of, values
 
@@ -224,6 +229,21 @@ def test_a_transmission_that_wavers_moves_the_load_as_scipy_says(tmp_path: Path)
     assert np.abs(got - truth).max() < 1e-5 < 1e-2 < np.abs(plain - truth).max()
 
 
+def test_an_inertia_that_varies_moves_as_scipy_says(tmp_path: Path) -> None:
+    """(J + J(q)) q̈ + q̇² J'(q)/2 = u - sin q - 0.02 q̇."""
+    varied, k, phase = 0.02, 9.0, 0.4
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        q, v = y
+        push = float(np.interp(t, T, PUSH)) - math.sin(q) - 0.02 * v
+        push -= 0.5 * varied * k * math.cos(k * q + phase) * v * v
+        return [v, push / (0.05 + varied * math.sin(k * q + phase))]
+
+    sizes = {"inertia": varied, "wavenumber": k, "phase": phase}
+    got, truth, plain = _against("inertia.position", sizes, {}, rates, [0.3, 0.0], tmp_path)
+    assert np.abs(got - truth).max() < 1e-5 < 1e-2 < np.abs(plain - truth).max()
+
+
 def test_friction_by_load_is_that_of_the_inverse_form(tmp_path: Path) -> None:
     """While it moves u = f + μ |f| sign(v), f = J a + G sin q + c v, for the motion that comes out."""
     subject = made(tmp_path, 0.4 + 0.2 * np.sin(3.0 * T))
@@ -256,3 +276,11 @@ def test_a_line_on_the_command_is_found(tmp_path: Path) -> None:
     place = fit(problem, place, steps=25).place
     assert place.level(subject.model) < 1.2
     assert values(problem, place)["sensor.mains_hum.amplitude"] == pytest.approx(0.2, rel=0.1)
+
+
+@pytest.mark.skipif(not isinstance(integrator(), Dispatcher), reason="nothing is compiled")
+def test_the_integrator_is_compiled_anew_where_what_it_calls_has_changed() -> None:
+    """numba's key of it holds the hash of all sources."""
+    (held,) = (cell.cell_contents for cell in integrator().py_func.__closure__)
+    sources = [Path(stepping.__file__).with_name(f"{name}.py") for name in ("advance", "forces", "stepping")]
+    assert held == fingerprint([*sources, *Path(kernels.__file__).parent.glob("*.py")])

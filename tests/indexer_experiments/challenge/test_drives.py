@@ -16,18 +16,21 @@ from indexer_experiments.challenge.drives.run import Judged, table
 
 
 def test_the_plant_agrees_with_scipy() -> None:
-    """A mass with drag, a spring and cogging under the same controller, held between its samples."""
+    """A mass that varies, with drag, a spring and cogging, under the same controller, held between its samples."""
     rate, n = 500.0, 1500
     wanted = 0.2 * reference("sines", n, 2.0, np.random.default_rng(1))
     values = {"mass": 3.0, "viscous": 4.0, "cubic": 50.0, "cogging": 2.0, "cogging_wavenumber": 40.0}
-    run = simulate_plant(values, wanted, rate, (9e3, 3e2), steps=200)
+    values |= {"breathing": 0.3, "breathing_wavenumber": 20.0}
+    run = simulate_plant(values, wanted, rate, (9e3, 3e2), steps=400)
     middle = 0.5 * (wanted.min() + wanted.max())
     state = [wanted[0], 0.0]
     for k in range(n):
 
         def rates(t: float, y: np.ndarray, force: float = run.force[k]) -> list[float]:
             x = y[0] - middle
-            return [y[1], (force - 4.0 * y[1] - 50.0 * x**3 - 2.0 * np.sin(40.0 * y[0])) / 3.0]
+            left = force - 4.0 * y[1] - 50.0 * x**3 - 2.0 * np.sin(40.0 * y[0])
+            varied = 0.5 * 3.0 * 0.3 * 20.0 * np.cos(20.0 * y[0]) * y[1] ** 2
+            return [y[1], (left - varied) / (3.0 * (1.0 + 0.3 * np.sin(20.0 * y[0])))]
 
         found = solve_ivp(rates, (0.0, 1.0 / rate), state, t_eval=[0.5 / rate, 1.0 / rate], rtol=1e-9, atol=1e-12).y
         assert abs(found[0, 0] - run.q[k]) < 1e-4
