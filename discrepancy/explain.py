@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
 from discrepancy.form import Form
-from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED
+from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, STANDS_IN
 from discrepancy.judging import Judge, Judged, Missed, Written, closed, written
 from discrepancy.model import Model
 from discrepancy.place import Point
@@ -186,7 +186,20 @@ def _explained(
     model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form], missed: Missed | None
 ) -> Explanation:
     search = Search(model, criteria)
-    selection = search.run()
+    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, missed)
+    if held_at_bounds and search.in_time:
+        # it stands in for another effect, perhaps for one of the library
+        other, _ = _answer(search, search.run(barred=held_at_bounds), held_out, forms, missed)
+        if other.after < answer.after:
+            return other
+    return answer
+
+
+def _answer(
+    search: Search, selection: Selection, held_out: Model, forms: Sequence[Form], missed: Missed | None
+) -> tuple[Explanation, list[str]]:
+    """What a set that was selected explains, and its effects that a bound holds."""
+    model, criteria = search.whole, search.criteria
     judge = Judge(search, selection, held_out, criteria, forms, missed)
     judged, accepted = judge.judged()
     findings = tuple(
@@ -197,12 +210,13 @@ def _explained(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
     )
     calibration = estimates_of(model, accepted.place).calibration(len(model.parameters))
-    return Explanation(
+    answer = Explanation(
         _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
         held[base.name].level(held_out), held[accepted.name].level(held_out), calibration,
         written(model, accepted.place, calibration.bounds_hit, held_out, held[accepted.name]), selection, criteria,
         model, held_out,
     )  # fmt: skip
+    return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 
 
 def _order(grade: str) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -52,13 +52,16 @@ class Search:
         self._best: dict[str, Fitted] = {}
         self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
         self._races: dict[tuple[str, str], list[Point]] = {}
+        self._barred: frozenset[str] = frozenset()
         self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
 
-    def run(self) -> Selection:
-        """The set selected."""
+    def run(self, barred: Collection[str] = ()) -> Selection:
+        """The set selected, of effects that are not `barred`."""
+        self._barred = frozenset(barred)
+        self._races.clear()
         current = self._calibrated()
         tried: list[Fitted] = []
-        while self._in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
+        while self.in_time and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
             if grown is current and self._leaves_much(current):
@@ -71,7 +74,7 @@ class Search:
         without = tuple(self.without(current, k) for k in range(len(current.effects)))
         instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))
         base = self._known(NONE) or current
-        return Selection(base, current, without, instead, tuple(tried), self._in_time(), self.model)
+        return Selection(base, current, without, instead, tuple(tried), self.in_time, self.model)
 
     def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
@@ -101,7 +104,9 @@ class Search:
         result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
         return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)
 
-    def _in_time(self) -> bool:
+    @property
+    def in_time(self) -> bool:
+        """Whether the time given is not over."""
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
@@ -140,7 +145,7 @@ class Search:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
         from its size."""
         place = restarted(self.model, fitted.place, self.criteria)
-        return self._fit(place) if self._in_time() and place.cost < fitted.place.cost else fitted
+        return self._fit(place) if self.in_time and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
@@ -152,7 +157,7 @@ class Search:
             library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
             leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
             asked = [name for name in library if name in leaders or not instead]
-            own = {instead, *base.place.hypothesis.names}
+            own = {instead, *base.place.hypothesis.names, *self._barred}
             others = [h for name in asked if name not in own for h in library[name]]
             known = self._races[key, instead] = race(self.model, careful, others, self.criteria, wide=wide)
         return [place for place in known if place.hypothesis.names[-1] != instead]
@@ -169,7 +174,7 @@ class Search:
         found: list[Fitted] = []
         for place in places[: self.criteria.rivals]:
             against = best or next(iter(found), None)
-            if against is not None and not (self._in_time() and self._rivals(place, against, base)):
+            if against is not None and not (self.in_time and self._rivals(place, against, base)):
                 continue
             found = self._ranked([*found, self._fit(place)])
         return found
@@ -254,10 +259,10 @@ class Search:
         """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
         if asked, those that are known to look alike, whatever they promise."""
         effect, base = fitted.effects[k], self.without(fitted, k)
-        if not self._in_time():
+        if not self.in_time:
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
-        names = {*base.place.hypothesis.names, *(one.place.hypothesis.names[-1] for one in found)}
+        names = {*base.place.hypothesis.names, *self._barred, *(one.place.hypothesis.names[-1] for one in found)}
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:
             found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)

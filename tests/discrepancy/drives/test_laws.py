@@ -7,6 +7,7 @@ import pytest
 
 from discrepancy.chain import run_chain
 from discrepancy.explain import Explanation, explain
+from discrepancy.search import Search
 from tests.discrepancy.drives.made import FILE, subject
 
 
@@ -41,6 +42,22 @@ def test_what_is_slight_beside_another_effect_is_a_hint(tmp_path: Path) -> None:
     grades = {finding.name: finding.grade for finding in answer.findings}
     assert grades == {"friction.coulomb": "established", "spring.linear": "stands in"}
     assert "the law of that one may err by as much" in answer.findings[1].why
+
+
+def test_what_a_bound_holds_gives_way_to_what_it_stands_in_for(tmp_path: Path, monkeypatch) -> None:
+    """A spring and an offset that together are a contact at the lower end of the stroke."""
+    text = f'{FILE}\neffects = ("friction.viscous", "offset", "spring.bilinear", "spring.linear")\n'
+
+    def force(t, q, v, a):
+        middle, half = 0.5 * (q.min() + q.max()), 0.5 * np.ptp(q)
+        return 90.0 * a + 100.0 * (q - middle + half)
+
+    answer = _answer(tmp_path, force, text)
+    assert set(answer.names) == {"offset", "spring.linear"} and answer.after < 1.2
+    monkeypatch.setattr(Search, "in_time", property(lambda search: not search._barred))
+    answer = _answer(tmp_path, force, text)
+    why = {finding.name: finding.why for finding in answer.findings}
+    assert "is held at the bound" in why["spring.bilinear"] and "spring.linear" not in why
 
 
 def test_what_stands_in_is_taken_up_as_a_table(tmp_path: Path) -> None:
