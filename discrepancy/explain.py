@@ -188,10 +188,11 @@ def _explained(
     search = Search(model, criteria)
     answer, held_at_bounds = _answer(search, search.run(), held_out, forms, missed)
     if held_at_bounds and search.in_time:
-        # it stands in for another effect, perhaps for one of the library
-        other, _ = _answer(search, search.run(barred=held_at_bounds), held_out, forms, missed)
-        if other.after < answer.after:
-            return other
+        # it stands in for another effect, perhaps for one of the library, that then explains as much
+        selection = search.run(barred=held_at_bounds)
+        if not search.wins(answer.selection.best, selection.best):
+            other, _ = _answer(search, selection, held_out, forms, missed)
+            return other if other.after < answer.after else answer
     return answer
 
 

@@ -82,9 +82,9 @@ class Search:
         more: Iterable[Fitted]
         for more in (tried, self._pairs(current, tried)):
             for one in more:
-                if self._wins(one, current, _HALF_WAY * (len(one.effects) - len(current.effects))):
+                if self.wins(one, current, _HALF_WAY * (len(one.effects) - len(current.effects))):
                     grown = self._floated(one)
-                    if self._wins(grown, current):
+                    if self.wins(grown, current):
                         return grown
         return current
 
@@ -92,7 +92,7 @@ class Search:
         """Sets with two more effects: the leading one of each set with one more that pays for its parameters."""
         if len(current.effects) + 2 <= self.criteria.most:
             for one in tried:
-                if self._wins(one, current, 0.0):
+                if self.wins(one, current, 0.0):
                     yield from self._added(one)[:1]
 
     def on_all(self, fitted: Fitted) -> Fitted:
@@ -115,7 +115,7 @@ class Search:
     def _leaves_much(self, fitted: Fitted) -> bool:
         return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
 
-    def _wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
+    def wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
         """Whether a set is better than another by the margin, or by a share of it."""
         own, others = scores((one, other), self.model)
         return others - own >= share * self.criteria.margin
@@ -137,7 +137,7 @@ class Search:
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
         found = self._finished(current, self._raced(current, wide=wide), None)
-        if found and self._looks_on(found[0]) and self._wins(found[0], current, _HALF_WAY):
+        if found and self._looks_on(found[0]) and self.wins(found[0], current, _HALF_WAY):
             return self._ranked([self._restarted(one) for one in found])
         return found
 
@@ -226,7 +226,7 @@ class Search:
     def _needless(self, fitted: Fitted) -> list[Fitted]:
         """The set without one of the effects that it does not need, the best first."""
         without = (self.without(fitted, k) for k in range(len(fitted.effects)))
-        return self._ranked([one for one in without if not self._wins(fitted, one)])
+        return self._ranked([one for one in without if not self.wins(fitted, one)])
 
     def _exchanged(self, fitted: Fitted) -> list[Fitted]:
         """Sets that score better with another effect in the place of one, the best first."""

@@ -2,7 +2,9 @@
 
 A fit of whole records would need a method; this one is linear, and so needs none. A record is cut at the ends of its
 cam turns. In each piece the true machine without the disturbance starts from the state that the disturbed one has
-there, so that what a play amplifies from turn to turn does not count:
+there, so that what a play amplifies from turn to turn does not count. It is the same state of the joints: the same
+torques and rates of deflection, in a play the same share of it, and not the same angles, which a cam with another
+station or a base that gives way would turn into torques that no fit has:
 
     d_w = reading of the disturbed machine - true machine resumed from the disturbed one's state,     w: cam turn
     left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²
@@ -17,6 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,10 +27,11 @@ import numpy as np
 
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_experiments.challenge.equations import Joint, Plant, deflections, drive_side, follower, softness
 from indexer_experiments.challenge.messy.machines import KNOWN_TO
 from indexer_experiments.challenge.parameters import changed, read
-from indexer_experiments.challenge.truth import resumed, run
-from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
+from indexer_experiments.challenge.truth import plant, resumed, run
+from indexer_experiments.challenge.unlisted import NOTHING, TURN, Unlisted
 
 RATE = 500.0
 """Sampling rate at which sizes are measured [Hz], whatever that of the records: levels do not depend on it."""
@@ -115,15 +119,20 @@ class LinearFit:
             rows.append(block - base @ (base.T @ block))
         self._rows = np.concatenate([*rows, noise * np.eye(columns)])
 
-    def left(self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray]) -> float:
-        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n), over the noise."""
+    def left(
+        self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
+        unlisted: Unlisted = NOTHING,
+    ) -> float:  # fmt: skip
+        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise."""
         parts = []
         for piece, base in zip(self.pieces, self._bases, strict=True):
             span = slice(piece.first, piece.first + piece.samples)
             if motions[piece.record].shape[1] < span.stop:
                 raise ValueError("a disturbed run must be as long as the undisturbed one")
-            state = motions[piece.record][1:, piece.first]
-            expected = coarsely_resumed(self.machine, self.points[piece.record], state, piece.samples)
+            point = self.points[piece.record]
+            disturbed, own = plant(machine, point, unlisted), plant(self.machine, point)
+            state = in_the_joints(motions[piece.record][1:, piece.first], disturbed, own)
+            expected = coarsely_resumed(self.machine, point, state, piece.samples)
             difference = readings[piece.record][span] - expected
             parts.append(difference - base @ (base.T @ difference))
         d = np.concatenate(parts)
@@ -149,6 +158,36 @@ class LinearFit:
         quick[7] *= 1.0 + _STEP * _SPEED
         runs = ((heavier, state), (point, ahead), (faster, quick))
         return np.stack([(coarsely_resumed(machine, p, y, piece.samples) - base) / _STEP for p, y in runs], axis=1)
+
+
+def in_the_joints(state: np.ndarray, disturbed: Plant, plain: Plant) -> np.ndarray:
+    """The state (STATES,) of another machine whose joints are in the state of the disturbed one's, at its motor's
+    angle."""
+    turn, found = math.floor(state[0] / TURN), state.copy()
+    d1, v1, d2, v2 = deflections(disturbed, state, turn)
+    side, side_rate = drive_side(plain, state[6], state[7])
+    of_1, to_1 = disturbed.joint_1, plain.joint_1
+    found[0] = side - _under_the_same_torque(d1, of_1, of_1.rho, to_1, to_1.rho)
+    found[1] = side_rate - v1
+    if not plain.loose:
+        found[4:6] = 0.0
+    turn_there = math.floor(found[0] / TURN)
+    angle, slope, _ = follower(plain, found[0], turn_there)
+    rhos = softness(disturbed, turn), softness(plain, turn_there)
+    found[2] = angle + found[4] + _under_the_same_torque(d2, disturbed.joint_2, rhos[0], plain.joint_2, rhos[1])
+    found[3] = slope * found[1] + found[5] + v2
+    return found
+
+
+def _under_the_same_torque(d: float, of: Joint, rho_of: float, to: Joint, rho_to: float) -> float:
+    """A joint's deflection where another one's is d: under the same torque at rest, in a play at the same share."""
+    beyond = abs(d) - 0.5 * of.g
+    if beyond <= 0.0:
+        return d * to.g / of.g if of.g else 0.0
+    softer_of, softer_to = (1.0, 1.0) if d > 0.0 else (rho_of, rho_to)
+    given = (of.k * softer_of + of.k_c * beyond**2) * beyond
+    roots = np.roots([to.k_c, 0.0, to.k * softer_to, -given])
+    return math.copysign(0.5 * to.g + float(roots[np.isreal(roots)].real.max()), d)
 
 
 def local_basis(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:

@@ -107,7 +107,7 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     def leaves(fit: LinearFit, machine: Machine, sensor: Sensor, chosen: Sequence[tuple[Wanted, float]]) -> float:
         unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
         runs = [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
-        return fit.left([read_of(motion, readers, sensor) for motion in runs], runs)
+        return fit.left([read_of(motion, readers, sensor) for motion in runs], runs, machine, unlisted)
 
     def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
         return leaves(fit, *with_effects(truth, effects), chosen)
