@@ -11,6 +11,7 @@ import numpy as np
 
 from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
+from discrepancy.grades import STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY
 from discrepancy.selection import Fitted
 from discrepancy.subjects.indexer import IndexerSubject
@@ -157,11 +158,15 @@ def left(answer: Explanation) -> str:
 
 
 def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
-    """The finding with values and interval of the joint draws, in which the common scale and the loads take part."""
+    """The finding with values and interval of the joint draws, in which the common scale, the loads and the gain take
+    part; where these leave it open whether there is anything at all, it has no name."""
     paths = {name: f"effects.{finding.effect}.{name}" for name in finding.values}
     values = {name: float(np.mean(drawn[path])) for name, path in paths.items() if path in drawn}
     low, high = np.quantile(drawn[paths[finding.size]], (0.025, 0.975))
-    return dataclasses.replace(finding, values={**finding.values, **values}, interval=(float(low), float(high)))
+    grade = STANDS_IN if low <= 0.0 <= high else finding.grade
+    return dataclasses.replace(
+        finding, grade=grade, values={**finding.values, **values}, interval=(float(low), float(high))
+    )
 
 
 def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:

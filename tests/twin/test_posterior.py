@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from datagen.campaigns.own import LOAD_FACTOR
+from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
 from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
-from twin.calibrate import Calibrated, Finding
+from twin.calibrate import Calibrated, Finding, _in_draws
 from twin.moved import moved_since
 from twin.posterior import _covariance, rescaled
 
@@ -71,3 +72,14 @@ def test_an_effect_that_came_in_is_a_move():
     assert moved["since"] and "friction.coulomb came in" in moved["sentence"]
     known = {**BEFORE, "findings": [{"effect": "friction.coulomb"}]}
     assert not moved_since(known, machine, calibrated(machine, finding))["since"]
+
+
+def test_what_the_draws_leave_open_has_no_name() -> None:
+    """A gain error of 1.8 % that is established, where the chain's gain is known to 2 % alone: seed 5."""
+    found = Finding("sensor.gain", ESTABLISHED, {"error": 0.018}, (0.01, 0.026), "error")
+    rng = np.random.default_rng(5)
+    for spread, grade in ((0.02, STANDS_IN), (0.003, ESTABLISHED)):
+        drawn = {"effects.sensor.gain.error": 0.018 + spread * rng.standard_normal(500)}
+        told = _in_draws(found, drawn)
+        assert told.grade == grade and told.interval != found.interval
+        assert (told.interval[0] < 0.0) == (grade == STANDS_IN)
