@@ -12,6 +12,8 @@ import numpy as np
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
+from indexer_env import kernels
+
 Call = tuple[Callable[..., Any], tuple]
 """A function decorated by numba's njit with cache=True, and arguments with which a call of it does nothing."""
 
@@ -48,6 +50,11 @@ def fingerprint(sources: Iterable[Path]) -> str:
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()
+
+
+def kernel_fingerprint(*more: Path) -> str:
+    """Fingerprint of all kernel sources, and of these files."""
+    return fingerprint([*Path(kernels.__file__).parent.glob("*.py"), *more])
 
 
 def read_only(*shape: int, dtype: type = float) -> np.ndarray:

@@ -7,11 +7,9 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
-from indexer_env import kernels
 from indexer_env.coefficients import Pack
 from indexer_env.kernels.layout import COEFFICIENT_ROWS, LANES, PIECE_COLUMNS, STATE_ROWS
 
@@ -24,16 +22,9 @@ _LEAST_SHARED = 800
 """Blocks times steps from which on several threads are faster than one: to call them takes some 50 µs."""
 
 
-def _fingerprint() -> str:
-    """Hash of all kernel sources."""
-    from indexer_env.compiled import fingerprint
-
-    return fingerprint(Path(kernels.__file__).parent.glob("*.py"))
-
-
 @functools.lru_cache(maxsize=1)
 def _kernel() -> Callable[..., str]:
-    from indexer_env.compiled import one_version, read_only
+    from indexer_env.compiled import kernel_fingerprint, one_version, read_only
     from indexer_env.kernels.integrate import entry
 
     counts, times, status = read_only(0, dtype=np.int64), read_only(0), np.zeros(0, dtype=np.int64)
@@ -41,7 +32,7 @@ def _kernel() -> Callable[..., str]:
         0, 0, 0, 0, np.zeros((0, STATE_ROWS)), read_only(0, COEFFICIENT_ROWS), read_only(0, PIECE_COLUMNS),
         counts, times, times, 1, counts, LARGEST_DEFLECTION, np.zeros((0, 0, 0)), status, np.zeros(0),
     )  # fmt: skip
-    kernel = entry(_fingerprint())
+    kernel = entry(kernel_fingerprint())
     one_version("the simulator", 20, (kernel, nothing))
     return kernel
 
@@ -138,7 +129,7 @@ if hasattr(os, "register_at_fork"):
 @functools.lru_cache(maxsize=1)
 def control_kernels() -> tuple[Callable[..., int], Callable[..., int], Callable[..., int]]:
     """The compiled loops begin, end and look of a control period (kernels/control.py)."""
-    from indexer_env.compiled import one_version, read_only
+    from indexer_env.compiled import kernel_fingerprint, one_version, read_only
     from indexer_env.kernels.control import ITEM_COLUMNS, OBSERVED, TASK_NUMBERS, entries
 
     states, coefficients = np.zeros((0, STATE_ROWS)), np.zeros((0, COEFFICIENT_ROWS))
@@ -146,7 +137,7 @@ def control_kernels() -> tuple[Callable[..., int], Callable[..., int], Callable[
     items, task, cams, readings = read_only(0, ITEM_COLUMNS), read_only(TASK_NUMBERS), read_only(0), np.zeros((0, 1))
     read = (read_only(0, STATE_ROWS), read_only(0, COEFFICIENT_ROWS), items, task)
     status, index, terminated = read_only(0, dtype=np.int64), read_only(0, dtype=np.int64), np.zeros(0, dtype=bool)
-    begin, end, look = entries(int(_fingerprint()[:15], 16))
+    begin, end, look = entries(int(kernel_fingerprint()[:15], 16))
     one_version(
         "the environments' loops", 2,
         (begin, (read_only(0, 1), states, coefficients, items, task, numbers, numbers, counts)),

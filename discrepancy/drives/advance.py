@@ -38,8 +38,7 @@ from discrepancy.drives.forces import (
     load_level,
 )
 from discrepancy.drives.stepping import INNER, acting, between, step, whole_rates
-from indexer_env.compiled import fingerprint
-from indexer_env.kernels import effects
+from indexer_env.compiled import kernel_fingerprint
 
 _HALVINGS = 20
 _BRACKET = 2.0**-_HALVINGS
@@ -237,6 +236,5 @@ def entry(fingerprint: str):
 @functools.cache
 def integrator() -> Callable[..., str]:
     """The compiled `run_all`."""
-    here, kernels = Path(__file__), Path(effects.__file__).parent
-    own = (here, here.with_name("stepping.py"), here.with_name("forces.py"))
-    return entry(fingerprint((*own, *kernels.glob("*.py"))))
+    here = Path(__file__)
+    return entry(kernel_fingerprint(here, here.with_name("stepping.py"), here.with_name("forces.py")))

@@ -9,7 +9,8 @@ import numba
 import numpy as np
 import pytest
 
-from indexer_env.compiled import fingerprint, one_version, read_only
+from indexer_env import kernels
+from indexer_env.compiled import fingerprint, kernel_fingerprint, one_version, read_only
 
 ROOT = Path(__file__).parents[2]
 
@@ -73,3 +74,5 @@ def test_the_fingerprint_changes_with_any_source(tmp_path):
     assert before == fingerprint([other, one])
     other.write_text("3")
     assert before != fingerprint([one, other])
+    sources = sorted(Path(kernels.__file__).parent.glob("*.py"))
+    assert kernel_fingerprint(one) == fingerprint([*sources, one]) != kernel_fingerprint()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from indexer_env.engine import _fingerprint
+from indexer_env.compiled import kernel_fingerprint
 from indexer_env.kernels import layout
 from indexer_env.kernels.nystrom import nystrom_step
 from indexer_env.kernels.plain import plain_step
@@ -52,7 +52,7 @@ def test_plain_and_general_step_agree_to_the_last_bit(count, features):
         general[row : row + layout.LANES] = 0.0
     plain = general.copy()
     high = np.uint64(count)
-    take_general, take_plain = steps(_fingerprint())
+    take_general, take_plain = steps(kernel_fingerprint())
     take_general(general, high, features)
     take_plain(plain, high, features, np.bool_(features & layout.USES_ANY_EFFECT))
     kept = [layout.CAM, layout.CAM_RATE, layout.TABLE, layout.TABLE_RATE, layout.MOTOR, layout.MOTOR_RATE]

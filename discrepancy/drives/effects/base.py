@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 _TOKEN = re.compile(r"([FQVATD])(-?\d+)?")
 
+PHASES = tuple(0.5 * math.pi * k for k in range(4))
+"""Starts of a phase whose right one nothing proposes."""
+
 
 @dataclass(frozen=True)
 class Size:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.effects.base import PHASES, DriveEffect, Size, standard
 from discrepancy.drives.effects.ripple import ringing
 from indexer_env.effects.drive import TransmissionError
 from indexer_env.effects.friction import CoulombFriction
@@ -18,7 +18,6 @@ from indexer_env.kernels.joints import line_torque, region_line
 if TYPE_CHECKING:
     from discrepancy.drives.track import Track
 
-_EIGHTHS = tuple(0.5 * math.pi * k for k in range(4))
 _CONTACT = 0.25
 """Frequency of the load on its contact over that of the inner rate's Nyquist: stiff beside all that is compared."""
 
@@ -186,7 +185,7 @@ standard(
         "F += f at q + e sin(n q + φ) - f at q", TransmissionError.source,
         (
             Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
-            Size("phase", "phase φ at q = 0", "", _EIGHTHS, -20.0, 20.0, step=0.5),
+            Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
         _wavering, rotary=True, of_base=True, alike=("ripple", "cogging", "inertia.position"), forward="error",
         choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),

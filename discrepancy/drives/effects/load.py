@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.effects.base import PHASES, DriveEffect, Size, standard
 from discrepancy.drives.effects.ripple import varying
 from indexer_env.effects.drive import TransmissionError
 from indexer_env.effects.load import Imbalance
@@ -15,7 +14,6 @@ from indexer_env.effects.load import Imbalance
 if TYPE_CHECKING:
     from discrepancy.drives.track import Track
 
-_QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
 
 standard(
     DriveEffect(
@@ -31,7 +29,7 @@ standard(
         Imbalance.name, "An eccentric weight pulls once per turn.", "F += G sin(q + φ)", Imbalance.source,
         (
             Size("torque", "moment of the weight G", "F", (0.1, 0.4), 0.0, 20.0, 0.0),
-            Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
+            Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
         lambda m, p, base: p.torque * np.sin(m.q + p.phase), rotary=True, alike=("offset", "spring.linear"),
         forward="imbalance", over="tabulated.position",
@@ -61,7 +59,7 @@ standard(
         (
             Size("inertia", "amplitude J_1", "F A-1", (0.1,), 0.0, 20.0, 0.0),
             Size("wavenumber", "wavenumber k", "Q-1", (1.5, 4.0, 10.0), 1.0, 50.0, step=0.2),
-            Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
+            Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
         _varied, alike=(TransmissionError.name, "inertia"), starts=varying, forward="varying",
     )

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.effects.base import PHASES, DriveEffect, Size, standard
 from discrepancy.drives.smoothing import holding
 from indexer_env.effects.sensor import SensorMainsHum
 
 if TYPE_CHECKING:
     from discrepancy.drives.track import Track
 
-_QUARTERS = tuple(0.5 * math.pi * k for k in range(4))
 _PEAKS = 3
 """Wavelengths that a record proposes."""
 
@@ -113,7 +112,7 @@ standard(
         "torque ripple by order, e.g. Jahns and Soong, IEEE Trans. Ind. Electron. 43 (1996) 321",
         (
             Size("torque", "amplitude A", "F", (0.1, 0.3), 0.0, 20.0, 0.0),
-            Size("phase", "phase φ at q = 0", "", _QUARTERS, -20.0, 20.0, step=0.5),
+            Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
         lambda m, p, base: p.torque * np.sin(p.order * m.q + p.phase), rotary=True,
         alike=("cogging", "drive.transmission_error"), choices=tuple({"order": float(n)} for n in (2, 3, 4, 6)),

@@ -124,14 +124,14 @@ class LinearFit:
         unlisted: Unlisted = NOTHING,
     ) -> float:  # fmt: skip
         """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise."""
+        plants = [(plant(machine, point, unlisted), plant(self.machine, point)) for point in self.points]
         parts = []
         for piece, base in zip(self.pieces, self._bases, strict=True):
             span = slice(piece.first, piece.first + piece.samples)
             if motions[piece.record].shape[1] < span.stop:
                 raise ValueError("a disturbed run must be as long as the undisturbed one")
             point = self.points[piece.record]
-            disturbed, own = plant(machine, point, unlisted), plant(self.machine, point)
-            state = in_the_joints(motions[piece.record][1:, piece.first], disturbed, own)
+            state = in_the_joints(motions[piece.record][1:, piece.first], *plants[piece.record])
             expected = coarsely_resumed(self.machine, point, state, piece.samples)
             difference = readings[piece.record][span] - expected
             parts.append(difference - base @ (base.T @ difference))

@@ -15,8 +15,7 @@ from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
 from discrepancy.fit import fit
 from discrepancy.model import NONE
-from indexer_env import kernels
-from indexer_env.compiled import fingerprint
+from indexer_env.compiled import kernel_fingerprint
 from indexer_env.errors import IndexerError
 from tests.discrepancy.drives.made import drive, run_plain, start_of, values
 
@@ -283,4 +282,4 @@ def test_the_integrator_is_compiled_anew_where_what_it_calls_has_changed() -> No
     """numba's key of it holds the hash of all sources."""
     (held,) = (cell.cell_contents for cell in integrator().py_func.__closure__)
     sources = [Path(stepping.__file__).with_name(f"{name}.py") for name in ("advance", "forces", "stepping")]
-    assert held == fingerprint([*sources, *Path(kernels.__file__).parent.glob("*.py")])
+    assert held == kernel_fingerprint(*sources)
