@@ -173,8 +173,8 @@ class Judge:
         return self._tables[name]
 
     @property
-    def _against(self) -> tuple[Model, float]:
-        return self.held_out, self.floor
+    def _against(self) -> tuple[Model, float, float]:
+        return self.held_out, self.floor, 1.0 - self.criteria.closes
 
     def _hold(self, sets: Iterable[Fitted]) -> None:
         """Physics of sets on the records held out, each trying the start states that others found there."""
@@ -231,12 +231,13 @@ def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
     return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
 
 
-def excess(place: Point, other: Point, model: Model, floor: float) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave. Of windows that have start states the one that the first
-    place leaves worst does not count: a start state that was missed spoils one window."""
-    level = place.squares / model.counts
-    may_miss = place.states.shape[1] > 0 and len(level) > _LEAST_WINDOWS
-    kept = np.arange(len(level)) != int(level.argmax()) if may_miss else np.full(len(level), True)
+def excess(place: Point, other: Point, model: Model, floor: float, share: float) -> tuple[float, float]:
+    """Mean squares above the floor that two places leave. Of windows that have start states the one that speaks most
+    against the first place's closing all but a share does not count: a start state that was missed spoils one window,
+    and an effect may act in one alone."""
+    against = (place.squares - share * other.squares) / model.counts
+    may_miss = place.states.shape[1] > 0 and len(against) > _LEAST_WINDOWS
+    kept = np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
     samples = float(model.counts[kept].sum())
     left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
     return max(left, 0.0), max(open_, 0.0)

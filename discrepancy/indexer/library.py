@@ -139,7 +139,7 @@ def _parameter(
     fastest = 1.0 / (_TURN * _SEEN * seen.rate)
     low = max(low, {"time_constant": fastest, "inverse_square": fastest**2}.get(name, -math.inf))
     sizes = sought.starts
-    if rules["null"] is not None and sought.measure != "-":
+    if rules["null"] is not None:
         least = min(abs(size) for size in sizes)
         sizes += tuple(size * part for part in _FINER for size in sizes if abs(size) == least)
     starts = tuple(min(start * unit, high) for start in sizes if start * unit >= low)

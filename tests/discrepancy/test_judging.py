@@ -86,7 +86,7 @@ def test_the_worst_window_is_left_out_where_its_start_state_may_have_been_missed
         Point(NONE, z, np.zeros((WINDOWS, states)), model.counts * level, 0.0)
         for level in (np.array([100.0] + [2.0] * 7), np.full(8, 5.0))
     )
-    assert excess(place, other, model, 1.0) == pytest.approx((left - 1.0, 4.0))
+    assert excess(place, other, model, 1.0, 0.25) == pytest.approx((left - 1.0, 4.0))
 
 
 @pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])
