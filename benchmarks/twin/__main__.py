@@ -2,8 +2,9 @@
 
 For each machine a bench is written, the twin made of it as a user would, and records of all combinations of crack,
 loose base and play of any size diagnosed, a few also by physics; further records have a fault that is in no table. The
-paper's network is asked beside, taught on the same turns. Other rows, methods=twin,oracle,nominal,point,unextended: the
-true machine, machines of the drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks.
+paper's network is asked beside, taught on the same turns. Other rows are asked for by methods=twin,oracle,nominal,
+point,unextended,transfer: the true machine, machines of the drawing ±10 % without a fit, no posterior, nothing added
+that the drawing lacks, and a network of the drawing that goes on learning from labelled records of the machine.
 
 Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
 goes on where it was, and only=0,1 makes a part of it. The table holds all rows that are there.
@@ -25,6 +26,7 @@ from benchmarks.twin.judging import PHYSICS, at_stated_size, by_physics, judged,
 from benchmarks.twin.pipelines import make_twin, of_paper
 from benchmarks.twin.records import records_of
 from benchmarks.twin.table import Judged, markdown, summary
+from benchmarks.twin.transfer import transferred
 from benchmarks.twin.truth import Truth, machine_of, write_bench
 from twin.settings import Settings
 
@@ -39,12 +41,18 @@ joined by commas."""
 OF_PAPER = "paper's network"
 """Row of the paper's network."""
 
+TRANSFER = "transfer"
+"""The method that makes no twin."""
+
 
 def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: Path) -> dict[str, Any]:
     """The rows of a machine and a method."""
     name = f"{settings['noise']:g}-{settings['spread']:g}-{number}"
     seed = settings["seed"] + number
     records = records_of(truth, settings["records"], seed, out / "truth" / f"{name}.npz")
+    if method == TRANSFER:
+        rows = transferred(truth, records, seed)
+        return {"kind": truth.kind, "rows": {name: [row.plain() for row in given] for name, given in rows.items()}}
     work = out / f"work-{name}-{method}"
     if not (work / "bench" / "records.csv").exists():
         write_bench(truth, work / "bench", seed)
@@ -88,7 +96,7 @@ def main(arguments: Sequence[str]) -> None:
             found = done(truth, number, method, settings, out)
             file.write_text(json.dumps(found))
             told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
-            print(number, method, truth.kind, found["made_cpu_s"], told, flush=True)
+            print(number, method, truth.kind, found.get("made_cpu_s"), told, flush=True)
     print(markdown(table_of(sorted((out / "rows").glob(f"{law}-*.json")))))
 
 
