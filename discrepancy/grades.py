@@ -30,7 +30,7 @@ class Evidence:
     remains : float
         What the whole set leaves on records held out, rms over what does not repeat.
     better : float
-        Share that it makes better of the windows held out that it changes by more than noise, the least over records.
+        Share that it makes better of what it changes, by more than noise, in windows held out; the least over records.
     size : str
         Its size with the interval, in words.
     zero : bool
@@ -126,8 +126,7 @@ RULES = (
         "not steady", STANDS_IN,
         lambda e, c: e.better <= 0.5 and not _at_noise(e, c),
         lambda e, c: (
-            f"It improves {_percent(e.better)} of the cam turns that it changes in one record, where a name needs more "
-            "than half."
+            f"In one record {_percent(e.better)} of what it changes becomes better, where a name needs more than half."
         ),
     ),
     Rule(

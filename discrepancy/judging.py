@@ -193,7 +193,7 @@ class Judge:
             name=found.name,
             closes=closed(open_, left),
             remains=math.sqrt(1.0 + left / self.floor),
-            better=steadily(place.squares, other.squares, self.held_out, self.criteria.at_noise),
+            better=steadily(place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria.at_noise),
             size=_words(size),
             zero=not found.untold and not found.shown,
             untold=found.untold,
@@ -204,14 +204,23 @@ class Judge:
         )  # fmt: skip
 
 
-def steadily(beside: np.ndarray, without: np.ndarray, model: Model, least: float) -> float:
-    """Share of windows that an effect makes better, the least over the records, by squares (w,) beside it and without
+def counted(place: Point, other: Point, model: Model, share: float) -> np.ndarray:
+    """Windows (w,) by which two places are compared. Of those that have start states the one that speaks most against
+    the first place's closing all but a share does not count: a start state that was missed spoils one window, and an
+    effect may act in one alone."""
+    against = (place.squares - share * other.squares) / model.counts
+    may_miss = place.states.shape[1] > 0 and len(against) > _LEAST_WINDOWS
+    return np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
+
+
+def steadily(place: Point, other: Point, model: Model, share: float, least: float) -> float:
+    """Share of what an effect changes that it makes better, the least over the records, given places with and without
     it. Only windows whose mean square it changes by `least` or more count: a roller of the turret acts in one of many.
     A record without such windows does not count."""
-    gained = (without - beside) / model.counts
-    changed = np.abs(gained) >= least
-    better, groups = gained[changed] > 0.0, model.groups[changed]
-    return min((float(better[groups == g].mean()) for g in np.unique(groups)), default=0.0)
+    gained = (other.squares - place.squares) / model.counts
+    changed = (np.abs(gained) >= least) & counted(place, other, model, share)
+    records = (gained[changed & (model.groups == g)] for g in np.unique(model.groups[changed]))
+    return min((float(one.clip(0.0).sum() / np.abs(one).sum()) for one in records), default=0.0)
 
 
 def closed(before: float, after: float) -> float:
@@ -232,12 +241,8 @@ def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
 
 
 def excess(place: Point, other: Point, model: Model, floor: float, share: float) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave. Of windows that have start states the one that speaks most
-    against the first place's closing all but a share does not count: a start state that was missed spoils one window,
-    and an effect may act in one alone."""
-    against = (place.squares - share * other.squares) / model.counts
-    may_miss = place.states.shape[1] > 0 and len(against) > _LEAST_WINDOWS
-    kept = np.arange(len(against)) != int(against.argmax()) if may_miss else np.full(len(against), True)
+    """Mean squares above the floor that two places leave, of the windows `counted`."""
+    kept = counted(place, other, model, share)
     samples = float(model.counts[kept].sum())
     left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
     return max(left, 0.0), max(open_, 0.0)

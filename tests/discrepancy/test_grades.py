@@ -18,7 +18,7 @@ CASES = {
     "size unknown": ({"untold": True}, STANDS_IN, "With it the least step of a parameter leads to another motion"),
     "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "size 9 N is held at the bound of what is possible"),
     "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
-    "not steady": ({"better": 0.4}, STANDS_IN, "It improves 40 % of the cam turns that it changes in one record, "),
+    "not steady": ({"better": 0.4}, STANDS_IN, "In one record 40 % of what it changes becomes better, "),
     "slight": (
         {"share": 0.002, "largest": "beat"}, STANDS_IN, "It closes 0.2 % of what beat closes (mean squares), where",
     ),

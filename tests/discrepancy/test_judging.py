@@ -50,11 +50,19 @@ def test_what_is_held_is_of_a_place_by_its_physics() -> None:
     assert not predicts(Problem(model, NONE).point(place.z + 0.01, place.states), held, held_out)
 
 
+def pair(model: Chord, beside: list[float], without: list[float], states: int = 0) -> tuple[Point, Point]:
+    """Places with these mean squares."""
+    z, none = np.zeros(1), np.zeros((WINDOWS, states))
+    one, other = (Point(NONE, z, none, model.counts * np.array(level), 0.0) for level in (beside, without))
+    return one, other
+
+
 @pytest.mark.parametrize(
     ("gained", "share"),
     [
         ([9.0, -0.1, -0.1, -0.1, 9.0, -0.1, 0.0, 0.0], 1.0),
-        ([9.0, -1.0, -1.0, -0.1, 9.0, 9.0, 0.0, 0.0], 1.0 / 3.0),
+        ([9.0, -1.0, -5.0, -0.1, 9.0, 9.0, 0.0, 0.0], 0.6),
+        ([9.0, -1.0, 0.0, 0.0, 1.0, -3.0, 0.0, 0.0], 0.25),
         ([9.0, -0.1, -0.1, -0.1, 0.1, 0.1, 0.1, 0.1], 1.0),
         ([0.1] * 8, 0.0),
     ],
@@ -62,8 +70,14 @@ def test_what_is_held_is_of_a_place_by_its_physics() -> None:
 def test_what_acts_in_few_windows_is_judged_by_these(gained: list[float], share: float) -> None:
     """Two records of four windows; mean squares that an effect takes away."""
     model = Chord({}, 5)
-    beside = np.full(len(gained), 70.0)
-    assert steadily(beside, beside + model.counts * gained, model, 0.2) == pytest.approx(share)
+    assert steadily(*pair(model, [10.0] * 8, [10.0 + g for g in gained]), model, 0.25, 0.2) == pytest.approx(share)
+
+
+def test_one_missed_start_state_does_not_make_an_effect_unsteady() -> None:
+    """The second record is better by 3 in one window and worse by 90 in another, which looks for a start state."""
+    model, beside, without = Chord({}, 5), [1.0] * 4 + [1.0, 100.0, 1.0, 1.0], [4.0] * 4 + [4.0, 10.0, 1.0, 1.0]
+    assert steadily(*pair(model, beside, without, states=1), model, 0.25, 0.2) == 1.0
+    assert steadily(*pair(model, beside, without), model, 0.25, 0.2) == pytest.approx(3.0 / 93.0)
 
 
 def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_again() -> None:
@@ -81,12 +95,17 @@ def test_a_parameter_at_its_bound_is_written_as_nominal_and_the_others_fitted_ag
 @pytest.mark.parametrize(("states", "left"), [(1, 2.0), (0, 2.0 + 98.0 / 8.0)])
 def test_the_worst_window_is_left_out_where_its_start_state_may_have_been_missed(states: int, left: float) -> None:
     """One window is left 100 times the noise's mean square and the others twice, after 5 times before."""
-    model, z = Chord({}, 5), np.zeros(1)
-    place, other = (
-        Point(NONE, z, np.zeros((WINDOWS, states)), model.counts * level, 0.0)
-        for level in (np.array([100.0] + [2.0] * 7), np.full(8, 5.0))
-    )
-    assert excess(place, other, model, 1.0, 0.25) == pytest.approx((left - 1.0, 4.0))
+    model = Chord({}, 5)
+    places = pair(model, [100.0] + [2.0] * 7, [5.0] * 8, states)
+    assert excess(*places, model, 1.0, 0.25) == pytest.approx((left - 1.0, 4.0))
+
+
+def test_the_only_window_in_which_an_effect_acts_is_not_left_out() -> None:
+    """A cracked roller: it leaves the window 1.5, the worst of all, of 20; the others 1.2 with it and without."""
+    model = Chord({}, 5)
+    places = pair(model, [1.5] + [1.2] * 7, [20.0] + [1.2] * 7, states=1)
+    left, open_ = excess(*places, model, 1.0, 0.25)
+    assert left == pytest.approx(0.3 / 7.0 + 0.2) and open_ == pytest.approx((19.0 + 6 * 0.2) / 7.0)
 
 
 @pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])

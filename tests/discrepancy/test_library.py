@@ -1,5 +1,7 @@
 """The effect library as hypotheses of one machine and its records."""
 
+import pytest
+
 from discrepancy.indexer.library import Seen, library
 from indexer_env import load_machine
 from indexer_env.effects.measures import measures
@@ -18,6 +20,15 @@ def test_a_mesh_is_looked_for_at_every_order() -> None:
 def test_what_shakes_the_machine_at_another_frequency_is_no_hum() -> None:
     found = choices("sensor.mains_hum", hums=(17.2, 41.0, 50.2, 55.0, 60.1))
     assert [choice["frequency"] for choice in found] == [50.0, 50.2, 60.0, 60.1]
+
+
+def test_sizes_begin_at_a_ninth_of_an_effects_own_list() -> None:
+    """A crack of 2 % promises nothing at 15 %, and everything at 1.7 %."""
+    machine = load_machine("reference")
+    found = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))
+    for name in ("roller.crack", "roller.crack_single"):
+        sizes = sorted({start[0] for start in found[name][0].starts})
+        assert sizes[:3] == pytest.approx([0.05 / 9.0, 0.05 / 3.0, 0.05])
 
 
 def test_a_station_is_one_of_the_machine() -> None:
