@@ -78,7 +78,8 @@ def test_a_load_behind_play_moves_as_scipy_says(moved, monkeypatch) -> None:
 
 
 def test_hidden_play_is_found_again(moved, tmp_path) -> None:
-    """Seed 6, noise of 1 mrad; the load's place in its play is looked for in every window."""
+    """Seed 6, noise of 1 mrad; the load's place in its play is looked for in every window. A fit has many minima, in
+    which one it ends depends on the last bits of a processor; the best of several sizes of play does not."""
     _, truth = moved
     noisy = truth + 1e-3 * np.random.default_rng(6).standard_normal(len(truth))
     subject = made(tmp_path, noisy, WINDOWS)
@@ -86,12 +87,14 @@ def test_hidden_play_is_found_again(moved, tmp_path) -> None:
     assert isinstance(model, ForwardModel)
     model.substeps = 4
     one = model.hypotheses()["play.contact"][0]
-    problem = Problem(model, one)
-    z = np.concatenate([np.zeros(3), one.coordinates([0.035, 0.3, 0.03])])
-    place = problem.point(z, np.zeros((len(model.counts), model.local_count(one))))
-    found = fit(problem, problem.searched(place), steps=25, thorough=True).place
-    assert found.level(model) < 1.3
-    assert values(problem, found)["play.contact.play"] == pytest.approx(PLAY, rel=0.1)
+    problem, found = Problem(model, one), []
+    for play in (0.8 * PLAY, PLAY, 1.2 * PLAY):
+        z = np.concatenate([np.zeros(3), one.coordinates([play, SHARE, FRICTION])])
+        place = problem.point(z, np.zeros((len(model.counts), model.local_count(one))))
+        found.append(fit(problem, problem.searched(place), steps=25, thorough=True).place)
+    best = min(found, key=lambda place: place.cost)
+    assert best.level(model) < 1.3
+    assert values(problem, best)["play.contact.play"] == pytest.approx(PLAY, rel=0.1)
 
 
 def test_a_sensor_that_lags_reads_a_ramp_late_and_a_step_by_its_law() -> None:
