@@ -265,7 +265,8 @@ class Search:
         names = {*base.place.hypothesis.names, *self._barred, *(one.place.hypothesis.names[-1] for one in found)}
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:
-            found += self._finished(base, race(self.model, self._careful(base), asked, self.criteria), fitted)
+            leading = race(self.model, self._careful(base), asked, self.criteria)[: self.criteria.rivals]
+            found += [self._fit(place) for place in leading if self.in_time]
         return tuple(self._ranked(found))
 
 
