@@ -31,6 +31,9 @@ class Criteria:
     at_noise : float
         Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
         play come no nearer. No further effect is looked for below it; for a first one there always is a look.
+    much : float
+        The same from which on an effect is looked for by all means, once a race has found none: as much as the noise
+        itself. Below it these cost most of the time of a search and were not seen to find anything.
     most : int
         Effects in a set.
     rivals : int
@@ -52,13 +55,14 @@ class Criteria:
 
     margin: float = 30.0
     closes: float = 0.75
-    slight: float = 0.01
+    slight: float = 0.02
     law: float = 0.05
     hint: float = 0.1
     at_noise: float = 0.2
+    much: float = 1.0
     most: int = 3
     rivals: int = 2
-    searched: int = 18
+    searched: int = 12
     starts: int = 6
     windows: int = 3
     fits: int = 8
@@ -66,8 +70,8 @@ class Criteria:
     seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("margin", "closes", "slight", "law", "hint", "at_noise"):
-            high = None if name in ("margin", "at_noise") else 1.0
+        for name in ("margin", "closes", "slight", "law", "hint", "at_noise", "much"):
+            high = None if name in ("margin", "at_noise", "much") else 1.0
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)

@@ -87,7 +87,7 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
         idle = idle + 1 if best is None or place.cost - best.cost < gain else 0
         place = best or place
         if number >= due or idle:
-            found = problem.searched(place, _worst(problem, place))
+            found = problem.searched(place, stand_out(problem, place))
             if place.cost - found.cost > gain:
                 idle, damping = 0, min(damping, 1e-1)
             else:
@@ -163,7 +163,7 @@ def _crossed(problem: Problem, place: Point) -> Point:
     return place
 
 
-def _worst(problem: Problem, place: Point) -> np.ndarray:
+def stand_out(problem: Problem, place: Point) -> np.ndarray:
     """Windows whose misfit stands out: above one and a half times the median."""
     level = place.squares / problem.model.counts
     return np.flatnonzero(level > max(1.5 * float(np.median(level)), 1.2 * float(level.min())))

@@ -23,7 +23,7 @@ from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
-from discrepancy.selection import Fitted, Selection, fitted_set, scores
+from discrepancy.selection import Fitted, Selection
 
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
@@ -87,7 +87,7 @@ class Judge:
         self._missed_by = missed
         self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
         self.held: dict[str, Point] = {}
-        self._tables: dict[str, Point | None] = {}
+        self._tables: dict[str, Point] = {}
         self._hold([self.base, self.best, *selection.without])
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that
@@ -132,44 +132,40 @@ class Judge:
             rows.append(Judged(k, found, evidence, grade, why))
         return rows
 
-    def _alike(self, k: int, name: str) -> Iterator[str]:
+    def _alike(self, k: int, name: str) -> Iterator[tuple[str, Hypothesis]]:
         """Effects with which the set is as good, but those that become this one at a limit and so explain no less."""
         for one in self.selection.instead[k]:
             other = self.selection.other(one, k)
-            limits = next(effect.limits for effect in one.effects if effect.name == other)
-            if self.selection.gap(one) < self.criteria.margin and name not in limits:
-                yield other
+            effect = next(effect for effect in one.effects if effect.name == other)
+            if self.selection.gap(one) < self.criteria.margin and name not in effect.limits:
+                yield other, effect
 
     def _missed(self, k: int, effect: Hypothesis) -> tuple[float, str]:
-        """Share of what a free function closes that the law of the k-th effect leaves, both beside the whole set: what
-        stands in for something else takes up its part of it; and the function's variable."""
-        if effect.over in self.forms:
-            form = self.forms[effect.over]
-            return self._missed_by_table(k, form), form.over
+        """Share of what a free function closes that the law of the k-th effect, or of one that the records cannot tell
+        from it, leaves, both beside the whole set: what stands in for something else takes up its part of it; and the
+        function's variable."""
+        others = (one for _, one in self._alike(k, effect.name))
+        forms = {one.over: self.forms[one.over] for one in (effect, *others) if one.over in self.forms}
+        if forms:
+            return max((self._missed_by_table(k, form), form.over) for form in forms.values())
         if self._missed_by is None:
             return 0.0, ""
         without = self.search.on_all(self.selection.without[k])
         return self._missed_by(self.search.whole, self.best.place, without.place, effect.name)
 
     def _missed_by_table(self, k: int, form: Form) -> float:
-        after = self._tabulated(self.best, form)
-        if after is None:
-            return 0.0
-        left, open_ = excess(self.held[self.best.name], self.held[self.selection.without[k].name], *self._against)
-        with_table, _ = excess(after, after, *self._against)
+        # what does not repeat is in all three, and so in none of their differences
+        best, without, after = self.held[self.best.name], self.held[self.selection.without[k].name], self._tabulated(form)
+        kept = counted(best, without, self.held_out, 1.0 - self.criteria.closes)
+        left, open_, with_table = (float(place.squares[kept].sum()) for place in (best, without, after))
         return max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
 
-    def _tabulated(self, whole: Fitted, form: Form) -> Point | None:
-        """A set with a table beside it on the records held out; None where that is no better by the margin on those
-        fitted, as where nothing is left."""
+    def _tabulated(self, form: Form) -> Point:
+        """The whole set with a table beside it on the records held out, where a table that fits noise gains nothing."""
         name = form.hypothesis.name
         if name not in self._tables:
-            model, place = self.search.whole, beside(self.search.whole, whole.place, form)
-            price = whole.price + len(form.hypothesis.parameters) * math.log(float(model.counts.sum()))
-            tabled = fitted_set(model, place, True, price)
-            own, others = scores((tabled, whole), model)
-            wins = others - own >= self.criteria.margin
-            self._tables[name] = held_places([place], self.held_out, [self.held[whole.name]])[0] if wins else None
+            place = beside(self.search.whole, self.best.place, form)
+            self._tables[name] = held_places([place], self.held_out, [self.held[self.best.name]])[0]
         return self._tables[name]
 
     @property
@@ -198,7 +194,7 @@ class Judge:
             zero=not found.untold and not found.shown,
             untold=found.untold,
             bound=found.bound,
-            alike=tuple(self._alike(k, found.name)),
+            alike=tuple(name for name, _ in self._alike(k, found.name)),
             share=max(closes[found.name], 0.0) / max(closes[largest], 1e-300),
             largest=largest,
         )  # fmt: skip

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.fit import fit
+from discrepancy.fit import fit, stand_out
 from discrepancy.linearised import Linearised, Start, neighbours
 from discrepancy.model import Hypothesis, Model, together
 from discrepancy.place import Point
@@ -161,7 +161,8 @@ def _fitted(model: Model, starts: Sequence[Start], finished: int) -> list[Point]
     tried = []
     for start in starts:
         problem = Problem(model, start.place.hypothesis, caution=CAUTION)
-        place = problem.searched(problem.point(start.place.z, start.place.states))
+        place = problem.settled(problem.point(start.place.z, start.place.states))
+        place = problem.searched(place, stand_out(problem, place))
         tried.append((start.effect.name, fit(problem, place, steps=_FEW).place))
     tried.sort(key=lambda pair: pair[1].cost)
     best: dict[str, Point] = {}

@@ -36,6 +36,10 @@ _HALF_WAY = 0.5
 margin below which a set that was fitted to the end is not worth a better start."""
 
 
+_FOR_SEARCH = 0.5
+"""Share of the time given after which no further fit begins: the one under way and the judgement take the rest."""
+
+
 class Search:
     """Floating selection on one model's records.
 
@@ -53,7 +57,8 @@ class Search:
         self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
         self._races: dict[tuple[str, str], list[Point]] = {}
         self._barred: frozenset[str] = frozenset()
-        self._end = math.inf if criteria.seconds is None else time.process_time() + criteria.seconds
+        given = math.inf if criteria.seconds is None else criteria.seconds
+        self._end = time.process_time() + _FOR_SEARCH * given
 
     def run(self, barred: Collection[str] = ()) -> Selection:
         """The set selected, of effects that are not `barred`."""
@@ -64,7 +69,7 @@ class Search:
         while self.in_time and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
-            if grown is current and self._leaves_much(current):
+            if grown is current and self._leaves(current, self.criteria.much):
                 tried = self._ranked([*tried, *self._added(current, wide=True)])
                 grown = self._grown(current, tried)
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
@@ -80,7 +85,8 @@ class Search:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
         it is where none does. Two effects may hide each other, so that neither wins alone."""
         more: Iterable[Fitted]
-        for more in (tried, self._pairs(current, tried)):
+        hard = self._leaves(current, self.criteria.much)
+        for more in (tried, self._pairs(current, tried) if hard else ()):
             for one in more:
                 if self.wins(one, current, _HALF_WAY * (len(one.effects) - len(current.effects))):
                     grown = self._floated(one)
@@ -110,10 +116,11 @@ class Search:
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
-        return not fitted.effects or self._leaves_much(fitted)
+        return not fitted.effects or self._leaves(fitted, self.criteria.at_noise)
 
-    def _leaves_much(self, fitted: Fitted) -> bool:
-        return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= self.criteria.at_noise
+    def _leaves(self, fitted: Fitted, least: float) -> bool:
+        """Whether a set leaves so much in mean square above the noise, over the noise's."""
+        return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= least
 
     def wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
         """Whether a set is better than another by the margin, or by a share of it."""
@@ -137,7 +144,7 @@ class Search:
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
         found = self._finished(current, self._raced(current, wide=wide), None)
-        if found and self._looks_on(found[0]) and self.wins(found[0], current, _HALF_WAY):
+        if found and self._leaves(found[0], self.criteria.much) and self.wins(found[0], current, _HALF_WAY):
             return self._ranked([self._restarted(one) for one in found])
         return found
 

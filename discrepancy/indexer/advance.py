@@ -90,3 +90,8 @@ def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.
 def steps_per_sample(sample_rate: float) -> int:
     """Integrator steps from one sample of a rate [Hz], or of one next to it, to the next."""
     return max(1, math.ceil(1.0 / (sample_rate * _STEP) - _NEARLY))
+
+
+def samples_per_step(sample_rate: float) -> int:
+    """Samples of a rate [Hz] that pass in one integrator step, at least one."""
+    return max(1, math.floor(sample_rate * _STEP))

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import in_parts, let_slip, steps_per_sample
+from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, steps_per_sample
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, torque_power
@@ -106,13 +106,23 @@ class IndexerModel(Model):
         self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self.sample_rate)
 
     def part(self, windows: int) -> IndexerModel:
-        """Successive cam turns of each record, each record going on at the station where the one before ends."""
-        if len(self.windows.first) <= windows:
-            return self
-        chosen = successive(self.windows, self.machine.stations, windows)
-        other = copy.copy(self)
-        other.windows = chosen
+        """Successive cam turns of each record, each record going on at the station where the one before ends, and of
+        samples that lie closer than the integrator's steps one for each step."""
+        thinned = self._thinned(samples_per_step(self.sample_rate))
+        if len(thinned.windows.first) <= windows:
+            return thinned
+        other = copy.copy(thinned)
+        other.windows = successive(thinned.windows, self.machine.stations, windows)
         other._lay_out()
+        return other
+
+    def _thinned(self, every: int) -> IndexerModel:
+        """The model with one in `every` samples."""
+        if every == 1:
+            return self
+        other = copy.copy(self)
+        other.experiments = tuple(one.thinned(every) for one in self.experiments)
+        other._cut()
         return other
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:

@@ -6,6 +6,7 @@ contact anew. A window therefore needs only the few numbers of its own start sta
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Sequence
@@ -92,6 +93,13 @@ class Experiment:
     def colour(self) -> float:
         """Correlation of the noise from sample to sample, estimated."""
         return self._estimated[1]
+
+    def thinned(self, every: int) -> Experiment:
+        """The record with one in `every` samples, as if it had been taken so: nothing is filtered, and what noise lies
+        above half the new rate stays."""
+        values, rate = self.signal.values[::every], self.signal.sample_rate / every
+        signal = dataclasses.replace(self.signal, values=values, sample_rate=rate)
+        return dataclasses.replace(self, signal=signal, noise=self.noise_level)
 
     @functools.cached_property
     def _estimated(self) -> tuple[float, float]:

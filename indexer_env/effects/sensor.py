@@ -54,7 +54,7 @@ class SensorLowpass(SensorEffect):
     enters = "sensor"
 
     time_constant: float = parameter(
-        "1/(2π cut-off frequency)", "s", null=0.0, low=0.0, sought=Sought("period", ladder(0.094, 3), 0.047, 0.038, 4.7)
+        "1/(2π cut-off frequency)", "s", null=0.0, low=0.0, sought=Sought("period", ladder(0.094, 4), 0.047, 0.038, 4.7)
     )
 
     def extend_sensor(self, sensor: Sensor) -> Sensor:
