@@ -22,7 +22,7 @@ class Criteria:
         closes beside the others of its set. What a library lacks is imitated by one of its effects to about a half.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
-        of that one that is right to a tenth leaves as much.
+        of that one that is right to a seventh leaves as much.
     law : float
         Share of what a free function of an effect's variable closes that its law may leave: the force follows that
         variable, but beyond this by another law.

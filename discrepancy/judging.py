@@ -155,9 +155,9 @@ class Judge:
 
     def _missed_by_table(self, k: int, form: Form) -> float:
         # what does not repeat is in all three, and so in none of their differences
-        best, without, after = self.held[self.best.name], self.held[self.selection.without[k].name], self._tabulated(form)
+        best, without = self.held[self.best.name], self.held[self.selection.without[k].name]
         kept = counted(best, without, self.held_out, 1.0 - self.criteria.closes)
-        left, open_, with_table = (float(place.squares[kept].sum()) for place in (best, without, after))
+        left, open_, with_table = (float(place.squares[kept].sum()) for place in (best, without, self._tabulated(form)))
         return max(left - with_table, 0.0) / max(open_ - with_table, 1e-9)
 
     def _tabulated(self, form: Form) -> Point:

@@ -33,3 +33,15 @@ def test_sizes_begin_at_a_ninth_of_an_effects_own_list() -> None:
 
 def test_a_station_is_one_of_the_machine() -> None:
     assert [choice["station"] for choice in choices("cam.station_spacing")] == list(range(8))
+
+
+@pytest.mark.parametrize(
+    ("effect", "measure", "largest"), [("base.looseness", "base compliance", 20.0), ("sensor.lowpass", "period", 2.0)]
+)
+def test_large_sizes_are_begun_from_within_a_factor_of_two(effect: str, measure: str, largest: float) -> None:
+    """Screws that are nearly out are softer than the table's joint, and a filter may be slower than the table rings."""
+    machine = load_machine("reference")
+    size = largest * measures(machine, 157.0, None)[measure]
+    (hypothesis,) = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))[effect]
+    assert hypothesis.parameters[0].low <= size <= hypothesis.parameters[0].high
+    assert any(0.5 < start[0] / size < 2.0 for start in hypothesis.starts)

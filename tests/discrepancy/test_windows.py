@@ -39,3 +39,18 @@ def test_a_cam_that_moves_where_windows_begin_is_refused() -> None:
     with pytest.raises(ParameterError, match=rule):
         IndexerModel(late, [])
     check_rest(dataclasses.replace(late, motion_share=0.97))
+
+
+@pytest.mark.parametrize(("rate", "every"), [(1000.0, 1), (1280.0, 1), (2000.0, 2), (5000.0, 5)])
+def test_a_search_takes_one_sample_for_each_step_of_the_integrator(rate: float, every: int) -> None:
+    """Seed 1. All cam turns are kept; each begins at a sample of its own, and the noise is that of the whole record."""
+    values = np.random.default_rng(1).standard_normal(round(10.0 * rate))
+    whole = IndexerModel(
+        load_machine("reference"), [Experiment(Signal(values, rate, unit="rad/s^2"), OperatingPoint())]
+    )
+    part = whole.part(12)
+    assert part.sample_rate == rate / every and len(part.counts) == len(whole.counts) == 9
+    assert np.all(np.abs(part.counts * every - whole.counts) <= every)
+    (one,), (other,) = part.experiments, whole.experiments
+    assert np.array_equal(one.signal.values, values[::every]) and one.noise_level == other.noise_level
+    assert (part is whole) == (every == 1)
