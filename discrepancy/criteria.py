@@ -50,7 +50,8 @@ class Criteria:
         Share of the signal, rms over rms, that a model may miss without anything being missing: it counts beside the
         noise. None: what the best set leaves says how much that is.
     seconds : float or None
-        Processor time after which no further fit begins and the best set so far is the answer; None: no limit.
+        Processor time that an answer may take: no further fit begins after half of it, and the best set so far is
+        judged. A fit under way and a judgement end, so where one cam turn takes long it may be more. None: no limit.
     """
 
     margin: float = 30.0

@@ -1,5 +1,6 @@
 """Stepwise selection and the race for starts: each step is needed by a case that goes wrong without it. Seed 5."""
 
+import time
 from collections.abc import Mapping
 
 import numpy as np
@@ -108,6 +109,14 @@ def test_no_better_start_is_looked_for_where_little_is_left(much: float, looks_o
     """`rest`, which is not in the library, leaves half the noise in mean square."""
     steps = improved(Chord({"tone": 10.0, "rest": 1.0}, 5), monkeypatch, much=much)
     assert ("_restarted" in steps) == looks_on
+
+
+@pytest.mark.parametrize(("spent", "goes_on"), [(19.0, True), (21.0, False)])
+def test_half_of_the_time_given_is_kept_for_the_judgement(spent: float, goes_on: bool, monkeypatch) -> None:
+    search = Search(Chord({}, 5), Criteria(seconds=40.0))
+    now = time.process_time()
+    monkeypatch.setattr("discrepancy.search.time.process_time", lambda: now + spent)
+    assert search.in_time == goes_on
 
 
 @pytest.mark.parametrize(("memory", "expected"), [(0.0, 1.0), (0.5, 3.0), (0.9, 19.0)])
