@@ -47,8 +47,8 @@ def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypa
 
 @pytest.mark.parametrize("ahead", [True, False])
 def test_two_effects_that_hide_each_other_are_found_together(ahead: bool, monkeypatch) -> None:
-    """What is hidden is their difference, a fifth of either: neither alone wins the margin. It leaves 1.4 in mean square
-    above the noise, so the search goes to such lengths; a lesser one it leaves alone."""
+    """What is hidden is their difference, a fifth of either: neither alone wins the margin. It leaves 1.4 in mean
+    square above the noise, so the search goes to such lengths; a lesser one it leaves alone."""
     if not ahead:
         monkeypatch.setattr(Search, "_pairs", lambda self, current, tried: ())
     model = Chord({}, 5, ("near", "far"))
