@@ -55,7 +55,8 @@ def test_what_closes_a_part_stands_in() -> None:
     assert answer.verdict == "only a remainder"
     assert grades(answer) == {"tone": "stands in"} and answer.remains.looks_like == "tone"
     (finding,) = answer.findings
-    assert 0.3 < finding.closes < 0.7 and finding.probability == pytest.approx(listed(finding.closes), rel=0.01)
+    assert 0.3 < finding.closes < 0.7
+    assert finding.probability == pytest.approx(listed(finding.closes, named=False), rel=0.01)
     assert answer.names == (), "a hint is no name"
     assert answer.after == pytest.approx(answer.before) and answer.remains.times_noise > 3.0
 
@@ -105,7 +106,16 @@ def test_what_is_within_the_tolerance_is_not_missing(tolerance: float | None, ve
 
 
 @pytest.mark.parametrize(
-    ("closes", "missed", "odds"), [(1.0, 0.0, 27.0), (0.5, 0.0, 27.0 / 256.0), (1.0, 0.5, 27.0 / 256.0)]
+    ("closes", "missed", "named", "odds"),
+    [(1.0, 0.0, True, 27.0), (0.5, 0.0, True, 27.0 / 256.0), (1.0, 0.5, True, 27.0 / 256.0), (1.0, 0.0, False, 6.75)],
 )
-def test_what_closes_half_is_hardly_ever_in_the_library(closes: float, missed: float, odds: float) -> None:
-    assert listed(closes, missed) == pytest.approx(odds / (1.0 + odds))
+def test_what_closes_half_is_hardly_ever_in_the_library(closes: float, missed: float, named: bool, odds: float) -> None:
+    assert listed(closes, missed, named=named) == pytest.approx(odds / (1.0 + odds))
+
+
+def test_a_finding_that_a_rule_holds_back_is_told_as_less_likely() -> None:
+    """The tone closes all of the gap, but not by its law."""
+    models = [Chord({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6)]
+    (finding,) = explain(models[0], models[1], missed=lambda *_: (0.06, "place")).findings
+    assert finding.grade == "stands in"
+    assert finding.probability == pytest.approx(listed(finding.closes, 0.06, named=False), rel=0.01)
