@@ -133,7 +133,8 @@ class Judge:
         return rows
 
     def _alike(self, k: int, name: str) -> Iterator[tuple[str, Hypothesis]]:
-        """Effects with which the set is as good, but those that become this one at a limit and so explain no less."""
+        """Effects, by name and with their choices, with which the set is as good, but those that become this one at a
+        limit and so explain no less."""
         for one in self.selection.instead[k]:
             other = self.selection.other(one, k)
             effect = next(effect for effect in one.effects if effect.name == other)

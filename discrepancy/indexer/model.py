@@ -12,7 +12,7 @@ import numpy as np
 from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, steps_per_sample
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
-from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, torque_power
+from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, scaled
 from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, successive, windows_of
@@ -25,9 +25,6 @@ from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
-
-_FACTORS = (0.95, 0.98, 1.02, 1.05)
-"""By which all torques are multiplied at once, steps within how well they are known."""
 
 _LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
 
@@ -108,21 +105,16 @@ class IndexerModel(Model):
     def part(self, windows: int) -> IndexerModel:
         """Successive cam turns of each record, each record going on at the station where the one before ends, and of
         samples that lie closer than the integrator's steps one for each step."""
-        thinned = self._thinned(samples_per_step(self.sample_rate))
-        if len(thinned.windows.first) <= windows:
-            return thinned
-        other = copy.copy(thinned)
-        other.windows = successive(thinned.windows, self.machine.stations, windows)
-        other._lay_out()
-        return other
-
-    def _thinned(self, every: int) -> IndexerModel:
-        """The model with one in `every` samples."""
-        if every == 1:
-            return self
-        other = copy.copy(self)
-        other.experiments = tuple(one.thinned(every) for one in self.experiments)
-        other._cut()
+        every, other = samples_per_step(self.sample_rate), self
+        if every > 1:
+            other = copy.copy(self)
+            other.experiments = tuple(one.thinned(every) for one in self.experiments)
+            other._cut()
+        if len(other.windows.first) > windows:
+            chosen = successive(other.windows, self.machine.stations, windows)
+            other = copy.copy(other)
+            other.windows = chosen
+            other._lay_out()
         return other
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
@@ -144,14 +136,7 @@ class IndexerModel(Model):
         return lines(rows, self.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
-        """Points whose inertias, stiffnesses and torques are all larger or smaller by one factor: the motion stays, but
-        for what the load torque, which is known, makes of it."""
-        parameters = self.parameters + hypothesis.parameters
-        rows = [(p, float(z), torque_power(p.unit)) for p, z in zip(parameters, point, strict=True)]
-        return np.array([
-            [p.coordinate(p.value(z) * factor**power) if power else z for p, z, power in rows]
-            for factor in _FACTORS
-        ])  # fmt: skip
+        return scaled(self.parameters + hypothesis.parameters, point)
 
     def repeats(self) -> Sequence[tuple[int, int]]:
         """Cam turns of one record that leave the same station, one turn of the table apart."""

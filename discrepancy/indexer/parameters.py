@@ -21,6 +21,9 @@ UNCERTAINTY = {
 """Relative standard deviation (of ln) of each parameter where the user states none: stiffnesses come from catalogues,
 damping from experience, inertias from drawings with unknown fixtures on the table."""
 
+_FACTORS = (0.95, 0.98, 1.02, 1.05)
+"""By which all torques are multiplied at once, steps within how well they are known."""
+
 _UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "inertia": "kg m²"}
 
 OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-"}
@@ -87,6 +90,15 @@ def torque_power(unit: str) -> int:
     if unit.startswith(("N m", "kg m²")):
         return 1
     return -1 if unit.endswith("N m)") else 0
+
+
+def scaled(parameters: Sequence[Parameter], point: np.ndarray) -> np.ndarray:
+    """Scaled points (k, g) whose inertias, stiffnesses and torques are all larger or smaller by one factor: the motion
+    stays, but for what the load torque, which is known, makes of it."""
+    rows = [(p, float(z), torque_power(p.unit)) for p, z in zip(parameters, point, strict=True)]
+    return np.array(
+        [[p.coordinate(p.value(z) * factor**power) if power else z for p, z, power in rows] for factor in _FACTORS]
+    )
 
 
 def read(machine: Machine, name: str) -> float:
