@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from discrepancy.criteria import Criteria
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut
+from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut, successive
 from indexer_env import OperatingPoint, Signal, load_machine
 from indexer_env.errors import ParameterError
 
@@ -54,3 +55,10 @@ def test_a_search_takes_one_sample_for_each_step_of_the_integrator(rate: float, 
     (one,), (other,) = part.experiments, whole.experiments
     assert np.array_equal(one.signal.values, values[::every]) and one.noise_level == other.noise_level
     assert (part is whole) == (every == 1)
+
+
+@pytest.mark.parametrize(("count", "least"), [(Criteria().searched, 2), (12, 0)])
+def test_the_search_sees_each_station_twice(count: int, least: int) -> None:
+    """Two records of 1.2 turns of a table with eight stations; a roller that is cracked shows at one station alone."""
+    windows = successive(cut([9800, 9800], [2.0 * math.pi / 1000.0] * 2, [0.0, 0.0]), 8, count)
+    assert np.bincount(windows.turn % 8, minlength=8).min() == least
