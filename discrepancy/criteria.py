@@ -39,9 +39,8 @@ class Criteria:
     rivals : int
         Fits to the end in each round, and effects with which a found one is exchanged.
     searched : int
-        Windows of all records together among which the search chooses; the set chosen is fitted to all of them. With
-        18, two records of 1.2 turns show each of eight stations twice; with 12 one of them may not show at all, and a
-        roller that is cracked there is missed.
+        Windows of all records together among which the search chooses, or one of each station if that is more; the set
+        chosen is fitted to all windows.
     starts : int
         Starts of each effect that are simulated in the worst windows.
     windows : int
@@ -65,7 +64,7 @@ class Criteria:
     much: float = 1.0
     most: int = 3
     rivals: int = 2
-    searched: int = 18
+    searched: int = 12
     starts: int = 6
     windows: int = 3
     fits: int = 8

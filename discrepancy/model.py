@@ -209,7 +209,7 @@ class Model(ABC):
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         """The library: for each effect's name its hypotheses of one effect, one per discrete choice.
 
-        What a fit has left, residuals (w, n), may add choices (a line's frequency, say)."""
+        What a fit has left of all samples, residuals (w, n), may add choices (a line's frequency, say)."""
 
     @abstractmethod
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
@@ -232,6 +232,10 @@ class Model(ABC):
 
     def part(self, windows: int) -> Model:
         """The model with about so many windows of all its records, or itself where it has no more."""
+        return self
+
+    def with_all_samples(self) -> Model:
+        """The model with the samples of its windows that a part may have left out."""
         return self
 
     def repeats(self) -> Sequence[tuple[int, int]]:

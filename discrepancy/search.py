@@ -161,7 +161,8 @@ class Search:
         known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
         if known is None:
             careful = self._careful(base)
-            library = self.model.hypotheses(Problem(self.model, base.place.hypothesis).left(careful))
+            full = Problem(self.model.with_all_samples(), base.place.hypothesis)
+            library = self.model.hypotheses(full.left(careful))
             leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}

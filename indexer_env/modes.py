@@ -151,16 +151,58 @@ def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarra
         squares = np.abs(np.linalg.eigvals(np.linalg.solve(inertia, stiffness))).max(axis=1)
         omega = np.maximum(omega, np.sqrt(squares))
         decay = np.maximum(decay, np.abs(np.linalg.eigvals(np.linalg.solve(inertia, damping))).max(axis=1))
+    slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
+    decay = np.maximum(decay, _decay_of_loads(columns, slipping))
+    return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
+
+
+def _decay_of_loads(columns: Mapping[str, np.ndarray], slipping: np.ndarray) -> np.ndarray:
+    """Fastest decay (n,) [1/s] by friction on the table and by the slip of the motors that are `slipping` (n,)."""
     friction = (
         columns["coulomb_torque"] / columns["coulomb_speed"]
         + columns["viscous"]
         + columns["stribeck_torque"] / columns["stribeck_smoothing"]
         + _steepest_table(columns)
     )
-    slipping = np.array([bool(item.features & layout.USES_SLIP) for item in items])
     slip = np.where(slipping, 1.0 / (columns["slip_compliance"] * columns["motor_inertia"]), 0.0)
-    decay = np.maximum.reduce([decay, friction / columns["table_inertia"], slip, np.full(len(items), _SLOW)])
-    return LARGEST_PHASE_STEP / omega, LARGEST_DECAY_STEP / decay
+    return np.maximum.reduce([friction / columns["table_inertia"], slip, np.full(len(slipping), _SLOW)])
+
+
+def quick_step(model: int, features: int, rows: np.ndarray, steepest: float, phase: float, decay: float) -> float:
+    """A step h [s] that resolves all of some coefficients (n, c) of one model and features, found quickly.
+
+    h ω ≤ phase [rad] for the fastest mode and h λ ≤ decay for the fastest decay, in the dwell and where the law's slope
+    is `steepest` [-], as in `largest_steps`, but from below: the largest eigenvalues of M⁻¹K and M⁻¹R are at most
+    the traces Σ k_j μ_j and Σ r_j μ_j, with μ_j = v_jᵀM⁻¹v_j the mobility of joint j.
+    """
+    columns = dict(zip(layout.COEFFICIENT_NAMES, rows.T, strict=True))
+    stiffness = columns["stiffness_1"] * (1.0 + columns["mesh_depth"]), columns["stiffness_2"], columns["stiffness_3"]
+    damping = columns["damping_1"], columns["damping_2"], columns["damping_3"]
+    square = np.zeros(len(rows))
+    rate = _decay_of_loads(columns, np.full(len(rows), bool(features & layout.USES_SLIP)))
+    for slope in (0.0, steepest):
+        mobilities = _mobilities(model, columns, slope)
+        square = np.maximum(square, sum(k * m for k, m in zip(stiffness, mobilities, strict=False)))
+        rate = np.maximum(rate, sum(r * m for r, m in zip(damping, mobilities, strict=False)))
+    return float(min(phase / math.sqrt(square.max()), decay / rate.max()))
+
+
+def _mobilities(model: int, columns: Mapping[str, np.ndarray], slope: float) -> tuple[np.ndarray | float, ...]:
+    """v_jᵀM⁻¹v_j of the joints of a model where the law's slope is β'."""
+    table, cam, followers, housing = (
+        columns[name] for name in ("table_inertia", "cam_inertia", "follower_inertia", "housing_inertia")
+    )
+    if model == layout.MODEL_A:
+        return 0.0, 1.0 / table
+    turned = cam + followers * slope**2
+    if model == layout.MODEL_B:
+        return 1.0 / turned, 1.0 / table + slope**2 / turned
+    determinant = cam * (followers + housing) + followers * housing * slope**2
+    return (
+        (followers + housing) / determinant,
+        1.0 / table + (housing * slope**2 + cam) / determinant,
+        turned / determinant,
+    )
 
 
 def _steepest_table(columns: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -9,13 +9,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, steps_per_sample
+from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, step_of, steps_per_sample
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, scaled
 from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
-from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, successive, windows_of
+from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, covering, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import Coefficients, Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
@@ -52,6 +52,9 @@ class IndexerModel(Model):
 
     sensed: type[Reading] = Reading
     """What it makes of that row."""
+
+    _with_all: IndexerModel | None = None
+    """The windows of a part with the samples that were left out."""
 
     def __init__(
         self,
@@ -103,19 +106,35 @@ class IndexerModel(Model):
         self._reading = self.sensed(measured, w.count, w.first, self._begun[w.record], self.sample_rate)
 
     def part(self, windows: int) -> IndexerModel:
-        """Successive cam turns of each record, each record going on at the station where the one before ends, and of
-        samples that lie closer than the integrator's steps one for each step."""
-        every, other = samples_per_step(self.sample_rate), self
-        if every > 1:
-            other = copy.copy(self)
-            other.experiments = tuple(one.thinned(every) for one in self.experiments)
-            other._cut()
-        if len(other.windows.first) > windows:
-            chosen = successive(other.windows, self.machine.stations, windows)
-            other = copy.copy(other)
-            other.windows = chosen
-            other._lay_out()
+        """Successive cam turns of each record that show all stations, and of samples that lie closer than the
+        integrator's steps one for each step."""
+        chosen = covering(self.windows, self.machine.stations, windows)
+        item = coefficients(self.machine, self.experiments[0].operating_point)
+        step = step_of(item.model, item.features, item.row[None], item.law)
+        every = samples_per_step(self.sample_rate, step)
+        if every == 1:
+            return self._of(chosen)
+        thin = copy.copy(self)
+        thin.experiments = tuple(one.thinned(every) for one in self.experiments)
+        thin._cut()
+        # the last window of a record may be kept with all its samples and not with some of them
+        chosen = [turn for turn in chosen if turn in thin.windows.turns]
+        thin = thin._of(chosen)
+        thin._with_all = self._of(chosen)
+        return thin
+
+    def _of(self, turns: Sequence[tuple[int, int]]) -> IndexerModel:
+        """The model with the windows of these cam turns, (record, turn) each, alone."""
+        own = self.windows.turns
+        if len(turns) == len(own):
+            return self
+        other = copy.copy(self)
+        other.windows = self.windows.some([own.index(turn) for turn in turns])
+        other._lay_out()
         return other
+
+    def with_all_samples(self) -> IndexerModel:
+        return self._with_all or self
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         orders, hums = ((), ()) if residual is None else self._lines(residual)
@@ -130,17 +149,18 @@ class IndexerModel(Model):
         return {effect.name for effect in (*self.machine.effects, *self.known)}
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Orders and frequencies at which lines stand in residuals (w, n) of every record, its windows end to end."""
-        groups = range(len(self.experiments))
-        rows = [residual[self.groups == k][self._inside[self.groups == k]] for k in groups]
-        return lines(rows, self.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
+        """Orders and frequencies at which lines stand in residuals (w, n) of every record, all samples of its windows
+        end to end."""
+        full, groups = self.with_all_samples(), range(len(self.experiments))
+        rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
+        return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         return scaled(self.parameters + hypothesis.parameters, point)
 
     def repeats(self) -> Sequence[tuple[int, int]]:
         """Cam turns of one record that leave the same station, one turn of the table apart."""
-        turns = [(int(r), int(t)) for r, t in zip(self.windows.record, self.windows.turn, strict=True)]
+        turns = self.windows.turns
         at, turn = {key: k for k, key in enumerate(turns)}, self.machine.stations
         return [(at[r, t - turn], k) for k, (r, t) in enumerate(turns) if (r, t - turn) in at]
 
@@ -244,7 +264,7 @@ class IndexerModel(Model):
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
         table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
-        counts, every = self.counts[jobs.window], steps_per_sample(self.sample_rate)
+        counts = self.counts[jobs.window]
         # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones
         order = np.lexsort((-counts, beside))
         groups: dict[tuple[int, int], list[int]] = {}
@@ -256,6 +276,8 @@ class IndexerModel(Model):
             states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
             pack = Pack(model, features, states, rows, pieces)
             sample_rates = rates[mine]
+            step = step_of(model, features, table[members], items[0].law)
+            every = steps_per_sample(self.sample_rate, step)
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn
                 turns = np.minimum(np.ceil(self._periods).astype(int), samples)

@@ -121,6 +121,15 @@ class Windows:
     count: np.ndarray
     turn: np.ndarray
 
+    @functools.cached_property
+    def turns(self) -> list[tuple[int, int]]:
+        """Record and cam turn of each window."""
+        return [(int(r), int(t)) for r, t in zip(self.record, self.turn, strict=True)]
+
+    def some(self, which: Sequence[int]) -> Windows:
+        """Some of the windows."""
+        return Windows(*(column[list(which)] for column in (self.record, self.first, self.count, self.turn)))
+
 
 def windows_of(experiments: Sequence[Experiment], reduction: float) -> Windows:
     """Windows of experiments on a machine whose cam turns by `reduction` of its motor's turns."""
@@ -173,15 +182,15 @@ def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:
     return Windows(*np.array(rows, dtype=np.int64).reshape(-1, 4).T)
 
 
-def successive(windows: Windows, stations: int, count: int) -> Windows:
-    """About so many windows: successive cam turns of each record, each record going on at the station where the one
-    before ends."""
+def covering(windows: Windows, stations: int, count: int) -> list[tuple[int, int]]:
+    """Record and cam turn of about so many windows, or of as many as there are stations: successive turns of each
+    record, those that make the numbers of times that each station is seen most equal."""
     records = np.unique(windows.record)
-    share, chosen, station = max(1, count // len(records)), [], 0
+    share, seen, chosen = math.ceil(max(count, stations) / len(records)), np.zeros(stations, dtype=int), []
     for record in records:
-        mine = np.flatnonzero(windows.record == record)
-        latest = max(0, len(mine) - share)
-        begin = next((k for k in range(latest + 1) if windows.turn[mine[k]] % stations == station), 0)
-        chosen += mine[begin : begin + share].tolist()
-        station = (int(windows.turn[chosen[-1]]) + 1) % stations
-    return Windows(*(column[chosen] for column in (windows.record, windows.first, windows.count, windows.turn)))
+        mine = [turn for turn in windows.turns if turn[0] == record]
+        runs = [mine[begin : begin + share] for begin in range(max(1, len(mine) - share + 1))]
+        counts = [seen + np.bincount([turn % stations for _, turn in run], minlength=stations) for run in runs]
+        best = min(range(len(runs)), key=lambda k: int((counts[k] ** 2).sum()))
+        seen, chosen = counts[best], [*chosen, *runs[best]]
+    return chosen

@@ -8,7 +8,7 @@ import pytest
 
 from discrepancy.criteria import Criteria
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, cut, successive
+from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, covering, cut
 from indexer_env import OperatingPoint, Signal, load_machine
 from indexer_env.errors import ParameterError
 
@@ -42,7 +42,7 @@ def test_a_cam_that_moves_where_windows_begin_is_refused() -> None:
     check_rest(dataclasses.replace(late, motion_share=0.97))
 
 
-@pytest.mark.parametrize(("rate", "every"), [(1000.0, 1), (1280.0, 1), (2000.0, 2), (5000.0, 5)])
+@pytest.mark.parametrize(("rate", "every"), [(700.0, 1), (995.0, 2), (1280.0, 2), (2000.0, 4), (5000.0, 10)])
 def test_a_search_takes_one_sample_for_each_step_of_the_integrator(rate: float, every: int) -> None:
     """Seed 1. All cam turns are kept; each begins at a sample of its own, and the noise is that of the whole record."""
     values = np.random.default_rng(1).standard_normal(round(10.0 * rate))
@@ -55,10 +55,32 @@ def test_a_search_takes_one_sample_for_each_step_of_the_integrator(rate: float, 
     (one,), (other,) = part.experiments, whole.experiments
     assert np.array_equal(one.signal.values, values[::every]) and one.noise_level == other.noise_level
     assert (part is whole) == (every == 1)
+    assert part.with_all_samples() is whole
 
 
-@pytest.mark.parametrize(("count", "least"), [(Criteria().searched, 2), (12, 0)])
-def test_the_search_sees_each_station_twice(count: int, least: int) -> None:
-    """Two records of 1.2 turns of a table with eight stations; a roller that is cracked shows at one station alone."""
-    windows = successive(cut([9800, 9800], [2.0 * math.pi / 1000.0] * 2, [0.0, 0.0]), 8, count)
-    assert np.bincount(windows.turn % 8, minlength=8).min() == least
+def test_a_line_above_half_the_rate_of_the_search_is_told_by_all_samples() -> None:
+    """Seed 3, 1 kHz: the search takes every second sample, in which order 14 of the motor looks like order 6.9."""
+    angle, noise = np.arange(8200) * 0.15, 0.1 * np.random.default_rng(3).standard_normal(8200)
+    signal = Signal(np.sin(14.0 * angle) + noise, 1000.0, unit="rad/s^2")
+    experiment = Experiment(signal, OperatingPoint(motor_speed=150.0))
+    part = IndexerModel(load_machine("reference"), [experiment]).part(4)
+    full = part.with_all_samples()
+    assert part.sample_rate == 500.0 and full.windows.turns == part.windows.turns
+    left = np.zeros((len(full.counts), int(full.counts.max())))
+    for row, first, count in zip(left, full.windows.first, full.counts, strict=True):
+        row[:count] = signal.values[first : first + count]
+    assert 14.0 in {h.fixed["order"] for h in part.hypotheses(left)["drive.speed_ripple"]}
+
+
+@pytest.mark.parametrize("records", [2, 3])
+@pytest.mark.parametrize("stations", [4, 8, 10, 12, 16])
+def test_the_search_sees_every_station(stations: int, records: int) -> None:
+    """Records of 1.2 turns: a roller that is cracked shows at one station alone, so none may be left out."""
+    length = round(1.2 * stations * 1000.0)
+    windows = cut([length] * records, [2.0 * math.pi / 1000.0] * records, [1.0] * records)
+    chosen = covering(windows, stations, Criteria().searched)
+    seen = np.bincount([turn % stations for _, turn in chosen], minlength=stations)
+    assert seen.min() >= 1 and seen.max() - seen.min() <= 2
+    for record in range(records):
+        turns = [turn for own, turn in chosen if own == record]
+        assert turns == list(range(turns[0], turns[0] + len(turns)))

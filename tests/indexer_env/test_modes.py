@@ -11,7 +11,7 @@ from scipy.signal.windows import blackmanharris
 from indexer_env.coefficients import coefficients
 from indexer_env.errors import ParameterError
 from indexer_env.machine import Joint, Machine
-from indexer_env.modes import LARGEST_DECAY_STEP, LARGEST_PHASE_STEP, largest_steps, natural_frequencies
+from indexer_env.modes import LARGEST_DECAY_STEP, LARGEST_PHASE_STEP, largest_steps, natural_frequencies, quick_step
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.simulate import Run, simulate, simulate_batch
 
@@ -173,6 +173,18 @@ def test_the_largest_step_follows_the_fastest_decay(smooth, visible):
     assert largest_steps([coefficients(creep, OperatingPoint())])[0] == pytest.approx(expected, rel=1e-12)
     slip = smooth.with_effects(visible("drive.slip", compliance=1e-3))
     assert largest_steps([coefficients(slip, OperatingPoint())])[0] == pytest.approx(1e-3 * 0.01, rel=1e-12)
+
+
+def test_the_quick_step_is_at_most_the_largest_and_not_much_less(smooth, on_base, visible):
+    creep, slip = visible("friction.coulomb", torque=50.0), visible("drive.slip", compliance=1e-3)
+    for machine in (
+        smooth, dataclasses.replace(smooth, model="A"), on_base, smooth.with_effects(creep), smooth.with_effects(slip),
+        smooth.with_effects(visible("drive.mesh_stiffness")), on_base.with_effects(visible("base.looseness")),
+    ):  # fmt: skip
+        item = coefficients(machine, OperatingPoint())
+        largest, limits = float(largest_steps([item])[0]), (LARGEST_PHASE_STEP, LARGEST_DECAY_STEP)
+        quick = quick_step(item.model, item.features, np.stack([item.row] * 2), item.law.steepest, *limits)
+        assert 0.6 * largest < quick <= largest * (1.0 + 1e-9)
 
 
 def test_a_step_that_cannot_resolve_the_machine_is_one_sentence(smooth):
