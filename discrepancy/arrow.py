@@ -25,15 +25,15 @@ _LEVEL = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """Normal equations of weighted windows.
+    """Normal equations of weighted windows; leading axes, if any, hold several systems side by side.
 
     Attributes
     ----------
-    A : ndarray (g, g)
-    a : ndarray (g,)
-    B : ndarray (w, l, l)
-    b : ndarray (w, l)
-    C : ndarray (w, g, l)
+    A : ndarray (..., g, g)
+    a : ndarray (..., g)
+    B : ndarray (..., w, l, l)
+    b : ndarray (..., w, l)
+    C : ndarray (..., w, g, l)
     """
 
     A: np.ndarray
@@ -43,28 +43,38 @@ class Arrow:
     C: np.ndarray
 
     def step(self, damping: float, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Damped step (g,), (w, l); parameters that are not `free` (g,) stay."""
+        """Damped step (..., g), (..., w, l); parameters that are not `free` (..., g) stay."""
         reduced, right, inverse = self.reduced(damping)
-        step = np.zeros(len(self.a))
-        step[free] = -np.linalg.solve(reduced[np.ix_(free, free)], right[free])
-        local = -np.einsum("wij,wj->wi", inverse, self.b + np.einsum("wgi,g->wi", self.C, step))
-        return step, local
+        # the others have equations of their own: x = 0
+        both = free[..., :, None] & free[..., None, :]
+        reduced = np.where(both, reduced, _along(~free))
+        step = -np.linalg.solve(reduced, np.where(free, right, 0.0)[..., None])[..., 0]
+        pulled = self.b + (step[..., None, None, :] @ self.C)[..., 0, :]
+        return step, -(inverse @ pulled[..., None])[..., 0]
 
     def reduced(self, damping: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Schur complement (g, g), its right side (g,) and the inverses of the local blocks (w, l, l)."""
-        size = self.B.shape[-1]
-        diagonal = np.einsum("wii->wi", self.B)
-        floor = np.maximum(_FLOOR, _ROUNDING * diagonal.max(axis=1, initial=0.0, keepdims=True))
-        blocks = self.B + np.eye(size) * (damping * diagonal + floor)[:, :, None]
-        inverse = np.linalg.inv(blocks) if size else blocks
-        weighted = np.einsum("wgi,wij->wgj", self.C, inverse)
-        diagonal = np.diag(self.A)
-        reduced = (
-            self.A
-            + np.diag(damping * (diagonal + _LEVEL * diagonal.mean()) + 1e-9)
-            - np.einsum("wgj,whj->gh", weighted, self.C)
-        )
-        return reduced, self.a - np.einsum("wgj,wj->g", weighted, self.b), inverse
+        """Schur complement (..., g, g), its right side (..., g) and the inverses of the local blocks (..., w, l, l)."""
+        diagonal = np.diagonal(self.B, axis1=-2, axis2=-1)
+        floor = np.maximum(_FLOOR, _ROUNDING * diagonal.max(axis=-1, initial=0.0, keepdims=True))
+        blocks = self.B + _along(damping * diagonal + floor)
+        inverse = np.linalg.inv(blocks) if self.B.shape[-1] else blocks
+        weighted, across = _flat(self.C @ inverse), _flat(self.C)
+        diagonal = np.diagonal(self.A, axis1=-2, axis2=-1)
+        own = damping * (diagonal + _LEVEL * diagonal.mean(axis=-1, keepdims=True)) + 1e-9
+        reduced = self.A + _along(own) - weighted @ np.swapaxes(across, -1, -2)
+        local = self.b.reshape(*self.b.shape[:-2], -1, 1)
+        return reduced, self.a - (weighted @ local)[..., 0], inverse
+
+
+def _along(diagonal: np.ndarray) -> np.ndarray:
+    """Diagonal matrices (..., n, n)."""
+    return np.eye(diagonal.shape[-1]) * diagonal[..., None, :]
+
+
+def _flat(blocks: np.ndarray) -> np.ndarray:
+    """Blocks (..., w, g, l) side by side, (..., g, w l)."""
+    *lead, _, g, _ = blocks.shape
+    return np.moveaxis(blocks, -3, -2).reshape(*lead, g, -1)
 
 
 def arrow(residual: np.ndarray, by_global: np.ndarray, by_local: np.ndarray, weights: np.ndarray) -> Arrow:
@@ -87,19 +97,21 @@ class Slopes:
         self._products = self._rows @ self._rows.swapaxes(1, 2)
 
     def pulls(self, residual: np.ndarray) -> np.ndarray:
-        """Half the slope (w, g + l) of each window's sum of squares at residuals (w, n)."""
-        return (self._rows @ residual[:, :, None])[:, :, 0]
+        """Half the slopes (..., w, g + l) of each window's sum of squares at residuals (..., w, n)."""
+        return (self._rows @ residual[..., None])[..., 0]
 
     def arrow(self, pulls: np.ndarray, weights: np.ndarray) -> Arrow:
-        """Normal equations of residuals with these pulls (w, g + l), and of window weights (w,)."""
-        g = self._count
+        """Normal equations of residuals with these pulls (..., w, g + l), and of window weights (..., w)."""
+        g, each = self._count, weights[..., None, None]
         A = np.tensordot(weights, self._products[:, :g, :g], 1)
-        weighted = self._products[:, :, g:] * weights[:, None, None]
-        return Arrow(A, weights @ pulls[:, :g], weighted[:, g:], pulls[:, g:] * weights[:, None], weighted[:, :g])
+        weighted = self._products[:, :, g:] * each
+        pulled = pulls * weights[..., None]
+        return Arrow(A, pulled[..., :g].sum(axis=-2), weighted[..., g:, :], pulled[..., g:], weighted[..., :g, :])
 
     def squares(self, at_rest: np.ndarray, pulls: np.ndarray, step: np.ndarray, local: np.ndarray) -> np.ndarray:
-        """Sums of squares (w,) after a step (g,), (w, l) from residuals with these sums (w,) and pulls (w, g + l), as
-        far as they are linear: ‖r + J s‖² = ‖r‖² + 2 s·Jᵀr + s·JᵀJ s."""
-        both = np.concatenate([np.broadcast_to(step, (len(local), len(step))), local], axis=1)
-        bent = (both[:, None] @ self._products)[:, 0]
-        return np.maximum(at_rest + ((2.0 * pulls + bent) * both).sum(axis=1), 0.0)
+        """Sums of squares (..., w) after steps (..., g), (..., w, l) from residuals with these sums (..., w) and pulls
+        (..., w, g + l), as far as they are linear: ‖r + J s‖² = ‖r‖² + 2 s·Jᵀr + s·JᵀJ s."""
+        shared = np.broadcast_to(step[..., None, :], (*local.shape[:-1], step.shape[-1]))
+        both = np.concatenate([shared, local], axis=-1)
+        bent = (both[..., None, :] @ self._products)[..., 0, :]
+        return np.maximum(at_rest + ((2.0 * pulls + bent) * both).sum(axis=-1), 0.0)

@@ -32,8 +32,9 @@ class Criteria:
         Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
         play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     much : float
-        The same from which on an effect is looked for by all means, once a race has found none: as much as the noise
-        itself. Below it these took a quarter of the time of a case that was looked at, and found nothing there.
+        The same from which on an effect is looked for by all means, once a race has found none or only one that a bound
+        holds: as much as the noise itself. Below it these took a quarter of the time of a case that was looked at, and
+        found nothing there.
     most : int
         Effects in a set.
     rivals : int

@@ -93,28 +93,29 @@ class Linearised:
             if not np.array_equal(self.model.state_grid(problem.hypothesis, z[0]), self.grid):
                 # windows start elsewhere, in another play, than any small change of the fitted states
                 states, _ = problem.started(z, states, problem.all)
-            residuals = problem.residuals(z, states)
-            found += [self._start(problem, effect, some[k], z[k], states[k], residuals[k]) for k in range(len(z))]
+            places = self._moved(problem, z, states, problem.residuals(z, states))
+            found += [Start(effect, v, place, place.cost) for v, place in zip(some, places, strict=True)]
         return found
 
-    def _start(
-        self, problem: Problem, effect: Hypothesis, values: tuple[float, ...], z: np.ndarray, states: np.ndarray,
-        residual: np.ndarray,
-    ) -> Start:  # fmt: skip
-        count = len(self.base.z)
-        at_rest, pulls = np.einsum("wn,wn->w", residual, residual), self.slopes.pulls(residual)
-        weights = self.problem.weights(at_rest)
+    def _moved(self, problem: Problem, z: np.ndarray, states: np.ndarray, residuals: np.ndarray) -> list[Point]:
+        """Places (k, g), (k, w, l) with residuals (k, w, n) after what was fitted so far has moved by its own
+        linearisation, with the costs that it promises."""
+        own, base = self.problem, self.base.z
+        at_rest, pulls = np.einsum("kwn,kwn->kw", residuals, residuals), self.slopes.pulls(residuals)
+        weights = own.weights(at_rest)
         for _ in range(2):
-            system = self.problem.informed(self.slopes.arrow(pulls, weights), self.base.z)
-            step, local = system.step(_DAMPING, self.problem.movable & (np.diag(system.A) > 1e-12))
-            step = np.clip(self.base.z + step, self.problem.low, self.problem.high) - self.base.z
+            system = own.informed(self.slopes.arrow(pulls, weights), base)
+            curved = np.diagonal(system.A, axis1=-2, axis2=-1) > 1e-12
+            step, local = system.step(_DAMPING, own.movable & curved)
+            step = np.clip(base + step, own.low, own.high) - base
             squares = self.slopes.squares(at_rest, pulls, step, local)
-            weights = self.problem.weights(squares)
-        promised = self.problem.cost(squares) + self.problem.prior(self.base.z + step)
-        moved, states = z.copy(), states.copy()
-        moved[:count] += step
-        states[:, : local.shape[1]] += local
-        return Start(effect, values, Point(problem.hypothesis, moved, states, squares, promised), promised)
+            weights = own.weights(squares)
+        z, states = z.copy(), states.copy()
+        z[:, : len(base)] += step
+        states[:, :, : local.shape[-1]] += local
+        promised = own.losses(squares).sum(axis=1) + own.prior(base + step)
+        rows = zip(z, states, squares, promised.tolist(), strict=True)
+        return [Point(problem.hypothesis, *row) for row in rows]
 
 
 def neighbours(value: float, ladder: Sequence[float]) -> list[float]:

@@ -97,7 +97,7 @@ class Problem:
         return self._scored(place.z, place.states, place.squares)
 
     def _scored(self, z: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
-        return Point(self.hypothesis, z, states, squares, self.cost(squares) + self.prior(z))
+        return Point(self.hypothesis, z, states, squares, self.cost(squares) + float(self.prior(z)))
 
     def cost(self, squares: np.ndarray) -> float:
         """Σ_w ρ_w of squares (w,)."""
@@ -111,9 +111,9 @@ class Problem:
         return n * np.log1p(squares / n)
 
     def weights(self, squares: np.ndarray) -> np.ndarray:
-        """dρ_w/dq of squares (w,)."""
+        """dρ_w/dq of squares (..., w)."""
         if not self.stateful:
-            return np.ones(len(squares))
+            return np.ones_like(squares)
         return 1.0 / (1.0 + squares / (self.model.counts * self.ease))
 
     def eased(self, place: Point) -> Problem:
@@ -131,9 +131,10 @@ class Problem:
         problem.ease = dispersion
         return float(problem.losses(place.squares).sum()) / dispersion + float((self.known * place.z**2).sum())
 
-    def prior(self, z: np.ndarray) -> float:
-        """Σ z² over the parameters that are known to their scale, times the caution where they are the machine's."""
-        return float((self.precision * z**2).sum())
+    def prior(self, z: np.ndarray) -> np.ndarray:
+        """Σ z² (...) of places (..., g) over the parameters that are known to their scale, times the caution where they
+        are the machine's."""
+        return (self.precision * z**2).sum(axis=-1)
 
     def residuals(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Residuals (p, w, n) of all windows at places (p, g), (p, w, l)."""

@@ -259,7 +259,7 @@ class Search:
         states = self.model.states_for(smaller, place.states)
         result = fit(problem, problem.searched(problem.point(z, states)), steps=_LONG, thorough=True)
         before = self._known(smaller)
-        if before is not None and before.place.cost < result.place.cost:
+        if before is not None and before.information is None and before.place.cost < result.place.cost:
             result = fit(problem, problem.adopted(before.place), steps=_LONG, thorough=True)
         return self._kept(result.place, result.converged)
 

@@ -162,11 +162,12 @@ class Machine:
 
     def with_effects(self, *effects: MachineEffect) -> Machine:
         """The machine extended by these effects; one of a name it already has replaces that."""
-        if not effects:
-            return self
+        return dataclasses.replace(self, effects=self.effects_with(*effects)) if effects else self
+
+    def effects_with(self, *effects: MachineEffect) -> tuple[MachineEffect, ...]:
+        """Its effects and these; one of a name it already has replaces that."""
         replaced = {effect.name for effect in effects}
-        kept = tuple(effect for effect in self.effects if effect.name not in replaced)
-        return dataclasses.replace(self, effects=kept + effects)
+        return tuple(effect for effect in self.effects if effect.name not in replaced) + effects
 
 
 def machine_from_mapping(mapping: Mapping[str, Any]) -> Machine:

@@ -12,8 +12,8 @@ from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.kernels import layout
 from indexer_env.modes import quick_step
 
-_INTERVAL = 2e-3
-"""Most between two samples in a search [s]: below 250 Hz lie the modes of machines and the lines that drives make."""
+_INTERVAL = 2.5e-3
+"""Most between two samples in a search [s]: below 200 Hz lie the modes of machines and what sensors do to them."""
 
 _PHASE, _DECAY = 0.75, 2.0
 """h ω of the fastest mode [rad] and h λ of the fastest decay that a step h may have: eight steps in a period, and three

@@ -233,14 +233,14 @@ class IndexerModel(Model):
         """Machine and sensor that a global point stands for."""
         values = self.values(hypothesis, point)
         own = {p.name: values[p.name] for p in self.parameters[: self._n_machine]}
-        machine = changed(self.machine, own | {name: values[name] for name in (HOUSING,) if name in values})
-        sensor = self.sensor
+        own |= {name: values[name] for name in (HOUSING,) if name in values}
+        effects, sensor = [], self.sensor
         for effect in (effect_of(one, values) for one in (*self.known, *hypothesis.effects)):
             if isinstance(effect, MachineEffect):
-                machine = machine.with_effects(effect)
+                effects.append(effect)
             elif isinstance(effect, SensorEffect):
                 sensor = effect.extend_sensor(sensor)
-        return machine, sensor
+        return changed(self.machine, own, effects), sensor
 
     def simulated(self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer]) -> np.ndarray:
         """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, a machine for each point."""

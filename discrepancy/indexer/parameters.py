@@ -11,6 +11,7 @@ import numpy as np
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Parameter
 from indexer_env.errors import refuse
+from indexer_env.effects import MachineEffect
 from indexer_env.machine import Machine
 
 UNCERTAINTY = {
@@ -109,8 +110,8 @@ def read(machine: Machine, name: str) -> float:
     return float(owner)  # type: ignore[arg-type]
 
 
-def changed(machine: Machine, values: dict[str, float]) -> Machine:
-    """The machine with these values of its parameters."""
+def changed(machine: Machine, values: dict[str, float], effects: Sequence[MachineEffect] = ()) -> Machine:
+    """The machine with these values of its parameters and further effects."""
     fields: dict[str, object] = {}
     joints: dict[str, dict[str, float]] = {}
     for name, value in values.items():
@@ -121,4 +122,4 @@ def changed(machine: Machine, values: dict[str, float]) -> Machine:
             fields[name] = value
     for joint, changes in joints.items():
         fields[joint] = dataclasses.replace(getattr(machine, joint), **changes)
-    return dataclasses.replace(machine, **fields)
+    return dataclasses.replace(machine, **fields, effects=machine.effects_with(*effects))
