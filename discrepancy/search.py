@@ -251,13 +251,20 @@ class Search:
             made = self._smaller[id(fitted), k] = fitted, self._refitted_without(fitted, k)
         return made[1]
 
-    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
+    def _left_out(self, fitted: Fitted, k: int) -> Point:
+        """The set's place without its k-th effect, all else as it is but for the windows' start states."""
         place, effects = fitted.place, fitted.effects
         smaller = together(*effects[:k], *effects[k + 1 :])
         columns = len(self.model.parameters) + place.hypothesis.places(k)
-        z, problem = np.delete(place.z, columns), Problem(self.model, smaller)
+        problem = Problem(self.model, smaller)
         states = self.model.states_for(smaller, place.states)
-        result = fit(problem, problem.searched(problem.point(z, states)), steps=_LONG, thorough=True)
+        return problem.searched(problem.point(np.delete(place.z, columns), states))
+
+    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
+        begun = self._left_out(fitted, k)
+        smaller = begun.hypothesis
+        problem = Problem(self.model, smaller)
+        result = fit(problem, begun, steps=_LONG, thorough=True)
         before = self._known(smaller)
         if before is not None and before.information is None and before.place.cost < result.place.cost:
             result = fit(problem, problem.adopted(before.place), steps=_LONG, thorough=True)
@@ -270,12 +277,17 @@ class Search:
         if not self.in_time:
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
-        names = {*base.place.hypothesis.names, *self._barred, *(one.place.hypothesis.names[-1] for one in found)}
+        near = (one.effects[-1].name for one in found if not self.wins(fitted, one))
+        names = {*base.place.hypothesis.names, *self._barred, *near}
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:
-            leading = race(self.model, self._careful(base), asked, self.criteria)[: self.criteria.rivals]
+            # what does the same does it beside all else as it is
+            leading = race(self.model, self._left_out(fitted, k), asked, self.criteria)[: self.criteria.rivals]
             found += [self._fit(place) for place in leading if self.in_time]
-        return tuple(self._ranked(found))
+        best: dict[str, Fitted] = {}
+        for one in self._ranked(found):
+            best.setdefault(one.effects[-1].name, one)
+        return tuple(best.values())
 
 
 def _key(hypothesis: Hypothesis) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, step_of, steps_per_sample
+from discrepancy.indexer.advance import coefficients_of, in_parts, let_slip, samples_per_step, step_of, steps_per_sample
 from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, scaled
@@ -17,7 +17,7 @@ from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, covering, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
-from indexer_env.coefficients import Coefficients, Pack, coefficients
+from indexer_env.coefficients import Pack, coefficients
 from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.effects.measures import measures
 from indexer_env.errors import refuse
@@ -53,8 +53,7 @@ class IndexerModel(Model):
     sensed: type[Reading] = Reading
     """What it makes of that row."""
 
-    _with_all: IndexerModel | None = None
-    """The windows of a part with the samples that were left out."""
+    _with_all: IndexerModel | None = None  # the windows of a part with the samples that were left out
 
     def __init__(
         self,
@@ -96,7 +95,6 @@ class IndexerModel(Model):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        """The records, window by window."""
         w = self.windows
         self.counts, self.groups = w.count, w.record
         measured = np.zeros((len(w.first), int(w.count.max())))
@@ -159,10 +157,7 @@ class IndexerModel(Model):
         return scaled(self.parameters + hypothesis.parameters, point)
 
     def repeats(self) -> Sequence[tuple[int, int]]:
-        """Cam turns of one record that leave the same station, one turn of the table apart."""
-        turns = self.windows.turns
-        at, turn = {key: k for k, key in enumerate(turns)}, self.machine.stations
-        return [(at[r, t - turn], k) for k, (r, t) in enumerate(turns) if (r, t - turn) in at]
+        return self.windows.repeats(self.machine.stations)
 
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
@@ -232,8 +227,8 @@ class IndexerModel(Model):
     def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
         """Machine and sensor that a global point stands for."""
         values = self.values(hypothesis, point)
-        own = {p.name: values[p.name] for p in self.parameters[: self._n_machine]}
-        own |= {name: values[name] for name in (HOUSING,) if name in values}
+        names = *(p.name for p in self.parameters[: self._n_machine]), HOUSING
+        own = {name: values[name] for name in names if name in values}
         effects, sensor = [], self.sensor
         for effect in (effect_of(one, values) for one in (*self.known, *hypothesis.effects)):
             if isinstance(effect, MachineEffect):
@@ -258,7 +253,7 @@ class IndexerModel(Model):
         record = w.record[jobs.window]
         used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
         of_point, of_record = np.divmod(used, n_records)
-        items = self._items(machines, of_point, of_record)
+        items = coefficients_of(machines, of_point, [e.operating_point for e in self.experiments], of_record)
         pieces = items[0].law.pieces
         table = np.stack([item.row for item in items])
         table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
@@ -284,18 +279,6 @@ class IndexerModel(Model):
                 let_slip(pack, kind[mine], turns[record[mine]], sample_rates, every)
             for part, made in in_parts(pack, counts[mine], sample_rates, every, channels, samples):
                 yield mine[part], made
-
-    def _items(self, machines: list[Machine], point: np.ndarray, record: np.ndarray) -> list[Coefficients]:
-        """Coefficients of points (n,) in records (n,); those of equal machines under equal loads are made once."""
-        made: dict[tuple[int, float], Coefficients] = {}
-        items = []
-        for p, r in zip(point.tolist(), record.tolist(), strict=True):
-            operating_point = self.experiments[r].operating_point
-            key = id(machines[p]), operating_point.load_torque
-            if key not in made:
-                made[key] = coefficients(machines[p], operating_point)
-            items.append(made[key])
-        return items
 
     def _motion(self, jobs: Jobs, record: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Drive angle [rad] and rate [rad/s] at the start of each job's window (n,), and its true sampling rate [Hz].

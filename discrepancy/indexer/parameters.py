@@ -10,8 +10,8 @@ import numpy as np
 
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Parameter
-from indexer_env.errors import refuse
 from indexer_env.effects import MachineEffect
+from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 
 UNCERTAINTY = {

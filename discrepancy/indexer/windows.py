@@ -126,6 +126,11 @@ class Windows:
         """Record and cam turn of each window."""
         return [(int(r), int(t)) for r, t in zip(self.record, self.turn, strict=True)]
 
+    def repeats(self, stations: int) -> list[tuple[int, int]]:
+        """Windows of one record that leave the same station, one turn of the table apart."""
+        at = {turn: k for k, turn in enumerate(self.turns)}
+        return [(at[r, t - stations], k) for k, (r, t) in enumerate(self.turns) if (r, t - stations) in at]
+
     def some(self, which: Sequence[int]) -> Windows:
         """Some of the windows."""
         return Windows(*(column[list(which)] for column in (self.record, self.first, self.count, self.turn)))
