@@ -6,6 +6,7 @@ import pytest
 
 from discrepancy import Criteria, Explanation, explain
 from discrepancy.explain import VERDICTS, listed
+from discrepancy.search import Search
 from tests.discrepancy.toy import Chord
 
 
@@ -76,6 +77,14 @@ def test_a_known_effect_is_found_beside_an_unknown_one() -> None:
 def test_an_effect_at_its_bound_stands_in() -> None:
     answer = explained({"tone": 10.0}, largest=9.9)
     assert grades(answer) == {"tone": "stands in"} and "bound" in answer.findings[0].why
+
+
+@pytest.mark.parametrize(("much", "runs"), [(1.0, 2), (1e4, 1)])
+def test_a_bound_that_holds_an_effect_begins_a_second_search_where_much_is_left(much, runs, monkeypatch) -> None:
+    barred, run = [], Search.run
+    monkeypatch.setattr(Search, "run", lambda self, names=(): barred.append(list(names)) or run(self, names))
+    explain(*(Chord({"tone": 10.0}, seed, largest=9.9) for seed in (5, 6)), Criteria(much=much))
+    assert barred == [[], ["tone"]][:runs]
 
 
 def test_records_held_out_that_are_far_off_are_not_said_to_lack_nothing() -> None:

@@ -69,6 +69,26 @@ def test_an_effect_that_looks_alike_is_not_added_to_a_set_that_has_it(monkeypatc
     assert all(len(set(row)) == len(row) for row in names)
 
 
+def test_an_effect_that_looks_alike_is_tried_beside_all_else_as_it_is(monkeypatch) -> None:
+    """`tone` hidden, its twin of the same shape known to look alike and found nowhere so far: it is raced from the set's
+    own offset and not from that of the set without `tone`, and stands once among what was compared."""
+    model, begun = Chord({"tone": 10.0}, 5, ("tone", "twin")), []
+    model.library["tone"] = (effect_like("tone", alike=("twin",)),)
+
+    def noted(model: Chord, base: Point, effects, criteria: Criteria, **more: bool) -> list[Point]:
+        effects = list(effects)
+        if [effect.name for effect in effects] == ["twin"]:
+            begun.append(base.z)
+        else:
+            effects = [effect for effect in effects if effect.name == "tone"]
+        return race(model, base, effects, criteria, **more)
+
+    monkeypatch.setattr("discrepancy.search.race", noted)
+    found = Search(model, Criteria()).run()
+    assert found.best.place.hypothesis.names == ("tone",) and [len(group) for group in found.instead] == [1]
+    assert begun[-1] == pytest.approx(found.best.place.z[:1]) and found.gap(found.instead[0][0]) < 1.0
+
+
 def test_an_effect_enters_only_by_the_margin() -> None:
     """A tone of 0.3 wins some 20: enough at a margin of 10, too little at 30."""
     model = Chord({"tone": 0.3}, 5)
