@@ -81,10 +81,10 @@ def test_an_effect_at_its_bound_stands_in() -> None:
 
 @pytest.mark.parametrize(("much", "runs"), [(1.0, 2), (1e4, 1)])
 def test_a_bound_that_holds_an_effect_begins_a_second_search_where_much_is_left(much, runs, monkeypatch) -> None:
-    barred, run = [], Search.run
-    monkeypatch.setattr(Search, "run", lambda self, names=(): barred.append(list(names)) or run(self, names))
+    asked, run = [], Search.run
+    monkeypatch.setattr(Search, "run", lambda self, barred=(): asked.append(list(barred)) or run(self, barred))
     explain(*(Chord({"tone": 10.0}, seed, largest=9.9) for seed in (5, 6)), Criteria(much=much))
-    assert barred == [[], ["tone"]][:runs]
+    assert asked == [[], ["tone"]][:runs]
 
 
 def test_records_held_out_that_are_far_off_are_not_said_to_lack_nothing() -> None:

@@ -70,8 +70,8 @@ def test_an_effect_that_looks_alike_is_not_added_to_a_set_that_has_it(monkeypatc
 
 
 def test_an_effect_that_looks_alike_is_tried_beside_all_else_as_it_is(monkeypatch) -> None:
-    """`tone` hidden, its twin of the same shape known to look alike and found nowhere so far: it is raced from the set's
-    own offset and not from that of the set without `tone`, and stands once among what was compared."""
+    """`tone` hidden, its twin of the same shape known to look alike and found nowhere so far: it is raced from the
+    set's own offset and not from that of the set without `tone`, and stands once among what was compared."""
     model, begun = Chord({"tone": 10.0}, 5, ("tone", "twin")), []
     model.library["tone"] = (effect_like("tone", alike=("twin",)),)
 
