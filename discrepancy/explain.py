@@ -244,19 +244,20 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
-_LISTED, _SHARPNESS, _HELD_BACK = 3.0, 8.0, 0.25
-"""Effects of the library over imitations among what is found, and how steeply the density of the shares that effects
-close rises: 9 c⁸, nine tenths in the mean. Imitations close any share alike. Of 47 findings in the challenge's tuning
-half 34 were right, 3 of the 11 that stand in. And what the odds are worth where a rule holds the name back: in 40
-further cases 38 of 40 names were right and 3 of 17 findings without one, for which the shares alone promised 4.6."""
+_LISTED, _SHARPNESS, _HINTS = 3.0, 8.0, 1.0 / 6.0
+"""Effects of the library over imitations among what gets a name, and how steeply the density of the shares that effects
+close rises: 9 c⁸, nine tenths in the mean; imitations close any share alike. Of 47 findings in the challenge's tuning
+half 34 were right. And the share of what stands in that is in the library: the share that it closes tells nothing of
+that, 6 of 34 were right, those that closed little rather than those that closed much."""
 
 
 def listed(closes: float, missed: float = 0.0, *, named: bool = True) -> float:
     """Probability that what closes a share of the gap is in the library, where its law leaves so much of what a free
-    function of its variable closes: by the two laws' densities at the share that the law itself explains, and by
-    whether a rule holds its name back."""
+    function of its variable closes: by the two laws' densities at the share that the law itself explains, or, where a
+    rule holds its name back, by how often what stands in is."""
+    if not named:
+        return _HINTS
     odds = _LISTED * (_SHARPNESS + 1.0) * max(closes * (1.0 - missed), 0.0) ** _SHARPNESS
-    odds *= 1.0 if named else _HELD_BACK
     return odds / (1.0 + odds)
 
 
