@@ -188,7 +188,7 @@ def _explained(
     search = Search(model, criteria)
     answer, held_at_bounds = _answer(search, search.run(), held_out, forms, missed)
     left = (answer.after / answer.remains.noise) ** 2 - 1.0
-    if held_at_bounds and left >= criteria.much and search.in_time:
+    if held_at_bounds and left >= criteria.much and search.in_time():
         # it stands in for another effect, perhaps for one of the library, that then explains as much
         selection = search.run(barred=held_at_bounds)
         if not search.wins(answer.selection.best, selection.best):

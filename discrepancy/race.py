@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -41,10 +41,16 @@ _WIDE = 3
 """Starts of each effect in a wide race: with fewer, orders and sizes are left out whose basin is the only one."""
 
 
+def _always() -> bool:
+    return True
+
+
 def race(
-    model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria, *, wide: bool = False
-) -> list[Point]:
-    """Places of the set at `base` with one of the effects more, the best of each effect, best first.
+    model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria, *, wide: bool = False,
+    in_time: Callable[[], bool] = _always,
+) -> list[Point]:  # fmt: skip
+    """Places of the set at `base` with one of the effects more, the best of each effect, best first; once it is no more
+    `in_time`, of those that have been fitted until then, one at least.
 
     A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart. It finds
     effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right.
@@ -53,17 +59,17 @@ def race(
     worst = np.argsort(-base.squares / model.counts)[: criteria.windows]
     promising = [start for effect in effects for start in around.starts(effect, effect.starts)]
     if wide:
-        return _fitted(model, _apart(promising), criteria.fits)
+        return _fitted(model, _apart(promising), criteria.fits, in_time)
     field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
     judged = [*zip(_left(around, field, worst), field, strict=True)]
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if in_time() else 0):
         leaders = _best_of_each([start for _, start in sorted(judged, key=_first)], _SIDE_BY_SIDE)[:_LEADERS]
         proposed = [start for leader in leaders for start in _proposals(around, leader)]
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
     survivors = _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits]
-    return _fitted(model, survivors, math.ceil(len(survivors) / 2))
+    return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time)
 
 
 def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
@@ -156,10 +162,12 @@ def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
     return found
 
 
-def _fitted(model: Model, starts: Sequence[Start], finished: int) -> list[Point]:
+def _fitted(model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = _always) -> list[Point]:
     """The best place of each effect after a few joint steps from every start and more from the best ones."""
-    tried = []
+    tried: list[tuple[str, Point]] = []
     for start in starts:
+        if tried and not in_time():
+            break
         problem = Problem(model, start.place.hypothesis, caution=CAUTION)
         place = problem.settled(problem.point(start.place.z, start.place.states))
         place = problem.searched(place, stand_out(problem, place))
@@ -167,7 +175,7 @@ def _fitted(model: Model, starts: Sequence[Start], finished: int) -> list[Point]
     tried.sort(key=lambda pair: pair[1].cost)
     best: dict[str, Point] = {}
     for k, (name, place) in enumerate(tried):
-        if k < finished:
+        if k < finished and in_time():
             place = fit(Problem(model, place.hypothesis, caution=CAUTION), place, steps=_MORE).place
         if name not in best or place.cost < best[name].cost:
             best[name] = place

@@ -66,7 +66,7 @@ class Search:
         self._races.clear()
         current = self._calibrated()
         tried: list[Fitted] = []
-        while self.in_time and len(current.effects) < self.criteria.most and self._looks_on(current):
+        while self.in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
             if grown is current and self._leaves(current, self.criteria.much):
@@ -79,7 +79,7 @@ class Search:
         without = tuple(self.without(current, k) for k in range(len(current.effects)))
         instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))
         base = self._known(NONE) or current
-        return Selection(base, current, without, instead, tuple(tried), self.in_time, self.model)
+        return Selection(base, current, without, instead, tuple(tried), self.in_time(), self.model)
 
     def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
@@ -110,7 +110,6 @@ class Search:
         result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
         return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)
 
-    @property
     def in_time(self) -> bool:
         """Whether the time given is not over."""
         return time.process_time() < self._end
@@ -152,7 +151,7 @@ class Search:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
         from its size."""
         place = restarted(self.model, fitted.place, self.criteria)
-        return self._fit(place) if self.in_time and place.cost < fitted.place.cost else fitted
+        return self._fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
@@ -167,7 +166,9 @@ class Search:
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}
             others = [h for name in asked if name not in own for h in library[name]]
-            known = self._races[key, instead] = race(self.model, careful, others, self.criteria, wide=wide)
+            known = self._races[key, instead] = race(
+                self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time
+            )
         return [place for place in known if place.hypothesis.names[-1] != instead]
 
     def _careful(self, fitted: Fitted) -> Point:
@@ -182,7 +183,7 @@ class Search:
         found: list[Fitted] = []
         for place in places[: self.criteria.rivals]:
             against = best or next(iter(found), None)
-            if against is not None and not (self.in_time and self._rivals(place, against, base)):
+            if against is not None and not (self.in_time() and self._rivals(place, against, base)):
                 continue
             found = self._ranked([*found, self._fit(place)])
         return found
@@ -274,7 +275,7 @@ class Search:
         """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
         if asked, those that are known to look alike, whatever they promise."""
         effect, base = fitted.effects[k], self.without(fitted, k)
-        if not self.in_time:
+        if not self.in_time():
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
         near = (one.effects[-1].name for one in found if not self.wins(fitted, one))
@@ -282,8 +283,8 @@ class Search:
         asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
         if asked:
             # what does the same does it beside all else as it is
-            leading = race(self.model, self._left_out(fitted, k), asked, self.criteria)[: self.criteria.rivals]
-            found += [self._fit(place) for place in leading if self.in_time]
+            leading = race(self.model, self._left_out(fitted, k), asked, self.criteria, in_time=self.in_time)
+            found += [self._fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
         best: dict[str, Fitted] = {}
         for one in self._ranked(found):
             best.setdefault(one.effects[-1].name, one)

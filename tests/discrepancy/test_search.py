@@ -136,7 +136,7 @@ def test_half_of_the_time_given_is_kept_for_the_judgement(spent: float, goes_on:
     search = Search(Chord({}, 5), Criteria(seconds=40.0))
     now = time.process_time()
     monkeypatch.setattr("discrepancy.search.time.process_time", lambda: now + spent)
-    assert search.in_time == goes_on
+    assert search.in_time() == goes_on
 
 
 @pytest.mark.parametrize(("memory", "expected"), [(0.0, 1.0), (0.5, 3.0), (0.9, 19.0)])
@@ -262,6 +262,14 @@ def test_a_place_in_a_gap_of_the_list_is_found_by_proposals(proposes: bool, monk
     assert (place.level(model) < 1.2) == proposes
 
 
+def test_a_race_whose_time_is_over_fits_one_start() -> None:
+    model = Chord({"tone": 10.0}, 5)
+    base = Problem(model, NONE).point(np.zeros(1), np.zeros((8, 0)))
+    effects = [h for hypotheses in model.hypotheses().values() for h in hypotheses]
+    for in_time, count in ((lambda: True, len(effects)), (lambda: False, 1)):
+        assert len(race(model, base, effects, Criteria(), in_time=in_time)) == count
+
+
 @pytest.mark.parametrize("wide", [True, False])
 def test_before_it_gives_up_the_search_fits_effects_from_sizes_apart(wide: bool, monkeypatch) -> None:
     """Both judges of a race prefer the largest rate, and the smallest is right."""
@@ -280,7 +288,7 @@ def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch)
     if not restarts:
         monkeypatch.setattr(Search, "_restarted", lambda self, fitted: fitted)
     model = Bent(9.0)
-    monkeypatch.setattr("discrepancy.search.race", lambda model, base, effects, criteria, wide: [model.stuck()])
+    monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
     found = Search(model, Criteria(margin=4.0)).run().best.place
     assert (found.level(model) < 3.3) == restarts
 
@@ -289,7 +297,7 @@ def test_all_rivals_begin_anew(monkeypatch) -> None:
     """The best of a race stands before the right one, which is stuck."""
     model = Bent(9.0)
     beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
-    monkeypatch.setattr("discrepancy.search.race", lambda *given, wide: [beat, model.stuck()])
+    monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
     search = Search(model, Criteria(margin=4.0))
     first, second = search._added(search._calibrated())
     assert (first.name, second.name) == ("wave", "beat") and first.place.level(model) < 3.3
