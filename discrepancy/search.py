@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from discrepancy.model import NONE, Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import CAUTION, race, restarted
-from discrepancy.selection import Fitted, Selection, fitted_set, scores
+from discrepancy.selection import Fitted, Selection, fitted_set, key_of, more_than, scores
 
 _log = logging.getLogger(__name__)
 
@@ -156,12 +156,11 @@ class Search:
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
         `instead` of one: the best place of each that leads the race, best first."""
-        key = _key(base.place.hypothesis)
+        key = key_of(base.place.hypothesis)
         known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
         if known is None:
             careful = self._careful(base)
-            full = Problem(self.model.with_all_samples(), base.place.hypothesis)
-            library = self.model.hypotheses(full.left(careful))
+            library = self._listed(careful)
             leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}
@@ -207,7 +206,7 @@ class Search:
 
     def _kept(self, place: Point, converged: bool, *, optimum: bool = True) -> Fitted:
         """A fit, or a better one of the same set that was made before."""
-        key = _key(place.hypothesis)
+        key = key_of(place.hypothesis)
         before = self._best.get(key)
         if before is None or place.cost < before.place.cost:
             price = self._price(place.hypothesis)
@@ -215,7 +214,7 @@ class Search:
         return self._best[key]
 
     def _known(self, hypothesis: Hypothesis) -> Fitted | None:
-        return self._best.get(_key(hypothesis))
+        return self._best.get(key_of(hypothesis))
 
     def _price(self, hypothesis: Hypothesis) -> float:
         samples = float(self.model.counts.sum())
@@ -278,19 +277,22 @@ class Search:
         if not self.in_time():
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
-        near = (one.effects[-1].name for one in found if not self.wins(fitted, one))
+        near = (more_than(one, base) for one in found if not self.wins(fitted, one))
         names = {*base.place.hypothesis.names, *self._barred, *near}
-        asked = [h for name in effect.alike if alike and name not in names for h in self._library.get(name, ())]
-        if asked:
-            # what does the same does it beside all else as it is
-            leading = race(self.model, self._left_out(fitted, k), asked, self.criteria, in_time=self.in_time)
+        alikes = [name for name in effect.alike if alike and name not in names]
+        if alikes:
+            # what does the same does it beside all else as it is, also along a line that the effect has taken up
+            beside = self._left_out(fitted, k)
+            library = self._listed(beside)
+            asked = [h for name in alikes for h in library.get(name, ())]
+            leading = race(self.model, beside, asked, self.criteria, in_time=self.in_time)
             found += [self._fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
         best: dict[str, Fitted] = {}
         for one in self._ranked(found):
-            best.setdefault(one.effects[-1].name, one)
+            best.setdefault(more_than(one, base), one)
         return tuple(best.values())
 
-
-def _key(hypothesis: Hypothesis) -> str:
-    """What tells sets apart: their effects with their choices, in any order."""
-    return " + ".join(sorted(f"{one.name} {sorted(one.fixed.items())}" for one in hypothesis.effects))
+    def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:
+        """The library, with what stands out of all samples at a place."""
+        full = Problem(self.model.with_all_samples(), place.hypothesis)
+        return self.model.hypotheses(full.left(place))

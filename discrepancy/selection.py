@@ -105,6 +105,17 @@ class Selection:
         return own - best
 
 
+def more_than(fitted: Fitted, base: Fitted) -> str:
+    """Name of the effect that a set has more than a base."""
+    names = base.place.hypothesis.names
+    return next(name for name in fitted.place.hypothesis.names if name not in names)
+
+
+def key_of(hypothesis: Hypothesis) -> str:
+    """What tells sets apart: their effects with their choices, in any order."""
+    return " + ".join(sorted(f"{one.name} {sorted(one.fixed.items())}" for one in hypothesis.effects))
+
+
 def fitted_set(model: Model, place: Point, converged: bool, price: float, *, optimum: bool = True) -> Fitted:
     """A set at a place where a fit has ended; with `optimum`, one in which priors weigh φ."""
     dispersion = dispersion_of(model, place)

@@ -168,17 +168,21 @@ def _decay_of_loads(columns: Mapping[str, np.ndarray], slipping: np.ndarray) -> 
     return np.maximum.reduce([friction / columns["table_inertia"], slip, np.full(len(slipping), _SLOW)])
 
 
-def quick_step(model: int, features: int, rows: np.ndarray, steepest: float, phase: float, decay: float) -> float:
+def quick_step(
+    model: int, features: int, rows: np.ndarray, steepest: float, speed: float, phase: float, decay: float
+) -> float:
     """A step h [s] that resolves all of some coefficients (n, c) of one model and features, found quickly.
 
-    h ω ≤ phase [rad] for the fastest mode and h λ ≤ decay for the fastest decay, in the dwell and where the law's slope
-    is `steepest` [-], as in `largest_steps`, but from below: the largest eigenvalues of M⁻¹K and M⁻¹R are at most
-    the traces Σ k_j μ_j and Σ r_j μ_j, with μ_j = v_jᵀM⁻¹v_j the mobility of joint j.
+    h ω ≤ phase [rad] for the fastest mode and for what the drive does at orders of a motor of this `speed` [rad/s], and
+    h λ ≤ decay for the fastest decay, in the dwell and where the law's slope is `steepest` [-]. Modes and decays are
+    bounded as in `largest_steps`, but from below: the largest eigenvalues of M⁻¹K and M⁻¹R are at most the traces
+    Σ k_j μ_j and Σ r_j μ_j, with μ_j = v_jᵀM⁻¹v_j the mobility of joint j.
     """
     columns = dict(zip(layout.COEFFICIENT_NAMES, rows.T, strict=True))
     stiffness = columns["stiffness_1"] * (1.0 + columns["mesh_depth"]), columns["stiffness_2"], columns["stiffness_3"]
     damping = columns["damping_1"], columns["damping_2"], columns["damping_3"]
-    square = np.zeros(len(rows))
+    orders = (np.where(columns[name] != 0.0, columns[f"{kind}_order"], 0.0) for kind, name in _HARMONICS)
+    square = (np.maximum.reduce([*orders]) * speed) ** 2
     rate = _decay_of_loads(columns, np.full(len(rows), bool(features & layout.USES_SLIP)))
     for slope in (0.0, steepest):
         mobilities = _mobilities(model, columns, slope)

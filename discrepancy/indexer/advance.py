@@ -13,18 +13,19 @@ from indexer_env.kernels import layout
 from indexer_env.machine import Machine
 from indexer_env.modes import quick_step
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
 
 _INTERVAL = 2.5e-3
-"""Most between two samples in a search [s]: below 200 Hz lie the modes of machines and what sensors do to them."""
+"""Most between two samples in a search [s]: filters of the sensor are looked for up to 0.44 of 400 Hz then, or more."""
 
 _PHASE, _DECAY = 0.75, 2.0
-"""h ω of the fastest mode [rad] and h λ of the fastest decay that a step h may have: eight steps in a period, and three
-quarters of what is stable. The scheme is of fourth order and lands on the edges. For eight machines unlike each other,
-with every effect of the library, with play of 2 arc minutes to 1 degree at the cam, the error is 3e-6 to 1e-4 of the
-signal in the median of the effects, 1 % with the stiffest friction."""
+"""h ω of the fastest mode and of the drive's orders [rad], and h λ of the fastest decay, that a step h may have: eight
+steps in a period, and three quarters of what is stable. The scheme is of fourth order and lands on the edges. For eight
+machines unlike each other, with every effect of the library, with play of 2 arc minutes to 1 degree at the cam, the
+error is 3e-6 to 1e-4 of the signal in the median of the effects, 1 % with the stiffest friction."""
 
-_FINEST = 16
-"""Most steps from one sample to the next: friction so stiff that it needs more chatters, as it does in no record."""
+_FINEST = 1.25e-4
+"""No step is shorter [s]: friction so stiff that it needs that chatters, as it does in no record."""
 
 _BLOCK = int(layout.LANES)
 
@@ -113,16 +114,19 @@ def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.
     pack.states[:, _MOTOR_RATE], pack.states[:, _COMMAND] = rate[of], command[of]
 
 
-def step_of(model: int, features: int, rows: np.ndarray, law: LawTable) -> float:
-    """The integrator's step [s] for coefficients (n, c) of one model, features and law."""
-    return quick_step(model, features, rows, law.steepest, _PHASE, _DECAY)
+def step_of(model: int, features: int, rows: np.ndarray, law: LawTable, speed: float) -> float:
+    """The integrator's step [s] for coefficients (n, c) of one model, features and law at a motor's speed [rad/s]."""
+    return max(quick_step(model, features, rows, law.steepest, speed, _PHASE, _DECAY), _FINEST)
 
 
 def steps_per_sample(sample_rate: float, step: float) -> int:
     """Integrator steps of at most `step` [s] from one sample of a rate [Hz], or of one next to it, to the next."""
-    return min(max(1, math.ceil(1.0 / (sample_rate * step) - _NEARLY)), _FINEST)
+    return max(1, math.ceil(1.0 / (sample_rate * step) - _NEARLY))
 
 
-def samples_per_step(sample_rate: float, step: float) -> int:
-    """Samples of a rate [Hz] that pass in one step of a search of at most `step` [s], at least one."""
+def samples_per_step(sample_rate: float, step: float, sensor: Sensor) -> int:
+    """Samples of a rate [Hz] that pass in one step of a search of at most `step` [s], at least one; of a sensor with
+    filters one, as these are designed for the rate."""
+    if sensor.bracket_hz is not None or sensor.lowpass_hz is not None:
+        return 1
     return max(1, math.floor(sample_rate * min(_INTERVAL, step) + _NEARLY))

@@ -85,6 +85,7 @@ class IndexerModel(Model):
             rule, got = "records that hold a whole cam turn each", f"none in number {min(empty) + 1}"
             raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
         self._rates = np.array([self.machine.reduction * e.operating_point.motor_speed for e in self.experiments])
+        self._fastest = float(self._rates.max()) / self.machine.reduction
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
         self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
@@ -108,15 +109,15 @@ class IndexerModel(Model):
         integrator's steps one for each step."""
         chosen = covering(self.windows, self.machine.stations, windows)
         item = coefficients(self.machine, self.experiments[0].operating_point)
-        step = step_of(item.model, item.features, item.row[None], item.law)
-        every = samples_per_step(self.sample_rate, step)
-        if every == 1:
+        step = step_of(item.model, item.features, item.row[None], item.law, self._fastest)
+        every = samples_per_step(self.sample_rate, step, self.sensor)
+        thinned = tuple(one.thinned(every) for one in self.experiments)
+        # the last window of a record may be long enough to be kept with all its samples and not with some of them
+        if every == 1 or not set(chosen) <= set(windows_of(thinned, self.machine.reduction).turns):
             return self._of(chosen)
         thin = copy.copy(self)
-        thin.experiments = tuple(one.thinned(every) for one in self.experiments)
+        thin.experiments = thinned
         thin._cut()
-        # the last window of a record may be kept with all its samples and not with some of them
-        chosen = [turn for turn in chosen if turn in thin.windows.turns]
         thin = thin._of(chosen)
         thin._with_all = self._of(chosen)
         return thin
@@ -136,10 +137,8 @@ class IndexerModel(Model):
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         orders, hums = ((), ()) if residual is None else self._lines(residual)
-        fastest = float(self._rates.max()) / self.machine.reduction
-        seen = Seen(
-            measures(self.machine, fastest, self.sensor.radius), self.sample_rate, self.sensor.unit, orders, hums
-        )
+        sizes = measures(self.machine, self._fastest, self.sensor.radius)
+        seen = Seen(sizes, self.sample_rate, self.sensor.unit, orders, hums)
         return library(self.machine, self._has() | set(self.without), seen)
 
     def _has(self) -> set[str]:
@@ -162,7 +161,7 @@ class IndexerModel(Model):
     def recording(self, readings: np.ndarray) -> IndexerModel:
         other = copy.copy(self)
         measured = np.where(self._inside, readings, 0.0) * self._noise[self.groups][:, None]
-        other._reading = dataclasses.replace(self._reading, measured=measured)
+        other._reading, other._with_all = dataclasses.replace(self._reading, measured=measured), None
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
@@ -171,7 +170,7 @@ class IndexerModel(Model):
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
-        return play_grid(item, float(self._rates.max()) / self.machine.reduction, shaken=shaken)
+        return play_grid(item, self._fastest, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         return self._whole(self._reading.difference, hypothesis, jobs)
@@ -271,7 +270,7 @@ class IndexerModel(Model):
             states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
             pack = Pack(model, features, states, rows, pieces)
             sample_rates = rates[mine]
-            step = step_of(model, features, table[members], items[0].law)
+            step = step_of(model, features, table[members], items[0].law, self._fastest)
             every = steps_per_sample(self.sample_rate, step)
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn

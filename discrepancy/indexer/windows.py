@@ -189,13 +189,14 @@ def cut(lengths: list[int], steps: list[float], starts: list[float]) -> Windows:
 
 def covering(windows: Windows, stations: int, count: int) -> list[tuple[int, int]]:
     """Record and cam turn of about so many windows, or of as many as there are stations: successive turns of each
-    record, those that make the numbers of times that each station is seen most equal."""
-    records = np.unique(windows.record)
-    share, seen, chosen = math.ceil(max(count, stations) / len(records)), np.zeros(stations, dtype=int), []
-    for record in records:
-        mine = [turn for turn in windows.turns if turn[0] == record]
+    record, those that make the numbers of times that each station is seen most equal. What a short record has less than
+    its share, the others have more."""
+    records = [[turn for turn in windows.turns if turn[0] == record] for record in np.unique(windows.record)]
+    seen, chosen, left = np.zeros(stations, dtype=int), [], max(count, stations)
+    for k, mine in enumerate(sorted(records, key=len)):
+        share = max(1, math.ceil(left / (len(records) - k)))
         runs = [mine[begin : begin + share] for begin in range(max(1, len(mine) - share + 1))]
         counts = [seen + np.bincount([turn % stations for _, turn in run], minlength=stations) for run in runs]
-        best = min(range(len(runs)), key=lambda k: int((counts[k] ** 2).sum()))
-        seen, chosen = counts[best], [*chosen, *runs[best]]
-    return chosen
+        best = min(range(len(runs)), key=lambda i: int((counts[i] ** 2).sum()))
+        seen, left, chosen = counts[best], left - len(runs[best]), [*chosen, *runs[best]]
+    return sorted(chosen)

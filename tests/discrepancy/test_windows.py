@@ -8,7 +8,7 @@ import pytest
 
 from discrepancy.criteria import Criteria
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, covering, cut
+from discrepancy.indexer.windows import START_PHASE, Experiment, check_rest, covering, cut, windows_of
 from indexer_env import OperatingPoint, Signal, load_machine
 from indexer_env.errors import ParameterError
 
@@ -70,6 +70,28 @@ def test_a_line_above_half_the_rate_of_the_search_is_told_by_all_samples() -> No
     for row, first, count in zip(left, full.windows.first, full.counts, strict=True):
         row[:count] = signal.values[first : first + count]
     assert 14.0 in {h.fixed["order"] for h in part.hypotheses(left)["drive.speed_ripple"]}
+
+
+def test_a_record_whose_last_cam_turn_would_be_lost_keeps_all_its_samples() -> None:
+    """At 5 kHz the last of four cam turns is just long enough to be kept, with one sample in twelve it is not."""
+    machine = load_machine("reference")
+    length = next(n for n in range(20000, 25000) if len(windows_of([flat(n)], machine.reduction).first) == 4)
+    model = IndexerModel(machine, [flat(length)])
+    assert model.part(12) is model
+    assert IndexerModel(machine, [flat(length + 50)]).part(12).sample_rate < 500.0
+
+
+def flat(length: int) -> Experiment:
+    return Experiment(Signal(np.zeros(length), 5000.0, unit="rad/s^2"), OperatingPoint(), noise=1.0)
+
+
+@pytest.mark.parametrize("lengths", [(20000, 6700), (6700, 20000), (3000, 40000), (1000, 2000, 30000)])
+def test_what_a_short_record_lacks_the_others_show(lengths: tuple[int, ...]) -> None:
+    """12 stations, 1000 samples to a cam turn; all records begin at one station."""
+    windows = cut(list(lengths), [2.0 * math.pi / 1000.0] * len(lengths), [1.0] * len(lengths))
+    chosen = covering(windows, 12, 12)
+    assert {turn % 12 for _, turn in chosen} == {turn % 12 for _, turn in windows.turns}
+    assert len(chosen) >= 12 and chosen == sorted(chosen)
 
 
 @pytest.mark.parametrize("records", [2, 3])

@@ -183,8 +183,19 @@ def test_the_quick_step_is_at_most_the_largest_and_not_much_less(smooth, on_base
     ):  # fmt: skip
         item = coefficients(machine, OperatingPoint())
         largest, limits = float(largest_steps([item])[0]), (LARGEST_PHASE_STEP, LARGEST_DECAY_STEP)
-        quick = quick_step(item.model, item.features, np.stack([item.row] * 2), item.law.steepest, *limits)
+        quick = quick_step(item.model, item.features, np.stack([item.row] * 2), item.law.steepest, 0.0, *limits)
         assert 0.6 * largest < quick <= largest * (1.0 + 1e-9)
+
+
+def test_the_quick_step_resolves_the_orders_that_the_drive_has(smooth, visible):
+    plain, rippling = (
+        coefficients(machine, OperatingPoint())
+        for machine in (smooth, smooth.with_effects(visible("drive.transmission_error", order=14.0)))
+    )
+    limits = plain.law.steepest, 150.0, 0.75, 2.0
+    rows = np.stack([plain.row, rippling.row])
+    assert quick_step(plain.model, plain.features, rows, *limits) == pytest.approx(0.75 / (14.0 * 150.0))
+    assert quick_step(plain.model, plain.features, rows[:1], *limits) > 2.0 * 0.75 / (14.0 * 150.0)
 
 
 def test_a_step_that_cannot_resolve_the_machine_is_one_sentence(smooth):
