@@ -32,16 +32,16 @@ class Criteria:
         Mean square above the noise, over the noise's, below which nothing is left to explain: 1.095 in rms. Fits with
         play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     much : float
-        The same from which on an effect is looked for by all means, once a race has found none or only one that a bound
-        holds: as much as the noise itself. Below it these took a quarter of the time of a case that was looked at, and
-        found nothing there.
+        The same from which on an effect is looked for by all means (sizes begun anew, pairs, the wide race, a second
+        search without what a bound holds): as much as the noise itself. Below it these took a quarter of the time of a
+        case that was looked at, and found nothing there.
     most : int
         Effects in a set.
     rivals : int
         Fits to the end in each round, and effects with which a found one is exchanged.
     searched : int
-        Windows of all records together among which the search chooses, or one of each station if that is more; the set
-        chosen is fitted to all windows.
+        Windows of all records together among which the search chooses, or as many as there are stations or records if
+        that is more; the set chosen is fitted to all windows.
     starts : int
         Starts of each effect that are simulated in the worst windows.
     windows : int
