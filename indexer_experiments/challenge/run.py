@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
@@ -167,9 +168,14 @@ def _mapped(executor: str, processes: int, address: str | None) -> Map:
 
 
 def side_by_side(processes: int, task: Callable[[int], Any], numbers: Iterable[int]) -> Generator[Any]:
-    """The answers as they come from processes of their own."""
+    """The answers as they come from processes of their own, each on one core where the system lets it choose."""
     # spawned: a forked child would share the kernel's threads
-    with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+    context = multiprocessing.get_context("spawn")
+    cores = context.SimpleQueue()
+    available = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    for k in range(processes):
+        cores.put(available[k % len(available)] if available else None)
+    with ProcessPoolExecutor(processes, context, _on_one_core, (cores,)) as pool:
         futures = [pool.submit(task, number) for number in numbers]
         try:
             for future in as_completed(futures):
@@ -177,3 +183,10 @@ def side_by_side(processes: int, task: Callable[[int], Any], numbers: Iterable[i
         finally:
             for future in futures:
                 future.cancel()
+
+
+def _on_one_core(cores: Any) -> None:
+    """Keep this process on the next core: with the threads of several kernels on each, all wait for each other."""
+    core = cores.get()
+    if core is not None:
+        os.sched_setaffinity(0, {core})

@@ -1,6 +1,7 @@
 """A challenge is resumed case by case, and its short version gives the right answers."""
 
 import json
+import os
 
 import pyarrow.parquet
 import pytest
@@ -167,6 +168,15 @@ def test_what_the_first_look_misses_is_found(play: str, number: int, name: str, 
 
 def test_processes_give_every_answer() -> None:
     assert sorted(run.side_by_side(2, abs, [-3, -2, -1])) == [1, 2, 3]
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="the system does not let a process choose its core")
+def test_each_process_keeps_to_one_core() -> None:
+    assert set(run.side_by_side(2, core_count, [0, 1, 2])) == {1}
+
+
+def core_count(_: int) -> int:
+    return len(os.sched_getaffinity(0))
 
 
 @pytest.mark.slow
