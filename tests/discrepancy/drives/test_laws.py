@@ -54,7 +54,7 @@ def test_what_a_bound_holds_gives_way_to_what_it_stands_in_for(tmp_path: Path, m
 
     answer = _answer(tmp_path, force, text)
     assert set(answer.names) == {"offset", "spring.linear"} and answer.after < 1.2
-    monkeypatch.setattr(Search, "in_time", property(lambda search: not search._barred))
+    monkeypatch.setattr(Search, "in_time", lambda search: not search._barred)
     answer = _answer(tmp_path, force, text)
     why = {finding.name: finding.why for finding in answer.findings}
     assert "is held at the bound" in why["spring.bilinear"] and "spring.linear" not in why
