@@ -16,7 +16,7 @@ from discrepancy.judging import Judge, Judged, Missed, Written, closed, written
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search
-from discrepancy.selection import Fitted, Selection
+from discrepancy.selection import Fitted, Selection, more_than
 
 VERDICTS = ("found", "nothing missing", "only a remainder")
 """found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a
@@ -152,9 +152,14 @@ class Explanation:
         return self.accepted.place.hypothesis.names
 
     @property
+    def left(self) -> float:
+        """Mean square above the noise, over the noise's, that what is accepted leaves on the records held out."""
+        return (self.after / self.remains.noise) ** 2 - 1.0
+
+    @property
     def at_noise(self) -> bool:
         """Whether what is accepted leaves nothing to explain on the records held out."""
-        return (self.after / self.remains.noise) ** 2 - 1.0 < self.criteria.at_noise
+        return self.left < self.criteria.at_noise
 
     @property
     def closed_share(self) -> float:
@@ -187,8 +192,7 @@ def _explained(
 ) -> Explanation:
     search = Search(model, criteria)
     answer, held_at_bounds = _answer(search, search.run(), held_out, forms, missed)
-    left = (answer.after / answer.remains.noise) ** 2 - 1.0
-    if held_at_bounds and left >= criteria.much and search.in_time():
+    if held_at_bounds and answer.left >= criteria.much and search.in_time():
         # it stands in for another effect, perhaps for one of the library, that then explains as much
         selection = search.run(barred=held_at_bounds)
         if not search.wins(answer.selection.best, selection.best):
@@ -241,7 +245,7 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
         return ""
     leading, level = selection.tried[0], selection.best.place.level(selection.model)
     open_, left = level**2 - 1.0, leading.place.level(selection.model) ** 2 - 1.0
-    return leading.effects[-1].name if open_ - left > criteria.hint * open_ > 0.0 else ""
+    return more_than(leading, selection.best) if open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
 _LISTED, _SHARPNESS, _HINTS = 3.0, 8.0, 1.0 / 6.0

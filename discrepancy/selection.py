@@ -91,8 +91,7 @@ class Selection:
 
     def other(self, fitted: Fitted, k: int) -> str:
         """Name of the effect that a set has instead of the k-th of the best one."""
-        kept = {name for j, name in enumerate(self.best.place.hypothesis.names) if j != k}
-        return next(name for name in reversed(fitted.place.hypothesis.names) if name not in kept)
+        return more_than(fitted, self.without[k])
 
     @property
     def dispersion(self) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from discrepancy.indexer.reading import has_filters
 from indexer_env.coefficients import Coefficients, LawTable, Pack, coefficients
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.kernels import layout
@@ -127,6 +128,6 @@ def steps_per_sample(sample_rate: float, step: float) -> int:
 def samples_per_step(sample_rate: float, step: float, sensor: Sensor) -> int:
     """Samples of a rate [Hz] that pass in one step of a search of at most `step` [s], at least one; of a sensor with
     filters one, as these are designed for the rate."""
-    if sensor.bracket_hz is not None or sensor.lowpass_hz is not None:
+    if has_filters(sensor):
         return 1
     return max(1, math.floor(sample_rate * min(_INTERVAL, step) + _NEARLY))

@@ -111,9 +111,11 @@ class IndexerModel(Model):
         item = coefficients(self.machine, self.experiments[0].operating_point)
         step = step_of(item.model, item.features, item.row[None], item.law, self._fastest)
         every = samples_per_step(self.sample_rate, step, self.sensor)
+        if every == 1:
+            return self._of(chosen)
         thinned = tuple(one.thinned(every) for one in self.experiments)
         # the last window of a record may be long enough to be kept with all its samples and not with some of them
-        if every == 1 or not set(chosen) <= set(windows_of(thinned, self.machine.reduction).turns):
+        if not set(chosen) <= set(windows_of(thinned, self.machine.reduction).turns):
             return self._of(chosen)
         thin = copy.copy(self)
         thin.experiments = thinned
@@ -146,8 +148,7 @@ class IndexerModel(Model):
         return {effect.name for effect in (*self.machine.effects, *self.known)}
 
     def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Orders and frequencies at which lines stand in residuals (w, n) of every record, all samples of its windows
-        end to end."""
+        """Orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end."""
         full, groups = self.with_all_samples(), range(len(self.experiments))
         rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
         return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())

@@ -21,7 +21,12 @@ _BAD = 1e3
 
 def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
     """A sensor's filters as second-order sections."""
-    return () if sensor.bracket_hz is None and sensor.lowpass_hz is None else _designed(sensor, sample_rate)
+    return _designed(sensor, sample_rate) if has_filters(sensor) else ()
+
+
+def has_filters(sensor: Sensor) -> bool:
+    """Whether a sensor has a bracket's resonance or a low-pass."""
+    return sensor.bracket_hz is not None or sensor.lowpass_hz is not None
 
 
 @functools.lru_cache(maxsize=64)
