@@ -34,6 +34,9 @@ _LINE, _ROUNDS = 3.0, 8
 _COLOURS = np.linspace(0.0, 0.98, 50)
 """Coefficients that are compared."""
 
+_EVEN = 4096
+"""Even steps of the frequency in which a spectrum is integrated."""
+
 _BINOMIAL_4 = math.sqrt(70.0)
 """Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
 
@@ -55,6 +58,17 @@ def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
     quiet = float(np.quantile(np.einsum("pn,pn->p", pieces, pieces), _QUARTILE)) / pieces.shape[1]
     return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
+
+
+def limited_noise(spread: float, colour: float, rate: float, limit: float, target: float) -> tuple[float, float]:
+    """Standard deviation and correlation from sample to sample of noise of a rate [Hz] once nothing above `limit` [Hz]
+    is left of it and it is read at the `target` rate [Hz]."""
+    frequencies = np.linspace(0.0, 0.5 * rate, _EVEN + 1)
+    turn = np.cos(2.0 * math.pi * frequencies / rate)
+    power = (1.0 - colour**2) / (1.0 + colour**2 - 2.0 * colour * turn) * (frequencies <= limit)
+    share = float(power.mean())
+    correlation = float((power * np.cos(2.0 * math.pi * frequencies / target)).mean()) / share
+    return spread * math.sqrt(share), correlation
 
 
 def autoregression(rows: Sequence[np.ndarray], rate: float) -> tuple[float, float] | None:

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
-from scipy.signal import firwin, kaiserord, resample_poly
+from scipy.signal import firwin, kaiserord, oaconvolve, resample_poly
 
 from indexer_env.errors import SignalError
 
@@ -99,7 +99,12 @@ def _curve(values: np.ndarray, rate: float, target: float) -> BSpline:
     taps, beta = kaiserord(ATTENUATION, width / (0.5 * fine))
     # An odd number of taps delays by whole samples, which the polyphase filter takes back.
     window = firwin(taps | 1, 0.5 * (PASSBAND + STOPBAND) * lower, window=("kaiser", beta), fs=fine)  # pyright: ignore[reportArgumentType]
-    limited = resample_poly(values, up, down, window=window, padtype="line")
+    if up == down:
+        # where there is nothing to resample, resample_poly leaves the filter out
+        line = np.linspace(values[0], values[-1], len(values))
+        limited = line + oaconvolve(values - line, window, mode="full")[len(window) // 2 :][: len(values)]
+    else:
+        limited = resample_poly(values, up, down, window=window, padtype="line")
     times = np.arange(len(limited)) * (down / fine)
     return make_interp_spline(times, limited, k=5)
 

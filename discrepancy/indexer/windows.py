@@ -58,6 +58,9 @@ class Experiment:
     begun : float
         Time of the first sample since the sensor's record began [s], >= 0, where this is a part of it: the sensor's
         offset drifts from there.
+    estimate : tuple of float or None
+        Standard deviation of the noise and its correlation from sample to sample where they were estimated before: a
+        record that was resampled shows them no more. Estimated from the signal where not given.
     """
 
     signal: Signal
@@ -69,6 +72,7 @@ class Experiment:
     load_uncertainty: float = 0.05
     clock_uncertainty: float = 2e-3
     begun: float = 0.0
+    estimate: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.signal, Signal):
@@ -99,11 +103,11 @@ class Experiment:
         above half the new rate stays."""
         values, rate = self.signal.values[::every], self.signal.sample_rate / every
         signal = dataclasses.replace(self.signal, values=values, sample_rate=rate)
-        return dataclasses.replace(self, signal=signal, noise=self.noise_level)
+        return dataclasses.replace(self, signal=signal, noise=self.noise_level, estimate=None)
 
     @functools.cached_property
     def _estimated(self) -> tuple[float, float]:
-        return noise_of(self.signal.values, self.signal.sample_rate)
+        return self.estimate or noise_of(self.signal.values, self.signal.sample_rate)
 
 
 @dataclass(frozen=True, eq=False)

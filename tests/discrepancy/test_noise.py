@@ -5,8 +5,9 @@ import pytest
 from scipy.signal import lfilter
 
 from discrepancy.indexer.windows import Experiment
-from discrepancy.noise import autoregression, noise_of, white_noise
+from discrepancy.noise import autoregression, limited_noise, noise_of, white_noise
 from indexer_env import OperatingPoint, Signal
+from indexer_records.resample import PASSBAND, STOPBAND, resampled
 
 RATE = 1000.0
 
@@ -78,3 +79,14 @@ def test_noise_is_no_more_than_what_is_read_where_the_machine_rests() -> None:
     found = autoregression([moves + noise], 500.0)
     assert found is not None and np.sqrt(found[1] / (1.0 - found[0] ** 2)) > 0.14
     assert noise_of(moves + noise, 500.0)[0] == pytest.approx(0.1, rel=0.25)
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.6, 0.9])
+def test_noise_of_a_resampled_record_is_told_before(colour: float) -> None:
+    """Standard deviation and correlation of noise that a filter has taken the upper band of."""
+    rng, fast = np.random.default_rng(3), 4.0 * RATE
+    noise = lfilter([1.0], [1.0, -colour], np.sqrt(1.0 - colour**2) * rng.standard_normal(200_000))
+    slow = resampled(np.asarray(noise), fast, RATE, np.zeros(1), np.array([1.0 / RATE]), 50_000)[0]
+    size, found = limited_noise(1.0, colour, fast, 0.5 * (PASSBAND + STOPBAND) * RATE, RATE)
+    assert size == pytest.approx(slow.std(), rel=0.02)
+    assert found == pytest.approx(float(slow[1:] @ slow[:-1]) / float(slow @ slow), abs=0.03)

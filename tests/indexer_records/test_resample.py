@@ -9,7 +9,7 @@ from indexer_env.errors import SignalError
 from indexer_records.resample import ATTENUATION, MOST_UPSAMPLING, PASSBAND, STOPBAND, factors, resampled
 
 TARGET = 1000.0
-RATES = [1000.0, 1024.0, 2000.0, 2560.0, 8192.0, 25600.0, 44100.0, 51200.0, 12345.678]
+RATES = [1000.0, 1024.0, 2000.0, 2560.0, 4000.0, 8192.0, 25600.0, 44100.0, 51200.0, 12345.678]
 
 
 def tone(frequency: float, rate: float, seconds: float = 3.0) -> np.ndarray:
