@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.criteria import Criteria
+from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import Estimate, FoundEffect, estimates_of
 from discrepancy.fit import fit
 from discrepancy.form import Form, beside
@@ -120,7 +121,8 @@ class Judge:
         place = self.held[whole.name]
         others = [self.held[self.search.without(inside, i).name] for i in range(len(kept))]
         names = inside.place.hypothesis.names
-        gaps = {name: excess(place, other, *self._against) for name, other in zip(names, others, strict=True)}
+        against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
+        gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
         for k, effect, other in zip(kept, inside.effects, others, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, place, other, gaps)
@@ -168,10 +170,6 @@ class Judge:
             place = beside(self.search.whole, self.best.place, form)
             self._tables[name] = held_places([place], self.held_out, [self.held[self.best.name]])[0]
         return self._tables[name]
-
-    @property
-    def _against(self) -> tuple[Model, float, float]:
-        return self.held_out, self.floor, 1.0 - self.criteria.closes
 
     def _hold(self, sets: Iterable[Fitted]) -> None:
         """Physics of sets on the records held out, each trying the start states that others found there."""
@@ -237,12 +235,24 @@ def unrepeated(places: Sequence[tuple[Model, Point]]) -> float:
     return float(np.quantile(found, _QUARTILE)) if len(found) >= _LEAST_PAIRS else 0.0
 
 
-def excess(place: Point, other: Point, model: Model, floor: float, share: float) -> tuple[float, float]:
-    """Mean squares above the floor that two places leave, of the windows `counted`."""
+def excess(
+    place: Point, other: Point, model: Model, floor: float, share: float, dispersion: float
+) -> tuple[float, float]:
+    """Mean squares above the floor that two places leave, of the windows `counted`, with Σ z² of what was stated of the
+    records, in units of the dispersion D: a place that has a record begin elsewhere than was measured, or run faster,
+    predicts it no better for that."""
     kept = counted(place, other, model, share)
     samples = float(model.counts[kept].sum())
-    left, open_ = (float(p.squares[kept].sum()) / samples - floor for p in (place, other))
+    left, open_ = (
+        (float(p.squares[kept].sum()) + dispersion * _strain(p, model)) / samples - floor for p in (place, other)
+    )
     return max(left, 0.0), max(open_, 0.0)
+
+
+def _strain(place: Point, model: Model) -> float:
+    """Σ z² of what was known of single records."""
+    stated = [k for k, p in enumerate(model.parameters) if p.of_record and p.known]
+    return float((place.z[stated] ** 2).sum())
 
 
 def _words(e: Estimate) -> str:

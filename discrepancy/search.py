@@ -75,6 +75,8 @@ class Search:
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
             if grown is current:
                 break
+            # where it is the same set, better fitted, what led from the poorer place leads no more
+            self._races.pop((key_of(grown.place.hypothesis), ""), None)
             current, tried = grown, []
         without = tuple(self.without(current, k) for k in range(len(current.effects)))
         instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))

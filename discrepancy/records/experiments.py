@@ -14,6 +14,8 @@ import numpy as np
 
 from discrepancy.indexer import Experiment
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
+from discrepancy.noise import limited_noise, noise_of
+from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, matched, nominal_orders
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import (
@@ -32,7 +34,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
 from indexer_records.acceleration_units import STANDARD_GRAVITY
-from indexer_records.resample import resampled
+from indexer_records.resample import PASSBAND, STOPBAND, resampled
 
 _TURN = 2.0 * math.pi
 
@@ -51,9 +53,6 @@ _UNITS = {
 
 _RATE = 1000.0
 """Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""
-
-FIT_SHARE = 2.0 / 3.0
-"""Share of each record that is fitted where no record is held out as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +97,10 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         held = tuple(e for e, out in zip(made, kept, strict=True) if out)
     else:
         notes.append(
-            "the last third of each record is held out, as no whole one is; a record at another speed would prove more"
+            "a third or a half of each record is held out, as no whole one is; a record at another speed would prove "
+            "more"
         )
-        fitted, held = (tuple(parts) for parts in zip(*(_divided(e, machine) for e in made), strict=True))
+        fitted, held = divided(made, machine)
     _check_windows("fitted", fitted, machine)
     _check_windows("held out", held, machine)
     speeds = {round(e.operating_point.motor_speed / RPM) for e in made}
@@ -127,24 +127,26 @@ def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> 
             )
 
 
-def _thinned(record: Record) -> Record:
-    """A record at about `_RATE` where it has twice as much or more: what moves lies far below half of that."""
+def _thinned(record: Record) -> tuple[Record, tuple[float, float] | None]:
+    """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
+    noise, which is told above that band: standard deviation and correlation from sample to sample."""
     signal, rate = record.signal, record.signal.sample_rate
     every = int(rate // _RATE)
     if every < 2:
-        return record
+        return record, None
     target, count = rate / every, len(signal.values) // every
     values = resampled(signal.values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
-    noise = record.conditions.noise
-    conditions = (
-        record.conditions if noise is None else dataclasses.replace(record.conditions, noise=noise / math.sqrt(every))
-    )
+    spread, colour = noise_of(signal.values, rate)
+    stated, limit = record.conditions.noise, 0.5 * (PASSBAND + STOPBAND) * target
+    estimate = limited_noise(stated or spread, colour, rate, limit, target)
+    conditions = record.conditions if stated is None else dataclasses.replace(record.conditions, noise=estimate[0])
     thin = Signal(values, target, unit=signal.unit, source=signal.source)
-    return dataclasses.replace(record, signal=thin, conditions=conditions)
+    return dataclasses.replace(record, signal=thin, conditions=conditions), estimate
 
 
 def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:
-    measured_at, record = record.signal.sample_rate, _thinned(record)
+    measured_at = record.signal.sample_rate
+    record, estimate = _thinned(record)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
     if signal.sample_rate < measured_at:
@@ -195,7 +197,7 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"{record.name}: the noise is estimated from the record, of which the sensor's low-pass filter may have "
             "taken a part; state noise where it comes from before the filter"
         )
-    return Experiment(named, point, stated.noise, known_to, spread), notes
+    return Experiment(named, point, stated.noise, known_to, spread, estimate=estimate), notes
 
 
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
@@ -221,21 +223,3 @@ def _guess(level: float, sensor: Sensor) -> str:
         if 0.75 < level / factor < 1.33:
             return f"the unit looks like {second} where {first} is stated"
     return "check the unit, the sensor's radius and gain, and the number of stations"
-
-
-def _divided(experiment: Experiment, machine: Machine) -> tuple[Experiment, Experiment]:
-    signal, point = experiment.signal, experiment.operating_point
-    first = int(FIT_SHARE * len(signal.values))
-    later = point.start_angle + machine.reduction * point.motor_speed * first / signal.sample_rate
-    begun = first / signal.sample_rate
-    parts = [(signal.values[:first], point.start_angle, 0.0), (signal.values[first:], later, begun)]
-    made = [
-        dataclasses.replace(
-            experiment,
-            signal=Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source),
-            operating_point=OperatingPoint(point.motor_speed, point.load_torque, start),
-            begun=since,
-        )
-        for values, start, since in parts
-    ]
-    return made[0], made[1]

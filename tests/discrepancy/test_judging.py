@@ -11,7 +11,7 @@ from discrepancy.fit import fit
 from discrepancy.form import Form
 from discrepancy.held_out import held_places, predicts
 from discrepancy.judging import Written, closed, excess, steadily, unrepeated, written
-from discrepancy.model import NONE, Model
+from discrepancy.model import NONE, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from tests.discrepancy.toy import WINDOWS, Chord, effect
@@ -98,15 +98,27 @@ def test_the_worst_window_is_left_out_where_its_start_state_may_have_been_missed
     """One window is left 100 times the noise's mean square and the others twice, after 5 times before."""
     model = Chord({}, 5)
     places = pair(model, [100.0] + [2.0] * 7, [5.0] * 8, states)
-    assert excess(*places, model, 1.0, 0.25) == pytest.approx((left - 1.0, 4.0))
+    assert excess(*places, model, 1.0, 0.25, 1.0) == pytest.approx((left - 1.0, 4.0))
 
 
 def test_the_only_window_in_which_an_effect_acts_is_not_left_out() -> None:
     """A cracked roller: it leaves the window 1.5, the worst of all, of 20; the others 1.2 with it and without."""
     model = Chord({}, 5)
     places = pair(model, [1.5] + [1.2] * 7, [20.0] + [1.2] * 7, states=1)
-    left, open_ = excess(*places, model, 1.0, 0.25)
+    left, open_ = excess(*places, model, 1.0, 0.25, 1.0)
     assert left == pytest.approx(0.3 / 7.0 + 0.2) and open_ == pytest.approx((19.0 + 6 * 0.2) / 7.0)
+
+
+@pytest.mark.parametrize("of_record", [True, False])
+def test_a_place_that_moves_what_was_stated_of_a_record_closes_no_more_for_that(of_record: bool) -> None:
+    """Without the effect 20 standard deviations of a start angle take up all that it leaves, under a dispersion of 2."""
+    model = Chord({}, 5)
+    record = 0 if of_record else None
+    model.parameters = (Parameter("record 0.start_angle", "rad", 0.0, 2e-3, known=True, record=record),)
+    beside, without = pair(model, [1.0] * 8, [1.0] * 8)
+    without = dataclasses.replace(without, z=np.array([20.0]))
+    left, open_ = excess(beside, without, model, 1.0, 0.25, 2.0)
+    assert (left, open_) == pytest.approx((0.0, 2.0 * 400.0 / 800.0 if of_record else 0.0), abs=2e-3)
 
 
 @pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])

@@ -24,17 +24,17 @@ def refusal(records, machine, sensor: Sensor | None = None) -> str:
     return said
 
 
-def test_a_good_record_passes_and_its_last_third_is_held_out(record, nominal) -> None:
+def test_a_good_record_passes_and_its_second_half_is_held_out(record, nominal) -> None:
     found = experiments([record()], nominal, Sensor())
     (fitted,), (held,) = found.fitted, found.held_out
-    assert (len(fitted.signal.values), len(held.signal.values)) == (12000, 6000)
+    assert (len(fitted.signal.values), len(held.signal.values)) == (9000, 9000)
     turned = held.operating_point.start_angle - fitted.operating_point.start_angle
-    assert turned == pytest.approx(12.0 * 1500.0 * RPM / 25.625)
-    assert any("last third" in note for note in found.notes) and any("one speed" in note for note in found.notes)
+    assert turned == pytest.approx(9.0 * 1500.0 * RPM / 25.625)
+    assert any("a third or a half of each" in note for note in found.notes) and any("one speed" in note for note in found.notes)
 
 
-def test_a_drift_goes_on_where_the_last_third_is_held_out(record, nominal, values) -> None:
-    rate, late = 0.5, 12.0
+def test_a_drift_goes_on_where_the_second_half_is_held_out(record, nominal, values) -> None:
+    rate, late = 0.5, 9.0
     drifting = experiments([record(values + rate * np.arange(len(values)) / 1000.0)], nominal, Sensor())
     plain = experiments([record()], nominal, Sensor())
     assert [part.begun for part in (*drifting.fitted, *drifting.held_out)] == [0.0, late]
@@ -156,7 +156,8 @@ def test_pulses_give_speed_and_start(record, nominal) -> None:
 def test_what_pulses_tell_is_as_sure_as_they_are_far_apart(record, nominal) -> None:
     cam_rate = 1500.0 * RPM / 25.625
     first = (-1.3 / cam_rate) % 8.2
-    found = experiments([record(pulses=np.array([first, first + 8.2]), start_angle=None)], nominal, Sensor()).fitted[0]
+    pulsed = record(pulses=np.array([first, first + 8.2]), start_angle=None)
+    found = experiments([pulsed, record(held_out=True)], nominal, Sensor()).fitted[0]
     speed = math.sqrt(2.0) * 0.002 / (8.2 * cam_rate)
     assert found.speed_uncertainty == pytest.approx(speed)
     assert found.start_uncertainty == pytest.approx(math.hypot(0.002, first * cam_rate * speed))
