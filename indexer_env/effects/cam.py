@@ -74,7 +74,7 @@ class StationSpacing(MachineEffect):
         null=0.0,
         low=-0.05,
         high=0.05,
-        sought=Sought("deflection", ladder(0.16, 5, both=True), 0.16, -32.0, 32.0),
+        sought=Sought("deflection", ladder(0.16, 5, both=True), 0.16),
     )
     station: int = parameter(
         "station, 0 the one the table starts from", "-", default=1, low=0, whole=True, sought=Sought("-")
