@@ -12,11 +12,12 @@ from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
 from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, STANDS_IN
-from discrepancy.judging import Judge, Judged, Missed, Written, closed, written
+from discrepancy.judging import Judge, Judged, Missed, closed
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search
 from discrepancy.selection import Fitted, Selection, more_than
+from discrepancy.written import Written, written
 
 VERDICTS = ("found", "nothing missing", "only a remainder")
 """found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a

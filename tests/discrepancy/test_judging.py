@@ -10,10 +10,11 @@ from discrepancy.explain import explain
 from discrepancy.fit import fit
 from discrepancy.form import Form
 from discrepancy.held_out import held_places, predicts
-from discrepancy.judging import Written, closed, excess, steadily, unrepeated, written
+from discrepancy.judging import closed, excess, steadily, unrepeated
 from discrepancy.model import NONE, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from discrepancy.written import Written, written
 from tests.discrepancy.toy import WINDOWS, Chord, effect
 
 
@@ -111,7 +112,7 @@ def test_the_only_window_in_which_an_effect_acts_is_not_left_out() -> None:
 
 @pytest.mark.parametrize("of_record", [True, False])
 def test_a_place_that_moves_what_was_stated_of_a_record_closes_no_more_for_that(of_record: bool) -> None:
-    """Without the effect 20 standard deviations of a start angle take up all that it leaves, under a dispersion of 2."""
+    """Without the effect 20 standard deviations of a start angle take up all that it leaves; the dispersion is 2."""
     model = Chord({}, 5)
     record = 0 if of_record else None
     model.parameters = (Parameter("record 0.start_angle", "rad", 0.0, 2e-3, known=True, record=record),)

@@ -89,6 +89,37 @@ def test_an_effect_that_looks_alike_is_tried_beside_all_else_as_it_is(monkeypatc
     assert begun[-1] == pytest.approx(found.best.place.z[:1]) and found.gap(found.instead[0][0]) < 1.0
 
 
+class Loose(Chord):
+    """A chord whose machine has a play of the shape `a`, which is held while starts race."""
+
+    def __init__(self) -> None:
+        super().__init__({"a": 9.0, "b": 0.8}, 5, ("near", "b"))
+        self.shapes["near"] = self.shapes["a"]
+        play = Parameter("play", "rad", 0.0, 9.0, -27.0, 27.0, known=True, rough=True)
+        self.parameters = (*self.parameters, play)
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        points = jobs.points[jobs.point]
+        plain = Jobs(np.delete(jobs.points, 1, axis=1), jobs.point, jobs.window, jobs.states)
+        return super().residuals(hypothesis, plain) + 9.0 * points[:, 1, None] * self.shapes["a"][jobs.window]
+
+
+class Unforgetting(dict):
+    """What races found, and keeps."""
+
+    def pop(self, *_: object) -> None:
+        return None
+
+
+@pytest.mark.parametrize("renewed", [True, False])
+def test_starts_race_anew_from_a_machine_that_was_found_out(renewed: bool) -> None:
+    """First `near` wins, which the machine's own play is as good as; `b` shows only once that play is fitted."""
+    search = Search(Loose(), Criteria(rivals=1))
+    if not renewed:
+        search._races = Unforgetting()
+    assert search.run().best.place.hypothesis.names == (("b",) if renewed else ())
+
+
 def test_an_effect_enters_only_by_the_margin() -> None:
     """A tone of 0.3 wins some 20: enough at a margin of 10, too little at 30."""
     model = Chord({"tone": 0.3}, 5)

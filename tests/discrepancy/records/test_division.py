@@ -37,8 +37,8 @@ def test_both_parts_see_as_many_stations_as_they_can(turns: tuple, shares: tuple
 
 
 def test_what_is_known_of_a_part_allows_for_the_drift(nominal) -> None:
-    """A record of 12 cam turns whose speed falls by 0.3 % over it: the angle and the mean speeds that its parts have lie
-    within a standard deviation or so, and far outside what is known of the whole record."""
+    """A record of 12 cam turns whose speed falls by 0.3 % over it: the angle and the mean speeds that its parts have
+    lie within a standard deviation or so, and far outside what is known of the whole record."""
     mean, drift, whole = 1500.0 * RPM, -3e-3, 12.0 * 2.0 * math.pi
     rate = nominal.reduction * mean
     record = Experiment(

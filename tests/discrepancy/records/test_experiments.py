@@ -30,7 +30,9 @@ def test_a_good_record_passes_and_its_second_half_is_held_out(record, nominal) -
     assert (len(fitted.signal.values), len(held.signal.values)) == (9000, 9000)
     turned = held.operating_point.start_angle - fitted.operating_point.start_angle
     assert turned == pytest.approx(9.0 * 1500.0 * RPM / 25.625)
-    assert any("a third or a half of each" in note for note in found.notes) and any("one speed" in note for note in found.notes)
+    assert any("a third or a half of each" in note for note in found.notes) and any(
+        "one speed" in note for note in found.notes
+    )
 
 
 def test_a_drift_goes_on_where_the_second_half_is_held_out(record, nominal, values) -> None:

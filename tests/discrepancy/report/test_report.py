@@ -16,12 +16,12 @@ from discrepancy import Criteria, chain
 from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.grades import RULES
-from discrepancy.judging import Written
 from discrepancy.origin import Origin, Place
 from discrepancy.report import headline, report_files, to_do
 from discrepancy.report.figures import averaged
 from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
+from discrepancy.written import Written
 from tests.discrepancy.toy import ChordSubject
 
 PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
