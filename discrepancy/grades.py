@@ -123,7 +123,8 @@ RULES = (
         lambda e, c: e.without**2 - 1.0 < c.much,
         lambda e, c: (
             f"Without it only {e.without:.2g} times the noise is left, where a name needs "
-            f"{math.sqrt(1.0 + c.much):.2g} times: so little may as well be what no library knows."
+            f"{math.sqrt(1.0 + c.much):.2g} times: so little may as well be what no library knows. "
+            "Records with less noise would show more of it."
         ),
     ),
     Rule(
