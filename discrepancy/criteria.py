@@ -34,8 +34,7 @@ class Criteria:
     much : float
         The same from which on an effect is looked for by all means (sizes begun anew, pairs, the wide race, a second
         search without what a bound holds): as much as the noise itself. Below it these took a quarter of the time of a
-        case that was looked at, and found nothing there. And what an effect must leave to be named: in the challenge's
-        tuning half right names left 5 and more, and what no library knows is imitated by a name that leaves 0.1 to 3.
+        case that was looked at, and found nothing there.
     most : int
         Effects in a set.
     rivals : int

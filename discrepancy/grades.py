@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -50,8 +49,6 @@ class Evidence:
         That variable.
     untold : bool
         Whether no interval of its size can be told.
-    without : float
-        What the set without it leaves on records held out, rms over what does not repeat.
     """
 
     name: str
@@ -67,7 +64,6 @@ class Evidence:
     missed: float = 0.0
     over: str = ""
     untold: bool = False
-    without: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -117,15 +113,6 @@ RULES = (
         "at a bound", STANDS_IN,
         lambda e, c: bool(e.bound),
         lambda e, c: f"{e.bound} is held at the bound of what is possible, so it stands in for another effect.",
-    ),
-    Rule(
-        "faint", STANDS_IN,
-        lambda e, c: e.without**2 - 1.0 < c.much,
-        lambda e, c: (
-            f"Without it only {e.without:.2g} times the noise is left, where a name needs "
-            f"{math.sqrt(1.0 + c.much):.2g} times: so little may as well be what no library knows. "
-            "Records with less noise would show more of it."
-        ),
     ),
     Rule(
         "closes a part", STANDS_IN,

@@ -184,7 +184,6 @@ class Judge:
             name=found.name,
             closes=closed(open_, left),
             remains=math.sqrt(1.0 + left / self.floor),
-            without=math.sqrt(1.0 + open_ / self.floor),
             better=steadily(place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria.at_noise),
             size=_words(size),
             zero=not found.untold and not found.shown,
