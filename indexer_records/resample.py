@@ -18,6 +18,9 @@ PASSBAND = 0.4
 STOPBAND = 0.5
 """Edges of the anti-alias filter over the lower of both rates: flat up to the first, nothing from the second on."""
 
+CUTOFF = 0.5 * (PASSBAND + STOPBAND)
+"""Half-amplitude frequency of the filter over the lower of both rates."""
+
 ATTENUATION = 100.0
 """Of the stop band [dB], and the depth of the ripple in the pass band: below the noise of a 16-bit logger, 98 dB."""
 
@@ -98,7 +101,7 @@ def _curve(values: np.ndarray, rate: float, target: float) -> BSpline:
     width = (STOPBAND - PASSBAND) * lower
     taps, beta = kaiserord(ATTENUATION, width / (0.5 * fine))
     # An odd number of taps delays by whole samples, which the polyphase filter takes back.
-    window = firwin(taps | 1, 0.5 * (PASSBAND + STOPBAND) * lower, window=("kaiser", beta), fs=fine)  # pyright: ignore[reportArgumentType]
+    window = firwin(taps | 1, CUTOFF * lower, window=("kaiser", beta), fs=fine)  # pyright: ignore[reportArgumentType]
     if up == down:
         # where there is nothing to resample, resample_poly leaves the filter out
         line = np.linspace(values[0], values[-1], len(values))

@@ -34,7 +34,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
 from indexer_records.acceleration_units import STANDARD_GRAVITY
-from indexer_records.resample import PASSBAND, STOPBAND, resampled
+from indexer_records.resample import CUTOFF, resampled
 
 _TURN = 2.0 * math.pi
 
@@ -137,7 +137,7 @@ def _thinned(record: Record) -> tuple[Record, tuple[float, float] | None]:
     target, count = rate / every, len(signal.values) // every
     values = resampled(signal.values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
     spread, colour = noise_of(signal.values, rate)
-    stated, limit = record.conditions.noise, 0.5 * (PASSBAND + STOPBAND) * target
+    stated, limit = record.conditions.noise, CUTOFF * target
     estimate = limited_noise(stated or spread, colour, rate, limit, target)
     conditions = record.conditions if stated is None else dataclasses.replace(record.conditions, noise=estimate[0])
     thin = Signal(values, target, unit=signal.unit, source=signal.source)

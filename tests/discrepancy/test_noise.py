@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from discrepancy.indexer.windows import Experiment
 from discrepancy.noise import autoregression, limited_noise, noise_of, white_noise
 from indexer_env import OperatingPoint, Signal
-from indexer_records.resample import PASSBAND, STOPBAND, resampled
+from indexer_records.resample import CUTOFF, resampled
 
 RATE = 1000.0
 
@@ -87,6 +87,6 @@ def test_noise_of_a_resampled_record_is_told_before(colour: float) -> None:
     rng, fast = np.random.default_rng(3), 4.0 * RATE
     noise = lfilter([1.0], [1.0, -colour], np.sqrt(1.0 - colour**2) * rng.standard_normal(200_000))
     slow = resampled(np.asarray(noise), fast, RATE, np.zeros(1), np.array([1.0 / RATE]), 50_000)[0]
-    size, found = limited_noise(1.0, colour, fast, 0.5 * (PASSBAND + STOPBAND) * RATE, RATE)
+    size, found = limited_noise(1.0, colour, fast, CUTOFF * RATE, RATE)
     assert size == pytest.approx(slow.std(), rel=0.02)
     assert found == pytest.approx(float(slow[1:] @ slow[:-1]) / float(slow @ slow), abs=0.03)

@@ -8,10 +8,12 @@ import pytest
 
 from discrepancy.indexer import IndexerModel
 from discrepancy.model import NONE
+from discrepancy.noise import limited_noise, noise_of
 from discrepancy.problem import Problem
 from discrepancy.records.experiments import experiments
-from indexer_env import OperatingPoint, Run, Sensor, load_machine, motion_law, simulate
+from indexer_env import OperatingPoint, Run, Sensor, Signal, load_machine, motion_law, simulate
 from indexer_env.errors import ParameterError, SignalError
+from indexer_records.resample import CUTOFF
 
 RPM = 2.0 * math.pi / 60.0
 
@@ -44,6 +46,18 @@ def test_a_drift_goes_on_where_the_second_half_is_held_out(record, nominal, valu
         one, other = IndexerModel(nominal, told, Sensor(offset_drift=rate)), IndexerModel(nominal, before)
         assert level(one) == pytest.approx(level(other), rel=1e-3)
         assert level(IndexerModel(nominal, told)) > 1.5 * level(other)
+
+
+def test_the_noise_of_a_fast_record_is_that_of_the_record_as_measured(record, nominal, values) -> None:
+    """Seed 4; 4 kHz, of which half is held out: behind the anti-alias filter its estimate would be another one."""
+    rate, rng = 4000.0, np.random.default_rng(4)
+    fast = np.interp(np.arange(4 * len(values)) / rate, np.arange(len(values)) / 1000.0, values)
+    fast += 0.5 * rng.standard_normal(len(fast))
+    found = experiments([dataclasses.replace(record(), signal=Signal(fast, rate))], nominal, Sensor())
+    told = limited_noise(*noise_of(fast, rate), rate, CUTOFF * 1000.0, 1000.0)
+    for part in (*found.fitted, *found.held_out):
+        assert part.signal.sample_rate == 1000.0 and (part.noise_level, part.colour) == told
+    assert told[0] == pytest.approx(0.5 * math.sqrt(2.0 * CUTOFF / 4.0), rel=0.1)
 
 
 def level(model: IndexerModel) -> float:
