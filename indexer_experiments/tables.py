@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
-_NORMAL_95 = 1.96
+import numpy as np
+from scipy.stats import binomtest
 
 
 def wilson(hits: int, of: int) -> tuple[float, float]:
     """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
     if of == 0:
         return 0.0, 1.0
-    share, z2 = hits / of, _NORMAL_95**2
-    middle = (share + z2 / (2 * of)) / (1.0 + z2 / of)
-    half = _NORMAL_95 * math.sqrt(share * (1.0 - share) / of + z2 / (4 * of**2)) / (1.0 + z2 / of)
-    return max(0.0, middle - half), min(1.0, middle + half)
+    found = binomtest(hits, of).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
+
+
+def grouped(groups: Sequence[Sequence[bool]], seed: int = 0, draws: int = 2000) -> tuple[float, float]:
+    """95 % interval of a share of what comes in groups and errs together (the parameters of one machine, say):
+    Wilson's of all, or, where it is wider, that of the bootstrap which draws whole groups."""
+    held = [group for group in groups if len(group)]
+    hits, of = np.array([sum(group) for group in held]), np.array([len(group) for group in held])
+    low, high = wilson(int(hits.sum()), int(of.sum()))
+    if not held:
+        return low, high
+    rows = np.random.default_rng(seed).integers(0, len(held), (draws, len(held)))
+    below, above = np.quantile(hits[rows].sum(axis=1) / of[rows].sum(axis=1), (0.025, 0.975))
+    return min(low, float(below)), max(high, float(above))
 
 
 def share(hits: int, of: int) -> tuple[str, str]:
     """ "19 of 20 (95 %)" and its interval "76–99 %"; dashes where there is no case."""
+    return _said(hits, of, wilson(hits, of))
+
+
+def share_of_groups(groups: Sequence[Sequence[bool]]) -> tuple[str, str]:
+    """The same of all in these groups, which err together."""
+    return _said(sum(map(sum, groups)), sum(map(len, groups)), grouped(groups))
+
+
+def _said(hits: int, of: int, interval: tuple[float, float]) -> tuple[str, str]:
     if not of:
         return "no case", "–"
-    low, high = wilson(hits, of)
+    low, high = interval
     return f"{hits} of {of} ({100 * hits / of:.1f} %)", f"{100 * low:.1f}–{100 * high:.1f} %"
 
 

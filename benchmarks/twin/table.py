@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+
+from indexer_experiments.tables import grouped
 
 
 @dataclass(frozen=True)
@@ -89,17 +90,6 @@ def summary(rows: Sequence[Judged]) -> dict[str, float | None]:
     return {name: float(np.mean(given)) if given else None for name, given in flags(rows).items()}
 
 
-def interval(machines: Sequence[Sequence[bool]], seed: int = 0, draws: int = 2000) -> tuple[float, float]:
-    """95 % interval of a share over machines: Wilson's of all records, or, where it is wider, that of the bootstrap
-    which draws whole machines; records of one machine err together."""
-    held = [given for given in machines if len(given)]
-    wrong, count = np.array([sum(given) for given in held]), np.array([len(given) for given in held])
-    wilson = binomtest(int(wrong.sum()), int(count.sum())).proportion_ci(method="wilson")
-    rows = np.random.default_rng(seed).integers(0, len(held), (draws, len(held)))
-    low, high = np.quantile(wrong[rows].sum(axis=1) / count[rows].sum(axis=1), (0.025, 0.975))
-    return min(float(wilson.low), float(low)), max(float(wilson.high), float(high))
-
-
 def markdown(rows: Mapping[tuple[str, str], Sequence[Sequence[Judged]]]) -> str:
     """A table with a line for each method and kind of machine: share over all records of its machines and its 95 %
     interval, in per cent."""
@@ -113,7 +103,7 @@ def markdown(rows: Mapping[tuple[str, str], Sequence[Sequence[Judged]]]) -> str:
             if not whole:
                 cells.append("–")
                 continue
-            low, high = interval(each)
+            low, high = grouped(each)
             cells.append(f"{100.0 * np.mean(whole):.1f} ({100.0 * low:.1f}–{100.0 * high:.1f})")
         lines.append(f"| {method} | {kind} | {len(machines)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)

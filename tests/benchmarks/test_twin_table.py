@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.twin import records
 from benchmarks.twin.records import drawn, records_of
-from benchmarks.twin.table import Judged, interval, markdown, summary
+from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.truth import Truth
 from indexer_env import load_machine
 
@@ -46,14 +46,6 @@ def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
     makes = {type(real.machine.motion_law).__name__ for real, _, effects, _ in strangers if not effects}
     assert 10 < len(strangers) < 60 and len(makes) >= 2
     assert any(effects and effects[0].name == "cam.profile_error" for _, _, effects, _ in strangers)
-
-
-def test_an_interval_is_as_wide_as_machines_differ():
-    alike, apart = [[True] + [False] * 9] * 10, [[True] * 10] + [[False] * 10] * 9
-    (low, high), (other_low, other_high) = interval(alike), interval(apart)
-    assert 0.04 < low < 0.1 < high < 0.18
-    assert other_low == 0.0 and other_high > high
-    assert interval([[False] * 50])[1] > 0.05
 
 
 def test_records_are_solved_once_and_come_back_as_they_were(tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ import numpy as np
 
 from indexer_experiments.challenge.messy.answer import NAMED, NO_ANSWER
 from indexer_experiments.challenge.messy.disturbances import HALVES
-from indexer_experiments.tables import share, table
+from indexer_experiments.tables import share, share_of_groups, table
 
 Row = dict[str, Any]
 
@@ -173,22 +173,21 @@ def messy_table(rows: Sequence[Row]) -> str:
     none, one, two = ([row for row in rows if len(row["hidden"]) == n] for n in range(3))
     seen = [row for row in rows if row["disturbed"] >= VISIBLE]
     returned = [row for row in rows if row["answer"]["gap_after"] is not None]
-    sizes = [holds for row in rows for holds in size_intervals(row)]
-    machine = [holds for row in rows for holds in machine_intervals(row)]
+    sizes, machine = [size_intervals(row) for row in rows], [machine_intervals(row) for row in rows]
     lines = [
         ("one hidden: right name or its family among the established", "≥ 90 %", *_counted(one, all_named)),
         ("a wrong name among the established, nothing hidden", "≤ 2 %", *_counted(none, wrongly_named)),
         ("a wrong name among the established, something hidden", "≤ 3 %", *_counted([*one, *two], wrongly_named)),
         ("nothing hidden: an answer without a name", "≥ 95 %", *_counted(none, unnamed)),
         ("two hidden: both established", "≥ 75 %", *_counted(two, all_named)),
-        ("effects' sizes: 95 % intervals that hold the truth", "90–99 %", *share(sum(sizes), len(sizes))),
-        ("the machine's parameters, common scale included: the same", "90–99 %", *share(sum(machine), len(machine))),
+        ("effects' sizes: 95 % intervals that hold the truth", "90–99 %", *share_of_groups(sizes)),
+        ("the machine's parameters, common scale included: the same", "90–99 %", *share_of_groups(machine)),
         ("probabilities: expected calibration error", "≤ 5 %", *_error(rows)),
         ("machine.yaml makes the gap on the judging record larger", "never", *_counted(returned, worse)),
         ("what remains points at the right joint and kind", "≥ 80 %", *_counted(seen, pointed_at)),
         *_times(rows),
     ]
-    outcome = table(["must show", "wanted", "got", "95 % (Wilson)"], lines)
+    outcome = table(["must show", "wanted", "got", "95 %"], lines)
     return "\n\n".join([outcome, _verdicts(rows), _by_disturbance(rows), _by_effect(rows)]) + "\n"
 
 
