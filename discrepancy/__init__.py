@@ -12,6 +12,7 @@ In reading order:
     noise      the size and the colour of measuring noise, read where a machine is quiet
     dispersion how much less a residual tells than white noise: by itself, and by what it has bent
     selection  sets fitted to the end, and the one score by which they are compared
+    fits       the fits of a search, each made once
     search     floating selection: add, drop, exchange
     held_out   what a fit predicts of records that it was not fitted to
     form       a free function of one variable, to which laws over it are held, or of two

@@ -26,8 +26,9 @@ from discrepancy.problem import Problem
 _GRID = 24
 """Values of D: intervals change by a tenth or so between neighbours."""
 
-_BEFORE = 4.0
-"""Parameters that were found where they were expected, for which the residual itself counts."""
+_BEFORE = 2.0
+"""Parameters that were found where they were expected, for which the residual itself counts: with 4 intervals of the
+machine held the truth in 92 % of 44 messy cases of the tuning half, with 2 in 94 %, 3 % wider."""
 
 _TOLD = 1e-3
 """Information about a direction, in units of what was known of it and with the least D, below which it is left out: the

@@ -207,7 +207,7 @@ def _answer(
 ) -> tuple[Explanation, list[str]]:
     """What a set that was selected explains, and its effects that a bound holds."""
     model, criteria = search.whole, search.criteria
-    judge = Judge(search, selection, held_out, criteria, forms, missed)
+    judge = Judge(search.fits, selection, held_out, criteria, forms, missed)
     judged, accepted = judge.judged()
     findings = tuple(
         _finding(selection, one) for one in sorted(judged, key=lambda one: _order(one.grade)) if one.grade != DISMISSED
@@ -216,10 +216,11 @@ def _answer(
     remains = Remains(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
     )
-    calibration = estimates_of(model, accepted.place).calibration(len(model.parameters))
+    calibration = judge.estimates(accepted).calibration(len(model.parameters))
+    after = held[accepted.name].level(held_out)
     answer = Explanation(
-        _verdict(findings, remains, criteria), findings, remains, base, best, accepted, held,
-        held[base.name].level(held_out), held[accepted.name].level(held_out), calibration,
+        _verdict(findings, after**2 / judge.floor - 1.0, criteria), findings, remains, base, best, accepted, held,
+        held[base.name].level(held_out), after, calibration,
         written(model, accepted.place, calibration.bounds_hit, held_out, held[accepted.name]), selection, criteria,
         model, held_out,
     )  # fmt: skip
@@ -230,11 +231,11 @@ def _order(grade: str) -> int:
     return (ESTABLISHED, FAMILY).index(grade) if grade in NAMED else len(NAMED)
 
 
-def _verdict(findings: Sequence[Finding], remains: Remains, criteria: Criteria) -> str:
+def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria) -> str:
+    """By what is accepted, which leaves so much: what was dismissed explains nothing."""
     if any(finding.grade in NAMED for finding in findings):
         return "found"
-    nothing = not findings and remains.times_noise**2 - 1.0 < criteria.at_noise
-    return "nothing missing" if nothing else "only a remainder"
+    return "nothing missing" if not findings and left < criteria.at_noise else "only a remainder"
 
 
 def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Criteria) -> str:

@@ -15,14 +15,14 @@ import numpy as np
 
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import dispersion_of
-from discrepancy.estimates import Estimate, FoundEffect, estimates_of
+from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
+from discrepancy.fits import Fits
 from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
 from discrepancy.held_out import held_places
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.search import Search
 from discrepancy.selection import Fitted, Selection
 
 _QUARTILE = 0.25
@@ -65,7 +65,8 @@ class Judge:
 
     Parameters
     ----------
-    search : Search
+    fits : Fits
+        Those of the search.
     selection : Selection
     held_out : Model
     criteria : Criteria
@@ -76,22 +77,29 @@ class Judge:
     """
 
     def __init__(
-        self, search: Search, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = (),
+        self, fits: Fits, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = (),
         missed: Missed | None = None,
     ) -> None:  # fmt: skip
-        self.search, self.selection, self.held_out, self.criteria = search, selection, held_out, criteria
+        self.fits, self.selection, self.held_out, self.criteria = fits, selection, held_out, criteria
         self.forms = {form.hypothesis.name: form for form in forms}
         self._missed_by = missed
-        self.base, self.best = search.on_all(selection.base), search.on_all(selection.best)
+        self.base, self.best = fits.on_all(selection.base), fits.on_all(selection.best)
         self.held: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
-        self._hold([self.base, self.best, *selection.without])
+        self._estimates: dict[str, Estimates] = {}
+        self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that
         noise = min(1.0, best.level(held_out) ** 2)
         self.floor = max(
-            held_out.tolerated - 1.0 + noise, unrepeated([(search.whole, self.best.place), (held_out, best)])
+            held_out.tolerated - 1.0 + noise, unrepeated([(fits.whole, self.best.place), (held_out, best)])
         )
+
+    def estimates(self, whole: Fitted) -> Estimates:
+        """Numbers of a set that was fitted to all windows."""
+        if whole.name not in self._estimates:
+            self._estimates[whole.name] = estimates_of(self.fits.whole, whole.place)
+        return self._estimates[whole.name]
 
     def judged(self) -> tuple[list[Judged], Fitted]:
         """All effects of the set with their grades, and the set of those that are named, fitted to all windows."""
@@ -105,17 +113,18 @@ class Judge:
             if not failed:
                 break
             least = min(failed, key=lambda row: (-GRADES.index(row.grade), row.evidence.closes))
-            inside = self.search.without(inside, kept.index(least.k))
-            kept.remove(least.k)
-            whole = self.search.on_all(inside)
-            self._hold([whole, *(self.search.without(inside, i) for i in range(len(kept)))])
+            inside = self.fits.without(inside, kept.index(least.k))
+            # a smaller set may have been found in another order
+            kept = [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
+            whole = self.fits.on_all(inside)
+            self._hold([whole, *(self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept)))])
         return [found[k] for k in sorted(found)], whole
 
     def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
         """The effects of a set that was fitted to the part searched and to all windows."""
-        numbers, rows = estimates_of(self.search.whole, whole.place), []
+        numbers, rows = self.estimates(whole), []
         place = self.held[whole.name]
-        others = [self.held[self.search.without(inside, i).name] for i in range(len(kept))]
+        others = [self.held[self.fits.without(inside, i).name] for i in range(len(kept))]
         names = inside.place.hypothesis.names
         against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
         gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
@@ -149,8 +158,8 @@ class Judge:
             return max((self._missed_by_table(k, form), form.over) for form in forms.values())
         if self._missed_by is None:
             return 0.0, ""
-        without = self.search.on_all(self.selection.without[k])
-        return self._missed_by(self.search.whole, self.best.place, without.place, effect.name)
+        without = self.fits.on_all(self.selection.without[k])
+        return self._missed_by(self.fits.whole, self.best.place, without.place, effect.name)
 
     def _missed_by_table(self, k: int, form: Form) -> float:
         # what does not repeat is in all three, and so in none of their differences
@@ -163,7 +172,7 @@ class Judge:
         """The whole set with a table beside it on the records held out, where a table that fits noise gains nothing."""
         name = form.hypothesis.name
         if name not in self._tables:
-            place = beside(self.search.whole, self.best.place, form)
+            place = beside(self.fits.whole, self.best.place, form)
             self._tables[name] = held_places([place], self.held_out, [self.held[self.best.name]])[0]
         return self._tables[name]
 
@@ -236,12 +245,14 @@ def excess(
 ) -> tuple[float, float]:
     """Mean squares above the floor that two places leave, of the windows `counted`, with Σ z² of what was stated of the
     records, in units of the dispersion D: a place that has a record begin elsewhere than was measured, or run faster,
-    predicts it no better for that."""
+    predicts it no better for that; nor for what it sets free in every window."""
     kept = counted(place, other, model, share)
     samples = float(model.counts[kept].sum())
     left, open_ = (
-        (float(p.squares[kept].sum()) + dispersion * _strain(p, model)) / samples - floor for p in (place, other)
-    )
+        (float(p.squares[kept].sum()) + dispersion * (_strain(p, model) + kept.sum() * model.freed(p.hypothesis)))
+        / samples - floor
+        for p in (place, other)
+    )  # fmt: skip
     return max(left, 0.0), max(open_, 0.0)
 
 

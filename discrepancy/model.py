@@ -258,6 +258,11 @@ class Model(ABC):
         """Local parameters l of each window: what is unknown about the state it starts in, 0 where nothing is; those
         that hypotheses share come first, and z = 0 is where a search begins."""
 
+    def freed(self, hypothesis: Hypothesis) -> int:
+        """Unknowns of each window that a set has more than the model as it came: its search and its judgement make it
+        pay for them, as each explains one sample of noise in every window."""
+        return self.local_count(hypothesis) - self.local_count(NONE)
+
     @abstractmethod
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         """Scaled local parameters (c, k) among which a window's start may have to be looked for; the first k local

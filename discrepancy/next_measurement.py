@@ -82,7 +82,7 @@ def question_of(answer: Explanation) -> Question | None:
     for finding in answer.findings:
         if finding.grade == FAMILY:
             k, names = _index(answer, finding), {effect.name for effect in finding.effects[1:]}
-            members = [one for one in selection.instead[k] if one.place.hypothesis.names[-1] in names]
+            members = [one for one in selection.instead[k] if selection.other(one, k) in names]
             return Question(f"which one of {finding.name} it is", (selection.best, *members)[:_MOST])
     for finding in answer.findings:
         if finding.grade != ESTABLISHED:
@@ -92,7 +92,7 @@ def question_of(answer: Explanation) -> Question | None:
                 about = f"whether {finding.name} or {apart(other, selection.best)} stands for what is missing"
                 return Question(about, (selection.best, other))
             return Question(f"what {finding.name} stands in for", (selection.best, selection.without[k]))
-    if answer.after**2 - 1.0 < answer.criteria.at_noise:
+    if answer.at_noise:
         return None
     if not selection.tried:
         return Question("with what the remainder grows", ())

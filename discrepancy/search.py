@@ -8,28 +8,25 @@ Novovičová and Kittler, Pattern Recognition Letters 15 (1994) 1119).
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-import numpy as np
-
 from discrepancy.criteria import Criteria
-from discrepancy.fit import crossed, fit
-from discrepancy.model import NONE, Hypothesis, Model, together
+from discrepancy.fit import fit
+from discrepancy.fits import Fits
+from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import CAUTION, race, restarted
-from discrepancy.selection import Fitted, Selection, fitted_set, key_of, more_than, scores
+from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
 
 _log = logging.getLogger(__name__)
 
-_CAREFUL, _SHORT, _LONG = 15, 6, 60
-"""Steps of a fit that may lack what matters most, of one on the way, and of one that is compared."""
-
-_BETWEEN = 10.0
-"""Weight of the machine's priors between the race's and their own."""
+_SHORT = 6
+"""Steps of a fit on the way."""
 
 _HALF_WAY = 0.5
 """Share of the best effect's gain below which another one, after its few steps in the race, is no rival; and of the
@@ -52,9 +49,7 @@ class Search:
 
     def __init__(self, model: Model, criteria: Criteria) -> None:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
-        self._library = model.hypotheses()
-        self._best: dict[str, Fitted] = {}
-        self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
+        self.fits = Fits(model, self.model)
         self._races: dict[tuple[str, str], list[Point]] = {}
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
@@ -64,7 +59,7 @@ class Search:
         """The set selected, of effects that are not `barred`."""
         self._barred = frozenset(barred)
         self._races.clear()
-        current = self._calibrated()
+        current = self.fits.begun
         tried: list[Fitted] = []
         while self.in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
@@ -78,10 +73,21 @@ class Search:
             # where it is the same set, better fitted, what led from the poorer place leads no more
             self._races.pop((key_of(grown.place.hypothesis), ""), None)
             current, tried = grown, []
-        without = tuple(self.without(current, k) for k in range(len(current.effects)))
-        instead = tuple(self._instead(current, k, alike=True) for k in range(len(current.effects)))
-        base = self._known(NONE) or current
+        current, instead = self._compared(current if current.effects else self.fits.fit(current.place))
+        without = tuple(self.fits.without(current, k) for k in range(len(current.effects)))
+        base = self.fits.known(NONE) or self.fits.fit(self.fits.begun.place)
         return Selection(base, current, without, instead, tuple(tried), self.in_time(), self.model)
+
+    def _compared(self, fitted: Fitted) -> tuple[Fitted, tuple[tuple[Fitted, ...], ...]]:
+        """The set with those that have another effect in the place of one of its own, what is alike included; one of
+        them where it is clearly better, as the alike ones have not been looked at before."""
+        for _ in range(self.criteria.most):
+            instead = tuple(self._instead(fitted, k, alike=True) for k in range(len(fitted.effects)))
+            best = self._ranked([fitted, *itertools.chain(*instead)])[0]
+            if not self.wins(best, fitted, _HALF_WAY):
+                return fitted, instead
+            fitted = best
+        return fitted, tuple(self._instead(fitted, k, alike=True) for k in range(len(fitted.effects)))
 
     def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
@@ -102,15 +108,6 @@ class Search:
             for one in tried:
                 if self.wins(one, current, 0.0):
                     yield from self._added(one)[:1]
-
-    def on_all(self, fitted: Fitted) -> Fitted:
-        """A set fitted to all windows of all records."""
-        if self.whole is self.model:
-            return fitted
-        place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
-        states = np.zeros((len(self.whole.counts), place.states.shape[1]))
-        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
-        return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)
 
     def in_time(self) -> bool:
         """Whether the time given is not over."""
@@ -133,15 +130,6 @@ class Search:
         by_score = dict(zip(sets, scores(sets, self.model), strict=True)) if sets else {}
         return sorted(by_score, key=by_score.__getitem__)
 
-    def _calibrated(self) -> Fitted:
-        """The model as it came."""
-        problem = Problem(self.model, NONE, caution=CAUTION)
-        z = np.zeros(len(problem.parameters))
-        states = np.zeros((len(self.model.counts), self.model.local_count(NONE)))
-        place = fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
-        # its priors weigh more than those of any score, so that it is no optimum of one
-        return self._kept(place, converged=True, optimum=False)
-
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first."""
         found = self._finished(current, self._raced(current, wide=wide), None)
@@ -152,8 +140,8 @@ class Search:
     def _restarted(self, fitted: Fitted) -> Fitted:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
         from its size."""
-        place = restarted(self.model, fitted.place, self.criteria)
-        return self._fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
+        place = self.fits.own(restarted(self.model, fitted.place, self.criteria))
+        return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
@@ -186,42 +174,14 @@ class Search:
             against = best or next(iter(found), None)
             if against is not None and not (self.in_time() and self._rivals(place, against, base)):
                 continue
-            found = self._ranked([*found, self._fit(place)])
+            found = self._ranked([*found, self.fits.fit(place)])
         return found
 
     def _rivals(self, place: Point, best: Fitted, base: Fitted) -> bool:
         """Whether a place of a race wins half of what the best set does."""
-        raced = Fitted(place, False, self._price(place.hypothesis), best.dispersion)
+        raced = Fitted(place, False, self.fits.price(place.hypothesis), best.dispersion)
         own, least, most = scores((raced, best, base), self.model)
         return most - own >= _HALF_WAY * (most - least)
-
-    def _fit(self, place: Point) -> Fitted:
-        """A place fitted to the end, what is known of the machine losing its extra weight on the way."""
-        known = self._known(place.hypothesis)
-        if known is not None and known.place.cost <= place.cost:
-            return known
-        problem = Problem(self.model, place.hypothesis, caution=_BETWEEN)
-        place = fit(problem, problem.adopted(place), steps=_SHORT).place
-        problem = Problem(self.model, place.hypothesis)
-        result = fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
-        return self._kept(result.place, result.converged)
-
-    def _kept(self, place: Point, converged: bool, *, optimum: bool = True) -> Fitted:
-        """A fit, or a better one of the same set that was made before."""
-        key = key_of(place.hypothesis)
-        before = self._best.get(key)
-        if before is None or place.cost < before.place.cost:
-            price = self._price(place.hypothesis)
-            self._best[key] = fitted_set(self.model, place, converged, price, optimum=optimum)
-        return self._best[key]
-
-    def _known(self, hypothesis: Hypothesis) -> Fitted | None:
-        return self._best.get(key_of(hypothesis))
-
-    def _price(self, hypothesis: Hypothesis) -> float:
-        samples = float(self.model.counts.sum())
-        choices = [len(self._library.get(effect.name, (effect,))) for effect in hypothesis.effects]
-        return len(hypothesis.parameters) * math.log(samples) + 2.0 * sum(math.log(m) for m in choices)
 
     def _floated(self, fitted: Fitted) -> Fitted:
         """The set after what it does not need is dropped and what does worse than another effect is exchanged, until
@@ -235,7 +195,7 @@ class Search:
 
     def _needless(self, fitted: Fitted) -> list[Fitted]:
         """The set without one of the effects that it does not need, the best first."""
-        without = (self.without(fitted, k) for k in range(len(fitted.effects)))
+        without = (self.fits.without(fitted, k) for k in range(len(fitted.effects)))
         return self._ranked([one for one in without if not self.wins(fitted, one)])
 
     def _exchanged(self, fitted: Fitted) -> list[Fitted]:
@@ -244,38 +204,10 @@ class Search:
         ranked = self._ranked([fitted, *others])
         return ranked[: ranked.index(fitted)]
 
-    def without(self, fitted: Fitted, k: int) -> Fitted:
-        """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
-        make an effect look needed."""
-        made = self._smaller.get((id(fitted), k))
-        if made is None:
-            # kept with the set itself, so that no other one takes its identity
-            made = self._smaller[id(fitted), k] = fitted, self._refitted_without(fitted, k)
-        return made[1]
-
-    def _left_out(self, fitted: Fitted, k: int) -> Point:
-        """The set's place without its k-th effect, all else as it is but for the windows' start states."""
-        place, effects = fitted.place, fitted.effects
-        smaller = together(*effects[:k], *effects[k + 1 :])
-        columns = len(self.model.parameters) + place.hypothesis.places(k)
-        problem = Problem(self.model, smaller)
-        states = self.model.states_for(smaller, place.states)
-        return problem.searched(problem.point(np.delete(place.z, columns), states))
-
-    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
-        begun = self._left_out(fitted, k)
-        smaller = begun.hypothesis
-        problem = Problem(self.model, smaller)
-        result = fit(problem, begun, steps=_LONG, thorough=True)
-        before = self._known(smaller)
-        if before is not None and before.information is None and before.place.cost < result.place.cost:
-            result = fit(problem, problem.adopted(before.place), steps=_LONG, thorough=True)
-        return self._kept(result.place, result.converged)
-
     def _instead(self, fitted: Fitted, k: int, *, alike: bool = False) -> tuple[Fitted, ...]:
         """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
         if asked, those that are known to look alike, whatever they promise."""
-        effect, base = fitted.effects[k], self.without(fitted, k)
+        effect, base = fitted.effects[k], self.fits.without(fitted, k)
         if not self.in_time():
             return ()
         found = self._finished(base, self._raced(base, effect.name), fitted)
@@ -284,11 +216,11 @@ class Search:
         alikes = [name for name in effect.alike if alike and name not in names]
         if alikes:
             # what does the same does it beside all else as it is, also along a line that the effect has taken up
-            beside = self._left_out(fitted, k)
+            beside = self.fits.left_out(fitted, k)
             library = self._listed(beside)
             asked = [h for name in alikes for h in library.get(name, ())]
             leading = race(self.model, beside, asked, self.criteria, in_time=self.in_time)
-            found += [self._fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
+            found += [self.fits.fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
         best: dict[str, Fitted] = {}
         for one in self._ranked(found):
             best.setdefault(more_than(one, base), one)

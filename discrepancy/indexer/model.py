@@ -169,6 +169,10 @@ class IndexerModel(Model):
         names = self._has() | set(hypothesis.names)
         return len(LOCAL) if "base.looseness" in names else len(LOCAL) - 2
 
+    def freed(self, hypothesis: Hypothesis) -> int:
+        # hum has a phase in each window, which is taken out of what is left (`nuisance`)
+        return super().freed(hypothesis) + ("sensor.mains_hum" in hypothesis.names)
+
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
         return play_grid(item, self._fastest, shaken=shaken)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.indexer import Experiment
+from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of
 from discrepancy.records.division import divided
@@ -127,12 +128,13 @@ def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> 
             )
 
 
-def _thinned(record: Record) -> tuple[Record, tuple[float, float] | None]:
+def _thinned(record: Record, sensor: Sensor) -> tuple[Record, tuple[float, float] | None]:
     """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
-    noise, which is told above that band: standard deviation and correlation from sample to sample."""
+    noise, which is told above that band: standard deviation and correlation from sample to sample. A sensor with
+    filters of its own reads at the record's rate: at a lower one they would be others."""
     signal, rate = record.signal, record.signal.sample_rate
     every = int(rate // _RATE)
-    if every < 2:
+    if every < 2 or has_filters(sensor):
         return record, None
     target, count = rate / every, len(signal.values) // every
     values = resampled(signal.values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
@@ -146,7 +148,7 @@ def _thinned(record: Record) -> tuple[Record, tuple[float, float] | None]:
 
 def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:
     measured_at = record.signal.sample_rate
-    record, estimate = _thinned(record)
+    record, estimate = _thinned(record, sensor)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
     if signal.sample_rate < measured_at:

@@ -16,7 +16,7 @@ def test_calibration_reaches_the_noise_floor(records, play_factor: float, level:
     """Seed 5; no play, the healthy 2′ and 20° at the motor shaft: one start, and stiffness over inertia within 3 %."""
     model, _, truth = records(5, play_factor)
     search = Search(model, Criteria())
-    base = search._fit(search._calibrated().place).place
+    base = search.fits.fit(search.fits.begun.place).place
     assert math.sqrt(base.squares.sum() / model.counts.sum()) < level
     values = model.values(NONE, base.z)
     found = values["output_joint.stiffness"] / values["table_inertia"]

@@ -1,19 +1,23 @@
 """The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
 
+import copy
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
-from discrepancy.explain import explain
+from discrepancy.criteria import Criteria
+from discrepancy.explain import _verdict, explain
 from discrepancy.fit import fit
+from discrepancy.fits import Fits
 from discrepancy.form import Form
 from discrepancy.held_out import held_places, predicts
-from discrepancy.judging import closed, excess, steadily, unrepeated
-from discrepancy.model import NONE, Model, Parameter
+from discrepancy.judging import Judge, closed, excess, steadily, unrepeated
+from discrepancy.model import NONE, Model, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from discrepancy.search import Search
 from discrepancy.written import Written, written
 from tests.discrepancy.toy import WINDOWS, Chord, effect
 
@@ -233,3 +237,56 @@ def test_a_family_is_held_to_the_tables_of_all_its_members(over: str, grade: str
         model.library["twin"] = tuple(dataclasses.replace(one, fixed=c, over=over, effects=()) for c in choices)
     (finding,) = explain(models[0], models[1], forms=[PLACE]).findings
     assert (finding.effects[0].name, finding.grade) == ("tone", grade)
+
+
+def test_what_was_dismissed_explains_nothing() -> None:
+    assert _verdict([], 0.5, Criteria()) == "only a remainder" and _verdict([], 0.1, Criteria()) == "nothing missing"
+
+
+def test_what_a_set_frees_in_every_window_predicts_nothing(monkeypatch) -> None:
+    """Four unknowns in each window of 100 samples, at a dispersion of 2."""
+    model = Chord({}, 5)
+    one, other = pair(model, [2.0] * 8, [3.0] * 8)
+    one = dataclasses.replace(one, hypothesis=effect("tone"), z=np.zeros(2))
+    monkeypatch.setattr(Chord, "freed", lambda self, hypothesis: 4 * len(hypothesis.effects))
+    assert excess(one, other, model, 1.0, 0.25, 2.0) == (pytest.approx(1.0 + 2.0 * 4.0 / 100.0), pytest.approx(2.0))
+
+
+def test_a_smaller_set_may_have_been_found_in_another_order(monkeypatch) -> None:
+    """`rest` acts in the records fitted alone. The set without it has its other two the other way round."""
+    hidden, offered = {"tone": 10.0, "beat": 9.0}, ("tone", "beat", "rest")
+    search = Search(Chord({**hidden, "rest": 8.0}, 5, offered), Criteria())
+    selection = search.run()
+    best, without = selection.best, Fits.without
+    assert best.place.hypothesis.names == offered
+    smaller = selection.without[2]
+    a, b = smaller.place.hypothesis.effects
+    turned = dataclasses.replace(smaller.place, hypothesis=together(b, a), z=smaller.place.z[[0, 2, 1]])
+    swapped = dataclasses.replace(smaller, place=turned, information=None)
+    monkeypatch.setattr(
+        Fits, "without",
+        lambda self, fitted, k: swapped if fitted is best and k == 2 else without(self, fitted, k),
+    )  # fmt: skip
+    selection = dataclasses.replace(selection, without=(*selection.without[:2], swapped))
+    judged, _ = Judge(search.fits, selection, Chord(hidden, 6, offered), Criteria()).judged()
+    assert [(row.k, row.found.name, row.grade) for row in judged] == [
+        (0, "tone", "established"), (1, "beat", "established"), (2, "rest", "dismissed")
+    ]  # fmt: skip
+
+
+class Long(Chord):
+    """A chord of which a search takes half."""
+
+    def part(self, windows: int) -> Chord:
+        other, some = copy.copy(self), [0, 1, 4, 5]
+        other.counts, other.groups, other.y = self.counts[some], self.groups[some], self.y[some]
+        other.shapes = {name: shape[some] for name, shape in self.shapes.items()}
+        return other
+
+
+def test_all_sets_are_fitted_to_all_windows_before_they_are_judged() -> None:
+    search, held_out = Search(Long({"tone": 10.0}, 5), Criteria()), Chord({"tone": 10.0}, 6)
+    selection = search.run()
+    judge = Judge(search.fits, selection, held_out, Criteria())
+    assert judge.best.name == "tone" and predicts(judge.base.place, judge.held["none"], held_out)
+    assert not predicts(selection.without[0].place, judge.held["none"], held_out)

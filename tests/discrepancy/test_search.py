@@ -41,6 +41,7 @@ def test_what_came_first_is_dropped_once_it_is_not_needed(drops: bool, names: se
 def test_an_effect_is_exchanged_where_the_set_may_not_grow(swaps: bool, monkeypatch) -> None:
     if not swaps:
         monkeypatch.setattr(Search, "_exchanged", lambda self, fitted: [])
+        monkeypatch.setattr(Search, "_compared", lambda self, fitted: (fitted, ((), ())))
     names = selected(Chord(LIKE, 5, OFFERED), most=2)
     assert (names == {"a", "b"}) == swaps and ("a and b" in names) == (not swaps)
 
@@ -125,6 +126,42 @@ def test_an_effect_enters_only_by_the_margin() -> None:
     model = Chord({"tone": 0.3}, 5)
     assert selected(model, margin=8.0) == {"tone"}
     assert selected(model, margin=60.0) == set()
+
+
+@pytest.mark.parametrize(("unknowns", "names"), [(0, {"tone"}), (3, set())])
+def test_an_effect_pays_for_what_it_sets_free_in_every_window(unknowns: int, names: set, monkeypatch) -> None:
+    """The same tone; 3 unknowns in each of 8 windows explain as much of noise alone."""
+    monkeypatch.setattr(Chord, "freed", lambda self, hypothesis: unknowns * len(hypothesis.effects))
+    assert selected(Chord({"tone": 0.3}, 5), margin=8.0) == names
+
+
+def off(model: Chord) -> Chord:
+    """The chord with 0.2 N more, 2 standard deviations of its offset."""
+    model.y = model.y + 0.2
+    return model
+
+
+def test_where_nothing_is_found_the_machine_is_fitted_with_its_own_priors() -> None:
+    assert Search(off(Chord({}, 5)), Criteria()).run().best.place.z[0] == pytest.approx(1.6, abs=0.3)
+
+
+def test_a_place_of_a_race_is_compared_by_what_it_costs_outside() -> None:
+    """The known fit is poor; the race's place is at the right offset, for which a race charges a hundred times."""
+    search = Search(off(Chord({}, 5)), Criteria())
+    states = np.zeros((8, 0))
+    search.fits.kept(Problem(search.model, NONE).point(np.zeros(1), states), True)
+    raced = Problem(search.model, NONE, caution=racing.CAUTION).point(np.array([1.8]), states)
+    assert search.fits.fit(raced).place.z[0] > 1.0
+
+
+def test_an_alike_effect_that_is_clearly_better_takes_the_place() -> None:
+    """What was selected is `tone`, which is known to look like `half`, which no race has led."""
+    model = Chord({"tone": 9.0, "rest": 9.0}, 5, ("tone", "half"))
+    model.library["tone"] = (effect_like("tone", alike=("half",)),)
+    search = Search(model, Criteria(most=1))
+    place = Problem(model, model.library["tone"][0]).point(np.array([0.0, 9.0]), np.zeros((8, 0)))
+    search._races["none", ""] = search._races["", ""] = [place]
+    assert search._compared(search.fits.fit(place))[0].name == "half"
 
 
 def test_at_most_so_many_effects_are_selected() -> None:
@@ -330,7 +367,7 @@ def test_all_rivals_begin_anew(monkeypatch) -> None:
     beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
     monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
     search = Search(model, Criteria(margin=4.0))
-    first, second = search._added(search._calibrated())
+    first, second = search._added(search.fits.begun)
     assert (first.name, second.name) == ("wave", "beat") and first.place.level(model) < 3.3
 
 

@@ -60,6 +60,15 @@ def test_the_noise_of_a_fast_record_is_that_of_the_record_as_measured(record, no
     assert told[0] == pytest.approx(0.5 * math.sqrt(2.0 * CUTOFF / 4.0), rel=0.1)
 
 
+@pytest.mark.parametrize(("sensor", "rate"), [(Sensor(), 1000.0), (Sensor(lowpass_hz=800.0), 4000.0)])
+def test_a_sensor_with_filters_reads_at_the_rate_of_its_record(record, nominal, values, sensor, rate) -> None:
+    """At 1 kHz a low-pass of 800 Hz would be none, one of 400 Hz another one."""
+    time = np.arange(4 * len(values)) / 4000.0
+    fast = np.interp(time, np.arange(len(values)) / 1000.0, values)
+    found = experiments([dataclasses.replace(record(), signal=Signal(fast, 4000.0))], nominal, sensor)
+    assert {part.signal.sample_rate for part in (*found.fitted, *found.held_out)} == {rate}
+
+
 def level(model: IndexerModel) -> float:
     problem = Problem(model, NONE)
     return problem.point(np.zeros(len(model.parameters)), np.zeros((len(model.counts), 4))).level(model)

@@ -1,0 +1,125 @@
+"""Sets of effects fitted to the end, each kept at the best place that was ever found for it."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from discrepancy.fit import crossed, fit
+from discrepancy.model import NONE, Hypothesis, Model, together
+from discrepancy.place import Point
+from discrepancy.problem import Problem
+from discrepancy.race import CAUTION
+from discrepancy.selection import Fitted, fitted_set, key_of
+
+_CAREFUL, _SHORT, _LONG = 15, 6, 60
+"""Steps of a fit that may lack what matters most, of one on the way, and of one that is compared."""
+
+_BETWEEN = 10.0
+"""Weight of the machine's priors between the race's and their own."""
+
+
+class Fits:
+    """The fits of a search.
+
+    Parameters
+    ----------
+    whole : Model
+    model : Model
+        The part of it that is searched.
+    """
+
+    def __init__(self, whole: Model, model: Model) -> None:
+        self.whole, self.model = whole, model
+        self._library = model.hypotheses()
+        self._best: dict[str, Fitted] = {}
+        # kept with the set itself, so that no other one takes its identity
+        self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
+        self._whole: dict[int, tuple[Fitted, Fitted]] = {}
+
+    @functools.cached_property
+    def begun(self) -> Fitted:
+        """The model as it came, where what is known of the machine has the weight that it has in a race."""
+        problem = Problem(self.model, NONE, caution=CAUTION)
+        z = np.zeros(len(problem.parameters))
+        states = np.zeros((len(self.model.counts), self.model.local_count(NONE)))
+        place = fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
+        # its priors weigh more than those of any score, so that it is no optimum of one
+        return fitted_set(self.model, place, True, 0.0, optimum=False)
+
+    def fit(self, place: Point) -> Fitted:
+        """A place fitted to the end, what is known of the machine losing its extra weight on the way."""
+        known = self.known(place.hypothesis)
+        if known is not None and known.place.cost <= self.own(place).cost:
+            return known
+        problem = Problem(self.model, place.hypothesis, caution=_BETWEEN)
+        place = fit(problem, problem.adopted(place), steps=_SHORT).place
+        problem = Problem(self.model, place.hypothesis)
+        result = fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
+        return self.kept(result.place, result.converged)
+
+    def own(self, place: Point) -> Point:
+        """A place of a race with the cost that it has outside, where priors have their own weight."""
+        return Problem(self.model, place.hypothesis).adopted(place)
+
+    def kept(self, place: Point, converged: bool) -> Fitted:
+        """A fit, or a better one of the same set that was made before."""
+        key = key_of(place.hypothesis)
+        before = self._best.get(key)
+        if before is None or place.cost < before.place.cost:
+            price = self.price(place.hypothesis)
+            self._best[key] = fitted_set(self.model, place, converged, price)
+        return self._best[key]
+
+    def known(self, hypothesis: Hypothesis) -> Fitted | None:
+        """The best fit of a set so far."""
+        return self._best.get(key_of(hypothesis))
+
+    def price(self, hypothesis: Hypothesis) -> float:
+        """What a set pays in its score: for its parameters, its choices, and what it sets free in every window."""
+        samples = float(self.model.counts.sum())
+        choices = [len(self._library.get(effect.name, (effect,))) for effect in hypothesis.effects]
+        freed = len(self.model.counts) * self.model.freed(hypothesis)
+        return len(hypothesis.parameters) * math.log(samples) + 2.0 * sum(math.log(m) for m in choices) + freed
+
+    def without(self, fitted: Fitted, k: int) -> Fitted:
+        """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
+        make an effect look needed."""
+        if (id(fitted), k) not in self._smaller:
+            self._smaller[id(fitted), k] = fitted, self._refitted_without(fitted, k)
+        return self._smaller[id(fitted), k][1]
+
+    def left_out(self, fitted: Fitted, k: int) -> Point:
+        """The set's place without its k-th effect, all else as it is but for the windows' start states."""
+        place, effects = fitted.place, fitted.effects
+        smaller = together(*effects[:k], *effects[k + 1 :])
+        columns = len(self.model.parameters) + place.hypothesis.places(k)
+        problem = Problem(self.model, smaller)
+        states = self.model.states_for(smaller, place.states)
+        return problem.searched(problem.point(np.delete(place.z, columns), states))
+
+    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
+        begun = self.left_out(fitted, k)
+        smaller = begun.hypothesis
+        problem = Problem(self.model, smaller)
+        result = fit(problem, begun, steps=_LONG, thorough=True)
+        before = self.own(self.begun.place)
+        if not smaller.effects and before.cost < result.place.cost:
+            result = fit(problem, before, steps=_LONG, thorough=True)
+        return self.kept(result.place, result.converged)
+
+    def on_all(self, fitted: Fitted) -> Fitted:
+        """A set fitted to all windows of all records."""
+        if self.whole is self.model:
+            return fitted
+        if id(fitted) not in self._whole:
+            self._whole[id(fitted)] = fitted, self._fitted_to_all(fitted)
+        return self._whole[id(fitted)][1]
+
+    def _fitted_to_all(self, fitted: Fitted) -> Fitted:
+        place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
+        states = np.zeros((len(self.whole.counts), place.states.shape[1]))
+        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
+        return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)
