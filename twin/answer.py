@@ -8,7 +8,7 @@ The rules, the first that fits:
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
     physics finds another, and more than noise is left  these and the networks' others, and what remains
     physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
-    physics leaves something, networks name faults      the networks' faults, and what remains
+    physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
 
 A fault that both name has the networks' size: what is fitted beside simulated turns has intervals that hold as often as
@@ -123,7 +123,7 @@ def answer_of(
         return _with(HEALTHY, (), remarks, network, physics)
     why = physics.sentence.rstrip(".")
     remains = f"{physics.level:.1f} times the noise remains that no fault of the table explains ({why})."
-    if network.verdict == FAULTY:
+    if network.verdict == FAULTY and any(fault.matters for fault in seen):
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)
 

@@ -30,7 +30,7 @@ def diagnosed(
     twin: Twin, records: Sequence[Record], *, physics: bool
 ) -> tuple[Answer, list[tuple[str, TurnDiagnosis]]]:
     """One answer for records of the same machine in the same state, and what the networks say of each."""
-    each = [(record.name, twin.diagnose_turn(record.signal, record.conditions)) for record in records]
+    each = [(one.name, twin.diagnose_turn(one.signal, one.conditions, one.pulses)) for one in records]
     comparable = [one for _, one in each if one.verdict != NOT_COMPARABLE]
     network = min(comparable, key=lambda one: -one.alarm) if comparable else each[0][1]
     found: Physics | None = None
@@ -38,7 +38,7 @@ def diagnosed(
     if physics and comparable:
         try:
             found = twin.explain([
-                (record.signal, record.conditions)
+                (record.signal, record.conditions, record.pulses)
                 for record, (_, one) in zip(records, each, strict=True)
                 if one.verdict != NOT_COMPARABLE
             ])  # fmt: skip
@@ -47,7 +47,8 @@ def diagnosed(
     answer = answer_of(network, found, twin.machine, twin.matters)
     left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)
     left = left if comparable else ()
-    return dataclasses.replace(answer, remarks=(*answer.remarks, *remarks, *left)), each
+    notes = tuple(f"{note}." for _, one in each for note in one.notes)
+    return dataclasses.replace(answer, remarks=(*answer.remarks, *remarks, *left, *notes)), each
 
 
 def run(config: dict[str, Any]) -> dict[str, Any]:

@@ -59,6 +59,8 @@ class TurnDiagnosis:
         Over its threshold; above 1 the turn is like none of the simulated ones.
     reason : str
         One sentence.
+    notes : tuple of str
+        What of the record was put right.
     """
 
     verdict: str
@@ -68,3 +70,4 @@ class TurnDiagnosis:
     alarm: float
     novelty: float
     reason: str
+    notes: tuple[str, ...] = ()

@@ -102,12 +102,18 @@ class Maker:
         self.work = Workplace(out, self._fingerprint(), overwrite)
 
     def _fingerprint(self) -> str:
+        subject = self.bench.subject
         told = hashlib.sha256(json.dumps(self.settings.plain(), sort_keys=True).encode())
-        told.update(machine_yaml(self.bench.subject.machine).encode())
-        told.update(repr(sorted(self.bench.subject.uncertainty.items())).encode())
-        for experiment in self.bench.experiments:
-            told.update(experiment.signal.values.tobytes())
-            told.update(repr((experiment.operating_point, experiment.noise, experiment.start_uncertainty)).encode())
+        told.update(machine_yaml(subject.machine).encode())
+        told.update(repr((sorted(subject.uncertainty.items()), subject.sensor, self.extend)).encode())
+        if self.before is not None:
+            told.update((self.before / "twin.yaml").read_bytes())
+        for part in (subject.model, subject.held_out):
+            told.update(f"{len(part.experiments)} records".encode())
+            for e in part.experiments:
+                told.update(e.signal.values.tobytes())
+                told.update(repr((e.signal.sample_rate, e.signal.unit, e.operating_point, e.noise)).encode())
+                told.update(repr((e.start_uncertainty, e.speed_uncertainty, e.estimate)).encode())
         return told.hexdigest()
 
     def make(self, begin: Callable[[str], None] = lambda stage: None) -> Check:

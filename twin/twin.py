@@ -22,11 +22,12 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from twin import physics
+from twin.corrected import BY_COMPARISON, corrected
 from twin.detection import Seen, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
 from twin.faults import Fault, chosen, share_of
 from twin.folder import about_of, machine_and_sensor, networks_of, synthesis_of, view_of
-from twin.gate import BY_COMPARISON, Gate
+from twin.gate import Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
 from twin.refine import fitted
@@ -129,7 +130,9 @@ class Twin:
                 sizes[fault.name] = share_of(fault, float(given[fault.name]), self.machine)
         return sizes
 
-    def diagnose_turn(self, signal: Signal, conditions: Conditions) -> TurnDiagnosis:
+    def diagnose_turn(
+        self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | None = None
+    ) -> TurnDiagnosis:
         """What the networks say of a record of one turn of the table or more, refined by simulation where they raise an
         alarm; milliseconds, with an alarm some tenths of a second.
 
@@ -138,13 +141,16 @@ class Twin:
         signal : Signal
             Table acceleration in the twin's unit at its sampling rate.
         conditions : Conditions
-            Motor speed and load, the cam angle of the first sample where it is known.
+            Motor speed and load, the cam angle of the first sample where it is known. A speed up to 2 % off is put
+            right by the record.
+        pulses : sequence of float, optional
+            Times of the once-per-turn pulse after the first sample [s].
         """
         try:
-            x, point, stations_known = self.gate.looked(signal, conditions)
+            x, record = self.gate.looked(signal, conditions, pulses)
         except SignalError as error:
             return TurnDiagnosis(NOT_COMPARABLE, (), {}, {}, 0.0, 0.0, str(error))
-        return self.judged(x, point, stations_known)
+        return dataclasses.replace(self.judged(x, record.point, record.stations_known), notes=record.notes)
 
     def judged(self, x: np.ndarray, point: OperatingPoint, stations_known: bool) -> TurnDiagnosis:
         """The verdict on turns x (k, stations, cells) of one operating point, together."""
@@ -203,8 +209,11 @@ class Twin:
         logits = self.weights.logits(fits)[0]
         return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 
-    def explain(self, turns: Sequence[tuple[Signal, Conditions]]) -> physics.Physics:
-        """What physics says of records together: faults as hypotheses from the twin's machine; seconds.
+    def explain(
+        self, turns: Sequence[tuple[Signal, Conditions] | tuple[Signal, Conditions, Sequence[float] | None]]
+    ) -> physics.Physics:
+        """What physics says of records together, with the times of their pulses where they have any: faults as
+        hypotheses from the twin's machine; seconds.
 
         Raises
         ------
@@ -212,15 +221,15 @@ class Twin:
             Records that are not comparable, or too few cam turns in all.
         """
         records = []
-        for number, (signal, told) in enumerate(turns):
+        for number, (signal, told, *pulses) in enumerate(turns):
             name = signal.source or f"turn {number + 1}"
-            reference = self.healthy.turn(OperatingPoint(told.motor_speed, told.load_torque))
-            start, known = self.gate.start_of(name, signal, told, reference, self.machine.reduction * told.motor_speed)
-            spread = told.start_uncertainty if known else BY_COMPARISON
+            right = corrected(name, signal, told, pulses[0] if pulses else None, self.healthy)
+            told = right.conditions
+            spread = told.start_uncertainty if right.stations_known else BY_COMPARISON
             noise = self.about["sample_noise"] if told.noise is None else told.noise
             load = self.healthy.load_factor * told.load_torque
-            told = dataclasses.replace(told, start_angle=start, start_uncertainty=spread, noise=noise, load_torque=load)
-            records.append(Record(name, signal, told))
+            told = dataclasses.replace(told, start_uncertainty=spread, noise=noise, load_torque=load)
+            records.append(Record(name, right.signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         found = self.about["calibration"]
         return physics.explained(given, self.machine, self.sensor, found["findings"], found["spread"], self.faults)

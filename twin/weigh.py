@@ -19,7 +19,11 @@ from classifier.tasks.conformal import conformal_quantile, least_records
 from twin.refine import POSSIBLE, Fits
 
 ACCEPTED = 0.99
-"""Share of turns like the simulated ones that do not count as novel."""
+"""Share of healthy turns like the simulated ones that do not count as novel."""
+
+_COMMON, _FAR = 0.95, 3.0
+"""A fitted turn is novel from so many times as far above the median as this quantile of ln of what is left. Some
+hundred turns tell no higher quantile: one fit in a wrong minimum would decide it."""
 
 LEAST = 30
 """Fewest turns of a group for an interval of its own."""
@@ -115,11 +119,17 @@ def weights_of(
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
     strength, left = _log(told["strength"]), np.log(fits.left)
     usual = np.polyfit(strength, left, 1)
-    strange, quiet = _limit(left - np.polyval(usual, strength)), _limit(sound_left)
+    strange, quiet = _far(left - np.polyval(usual, strength)), _limit(sound_left)
     found = Weights(name, np.zeros(0), usual, strange, quiet)
     named = found.logits(fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
     return Weights(name, reaches(error, named & there, named, coverage), usual, strange, quiet)
+
+
+def _far(values: np.ndarray) -> float:
+    """What lies so far above the median that few bad fits among `values` (n,) do not matter."""
+    middle, common = np.quantile(values, (0.5, _COMMON))
+    return float(middle + _FAR * (common - middle))
 
 
 def _limit(values: np.ndarray) -> float:

@@ -72,12 +72,15 @@ def check_period(record: Record, machine: Machine) -> SignalError | None:
     return None
 
 
-def put_right(record: Record, speed: float, match: Match, reduction: float) -> tuple[float, list[str]]:
-    """The speed [rad/s], put right where the record shows another, and the sentence that says so."""
+def put_right(
+    record: Record, speed: float, match: Match, reduction: float, slack: float = _ANGLE_SLACK
+) -> tuple[float, list[str]]:
+    """The speed [rad/s], put right where the record shows another by more than `slack` of the cam's angle [rad] over
+    its length, and the sentence that says so."""
     if abs(match.speed - 1.0) > SPEED_TOLERANCE:
         raise wrong_speed(record, speed * match.speed, "by its phase from turn to turn")
     turned = reduction * speed * record.signal.duration
-    if abs(match.speed - 1.0) * turned < _ANGLE_SLACK:
+    if abs(match.speed - 1.0) * turned < slack:
         return speed, []
     right = speed * match.speed
     return right, [f"{record.name}: the mean speed is {right / RPM:.2f} rpm by the record, {speed / RPM:.2f} stated"]

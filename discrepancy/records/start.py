@@ -45,7 +45,7 @@ def start_of(
     start, known_to = stated.start_angle, stated.start_uncertainty
     if record.pulses is not None:
         table_turn, turned = _TURN * machine.stations, machine.reduction * speed * float(record.pulses[0])
-        by_pulse = ((stated.pulse_angle or 0.0) - turned) % table_turn
+        by_pulse = pulse_start(record, machine, speed)
         if start is None:
             # what the speed is off by has been turned until the pulse came
             start, known_to = by_pulse, math.hypot(known_to, turned * speed_spread)
@@ -74,6 +74,13 @@ def start_of(
             "sensor that reads late, as behind a slow low-pass filter, would explain it"
         )
     return start, known_to, notes
+
+
+def pulse_start(record: Record, machine: Machine, speed: float) -> float:
+    """Cam angle at the first sample [rad] by the first pulse of a record that has one."""
+    assert record.pulses is not None
+    turned = machine.reduction * speed * float(record.pulses[0])
+    return ((record.conditions.pulse_angle or 0.0) - turned) % (_TURN * machine.stations)
 
 
 def _apart(a: float, b: float, turn: float) -> float:

@@ -81,6 +81,8 @@ def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():
     answer = answered(network(FAULTY, "crack"), physics(UNKNOWN, level=4.0))
     assert answer.verdict == FAULTY and "does not confirm" in answer.remarks[0] and "4.0 times" in answer.remarks[0]
     assert answered(network(HEALTHY), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
+    slight = answered(network(FAULTY, "crack", matters=False), physics(UNKNOWN, level=4.0))
+    assert slight.verdict == UNKNOWN and "4.0 times the noise remains" in slight.remarks[0]
     assert answered(network(UNKNOWN), physics(UNKNOWN, level=4.0)).verdict == UNKNOWN
 
 

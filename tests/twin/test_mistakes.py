@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from discrepancy.indexer import Experiment
+from indexer_env import OperatingPoint, Sensor, Signal, load_machine
 from indexer_env.errors import ParameterError
 from twin import diagnose
 from twin.advice import advice
+from twin.make import Bench, Maker
 from twin.settings import Settings
 
 
@@ -66,3 +72,31 @@ def test_a_folder_that_is_no_twin_is_refused(tmp_path, run_command):
     code, _, err = run_command(diagnose, f"twin={tmp_path}", f"signal={signal}")
     assert code == 2
     assert "which holds no twin.yaml; make one with indexer twin." in err and err.count("\n") == 1
+
+
+def maker(**changes) -> Maker:
+    """A maker of two records, one of them held out, that has no folder."""
+    record = Experiment(Signal(np.arange(20.0), 500.0, unit="rad/s^2"), OperatingPoint(150.0, 2.0))
+    given = {"fitted": [record], "held_out": [record], "sensor": Sensor(), **changes}
+    model, held_out = (SimpleNamespace(experiments=given[name]) for name in ("fitted", "held_out"))
+    subject = SimpleNamespace(
+        machine=load_machine("reference"), uncertainty={"table_inertia": 0.1}, sensor=given["sensor"], model=model,
+        held_out=held_out,
+    )  # fmt: skip
+    made = Maker.__new__(Maker)
+    made.bench, made.settings, made.before = Bench(subject), Settings(), given.get("before")  # type: ignore[arg-type]
+    return made
+
+
+def test_a_folder_is_that_of_the_same_records_sensor_and_division(tmp_path):
+    (tmp_path / "twin.yaml").write_text("version: 4", encoding="utf-8")
+    (record,) = maker().bench.subject.model.experiments
+    faster = dataclasses.replace(record, signal=Signal(record.signal.values, 1000.0, unit="rad/s^2"))
+    vaguer = dataclasses.replace(record, speed_uncertainty=0.01)
+    changes = [
+        {}, {"sensor": Sensor(gain=1.2)}, {"sensor": Sensor(lowpass_hz=80.0)},
+        {"fitted": [record, record], "held_out": []},
+        {"fitted": [faster]}, {"fitted": [vaguer]}, {"before": tmp_path},
+    ]  # fmt: skip
+    assert maker()._fingerprint() == maker()._fingerprint()
+    assert len({maker(**change)._fingerprint() for change in changes}) == len(changes)

@@ -1,0 +1,136 @@
+"""A record of today with what it says itself of its speed, start and sign in the place of what was stated."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.records.conditions import Conditions
+from discrepancy.records.matching import Match, matched
+from discrepancy.records.reading import Record
+from discrepancy.records.speed import SPEED_TOLERANCE, by_pulses, put_right, wrong_speed
+from discrepancy.records.start import pulse_start
+from indexer_env.errors import SignalError
+from indexer_env.operating_point import OperatingPoint
+from indexer_env.signal import Signal
+from indexer_records.resample import resampled
+from twin.turns import Healthy
+
+_LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
+"""Likeness to the healthy machine in the first orders of the cam, and level over its own, outside of which a record is
+none of this machine: faults of the table leave 0.95 and 0.7 to 1.4."""
+
+BY_COMPARISON = 0.01
+"""rad; standard deviation of a start angle found by comparison."""
+
+_STATED_SLACK = 0.1
+"""rad; a stated cam angle that is farther from the record's own is wrong."""
+
+_SPEED_SLACK = 0.015
+"""rad; cam angle over the record that a stated speed may be off by: imbalance makes the phase waver by as much, and
+from twice as much on a healthy turn raises an alarm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A record as it is compared.
+
+    Attributes
+    ----------
+    signal : Signal
+        At the twin's rate and with its sign.
+    conditions : Conditions
+        With the record's own mean speed, and the cam angle of the first sample.
+    reference : ndarray (stations, cells)
+        The healthy turn at this point.
+    stations_known : bool
+        Whether the cam angle tells the station.
+    notes : tuple of str
+        What was put right.
+    """
+
+    signal: Signal
+    conditions: Conditions
+    reference: np.ndarray
+    stations_known: bool
+    notes: tuple[str, ...]
+
+    @property
+    def point(self) -> OperatingPoint:
+        """Its speed and load."""
+        return OperatingPoint(self.conditions.motor_speed, self.conditions.load_torque)
+
+
+def at_rate(signal: Signal, rate: float) -> Signal:
+    """A signal at the twin's rate [Hz]; raises SignalError where its own is lower."""
+    if signal.sample_rate < (1.0 - 1e-3) * rate:
+        name, got = signal.source or "the record", signal.sample_rate
+        raise SignalError(
+            f"{name} must be sampled at the twin's {rate:g} Hz or more, got {got:g} Hz; record at this rate, or make a "
+            "twin of records at the lower one."
+        )
+    if signal.sample_rate < (1.0 + 1e-3) * rate:
+        return signal
+    count = int(len(signal.values) * rate / signal.sample_rate)
+    values = resampled(signal.values, signal.sample_rate, rate, np.zeros(1), np.array([1.0 / rate]), count)[0]
+    return Signal(values, rate, unit=signal.unit, source=signal.source)
+
+
+def corrected(
+    name: str, signal: Signal, conditions: Conditions, pulses: Sequence[float] | None, healthy: Healthy
+) -> Corrected:
+    """The record put right by itself; `pulses` are the times of its once-per-turn pulse after the first sample [s].
+
+    Raises
+    ------
+    SignalError
+        Another machine, rate or speed, or a cam angle that is not the record's.
+    """
+    machine = healthy.machine
+    record = Record(name, at_rate(signal, healthy.cells.rate), conditions, None if pulses is None else np.array(pulses))
+    counted = by_pulses(record, machine)
+    speed = conditions.motor_speed if counted is None else counted
+    if abs(speed / conditions.motor_speed - 1.0) > SPEED_TOLERANCE:
+        raise wrong_speed(record, speed, "by the pulses")
+    reference = healthy.turn(OperatingPoint(speed, conditions.load_torque))
+    signal, match, notes = _seen(record.signal, machine.reduction * speed, reference, name)
+    if counted is None:
+        speed, said = put_right(record, speed, match, machine.reduction, _SPEED_SLACK)
+        if said:
+            reference, notes = healthy.turn(OperatingPoint(speed, conditions.load_torque)), [*notes, *said]
+    start = conditions.start_angle
+    if start is None and record.pulses is not None and len(record.pulses):
+        start = pulse_start(record, machine, speed)
+    known = start is not None
+    if start is None:
+        start = match.start_angle
+    off = abs((start - match.start_angle + np.pi) % (2.0 * np.pi) - np.pi)
+    if off > _STATED_SLACK:
+        raise SignalError(
+            f"{name}: the cam angle at the first sample must agree with the record within {_STATED_SLACK:g} rad, "
+            f"got {off:.2f} rad off; correct start_angle or pulse_angle, or leave it out."
+        )
+    told = dataclasses.replace(conditions, motor_speed=speed, start_angle=start)
+    return Corrected(signal, told, reference, known, tuple(notes))
+
+
+def _seen(signal: Signal, cam_rate: float, reference: np.ndarray, name: str) -> tuple[Signal, Match, list[str]]:
+    """The signal with the healthy machine's sign, and how it compares with its turn."""
+    mean = reference.mean(axis=0)
+    orders = np.fft.rfft(mean)[1:7] * 2.0 / len(mean)
+    orders = orders * np.exp(-1j * np.arange(1, 7) * np.pi / len(mean))
+    match, notes = matched(signal.values, signal.sample_rate, cam_rate, orders), []
+    turned = matched(-signal.values, signal.sample_rate, cam_rate, orders)
+    if match.likeness < _LIKENESS <= turned.likeness:
+        signal, match = dataclasses.replace(signal, values=-signal.values), turned
+        notes.append(f"{name}: the table turns the other way, or the sensor reads it so; its sign is put right")
+    if match.likeness < _LIKENESS or not _LEVEL[0] <= match.level <= _LEVEL[1]:
+        raise SignalError(
+            f"{name} must look like the twin's machine, likeness {_LIKENESS:g} and level {_LEVEL[0]:g} to "
+            f"{_LEVEL[1]:g} in the first orders of the cam, got {match.likeness:.2f} and {match.level:.2g}; check "
+            "whose record it is, its unit, its speed and its sensor."
+        )
+    return signal, match, notes
