@@ -11,8 +11,9 @@ import numpy as np
 
 from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
-from discrepancy.grades import STANDS_IN
+from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY
+from discrepancy.model import Hypothesis
 from discrepancy.selection import Fitted
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import EFFECTS
@@ -114,7 +115,8 @@ def calibrated(
     if uncertain.scale > 0.0:
         values = rescaled(paths, units, values, np.exp(uncertain.scale * rng.standard_normal(count)))
     drawn = dict(zip(paths, values, strict=True))
-    findings = tuple(_in_draws(finding_of(found), drawn) for found in told(answer, base))
+    had = (Finding(one.name, ESTABLISHED, dict(one.fixed), (0.0, 0.0), _size_of(one), ()) for one in model.known)
+    findings = tuple(_in_draws(finding, drawn) for finding in (*had, *map(finding_of, told(answer, base))))
     logs = logs_of(model, z)
     scale = np.mean([own for name, own in logs.items()], axis=0)
     spread = {name: max(float(np.std(own - scale)), _LEAST_SPREAD) for name, own in logs.items()}
@@ -151,6 +153,10 @@ def finding_of(found: Found) -> Finding:
     return Finding(effect.name, found.grade, values, (size.low, size.high), size.name, rivals)
 
 
+def _size_of(effect: Hypothesis) -> str:
+    return effect.parameters[0].name.removeprefix(f"{effect.name}.")
+
+
 def left(answer: Explanation) -> str:
     """Why nothing more is said, in words."""
     why = " ".join(found.why for found in answer.findings)
@@ -160,9 +166,9 @@ def left(answer: Explanation) -> str:
 def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
     """The finding with values and interval of the joint draws, in which the common scale, the loads and the gain take
     part; where these leave it open whether there is anything at all, it has no name."""
-    paths = {name: f"effects.{finding.effect}.{name}" for name in finding.values}
-    values = {name: float(np.mean(drawn[path])) for name, path in paths.items() if path in drawn}
-    low, high = np.quantile(drawn[paths[finding.size]], (0.025, 0.975))
+    own = f"effects.{finding.effect}."
+    values = {path.removeprefix(own): float(np.mean(column)) for path, column in drawn.items() if path.startswith(own)}
+    low, high = np.quantile(drawn[own + finding.size], (0.025, 0.975))
     grade = STANDS_IN if low <= 0.0 <= high else finding.grade
     return dataclasses.replace(
         finding, grade=grade, values={**finding.values, **values}, interval=(float(low), float(high))

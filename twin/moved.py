@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from discrepancy.grades import NAMED
 from discrepancy.indexer.parameters import read
 from indexer_env.machine import Machine
 from twin.calibrate import Calibrated, Finding
@@ -14,24 +15,35 @@ from twin.calibrate import Calibrated, Finding
 _CHANCE = 0.01
 """Probability of so large a change, were it chance, below which the machine has moved."""
 
+_SD_OF_95 = 2.0 * 1.96
+"""Standard deviations in a 95 % interval."""
+
 _NAMED = 2.0
 """Standard deviations of a change from which on a parameter is named."""
 
 
 def as_before(found: Calibrated, before: Mapping[str, Any]) -> Calibrated:
-    """The calibration with the effects that were found before and are part of the machine now."""
+    """The calibration with what was found before, under its own grade: with today's values where it was fitted anew,
+    with those of then where it is part of the sensor."""
+    rows = {row["effect"]: row for row in before["findings"]}
     new = {finding.effect for finding in found.findings}
     kept = tuple(
         Finding(r["effect"], r["grade"], r["values"], tuple(r["interval"]), r["size"], tuple(r["rivals"]))
-        for r in before["findings"]
-        if r["effect"] not in new
+        for name, r in rows.items()
+        if name not in new
     )
-    return dataclasses.replace(found, findings=(*kept, *found.findings))
+    again = (
+        dataclasses.replace(f, grade=rows[f.effect]["grade"], rivals=tuple(rows[f.effect]["rivals"]))
+        if f.effect in rows
+        else f
+        for f in found.findings
+    )
+    return dataclasses.replace(found, findings=(*kept, *again))
 
 
 def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) -> dict[str, Any]:
-    """Whether the machine has moved: `since`, `sentence`, and each parameter's change in standard deviations of the
-    posterior before, χ² of all together.
+    """Whether the machine has moved: `since`, `sentence`, and the change of each parameter and of each effect's size in
+    standard deviations of the posterior before, χ² of all together.
 
     Parameters
     ----------
@@ -44,23 +56,27 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
     """
     from scipy.stats import chi2
 
-    changes = {
-        name: math.log(read(found.machine, name) / read(machine, name)) / spread
-        for name, spread in before["spread"].items()
-        if read(machine, name) > 0.0
-    }
-    known = {row["effect"] for row in before["findings"]}
-    new = [finding.effect for finding in found.findings if finding.effect not in known]
+    changes, told = {}, {}
+    for name, spread in before["spread"].items():
+        if read(machine, name) > 0.0:
+            by = math.log(read(found.machine, name) / read(machine, name))
+            changes[name], told[name] = by / spread, f"{name} {100.0 * math.expm1(by):+.1f} %"
+    known = {row["effect"]: row for row in before["findings"]}
+    for finding in found.findings:
+        row = known.get(finding.effect)
+        if row is not None:
+            name, (low, high) = f"{finding.effect}.{finding.size}", row["interval"]
+            now, then = finding.values[finding.size], row["values"][finding.size]
+            changes[name] = _SD_OF_95 * (now - then) / max(high - low, 1e-300)
+            told[name] = f"{name} from {then:.3g} to {now:.3g}"
+    new = [finding.effect for finding in found.findings if finding.effect not in known and finding.grade in NAMED]
     chance = float(chi2.sf(sum(change**2 for change in changes.values()), max(1, len(changes))))
     far = sorted((name for name in changes if abs(changes[name]) > _NAMED), key=lambda name: -abs(changes[name]))
     since = bool(new) or chance < _CHANCE
     if new:
         sentence = f"The machine has moved since: {' and '.join(new)} came in; if nobody changed it, diagnose it."
     elif since:
-        percent = ", ".join(
-            f"{name} {100.0 * (math.exp(changes[name] * before['spread'][name]) - 1.0):+.1f} %" for name in far[:3]
-        )
-        sentence = f"The machine has moved since: {percent or 'many parameters a little'}."
+        sentence = f"The machine has moved since: {', '.join(told[n] for n in far[:3]) or 'many parameters a little'}."
     else:
         sentence = "The machine has not moved since; the networks are kept."
     return {"since": since, "sentence": sentence, "chance": chance, "changes": changes}

@@ -11,23 +11,16 @@ from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
-from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.windows import cut
-from discrepancy.model import Hypothesis, Parameter
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.reading import Record
-from indexer_env.effects import EFFECTS, MachineEffect, make_effect
-from indexer_env.effects.measures import measures
+from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
-from indexer_env.operating_point import REFERENCE_MOTOR_SPEED
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from twin.calibrate import accepted, finding_of, left, told
 from twin.faults import Fault, by_effect
-
-_FROM_DAY_TO_DAY = 0.2
-"""Relative standard deviation of an effect that the machine had when it was healthy [-]: more of it is a fault, which
-the records must show, and not what the search begins with."""
+from twin.freed import freed, of_machine
 
 
 @dataclass(frozen=True)
@@ -125,10 +118,8 @@ def explained(
     """
     wanted = {fault.effect for fault in faults}
     without = tuple(name for name in EFFECTS if name not in wanted)
-    grown = [row for row in found if row["effect"] in wanted and isinstance(_made(row), MachineEffect)]
-    names = {row["effect"] for row in grown}
-    plain = dataclasses.replace(machine, effects=tuple(e for e in machine.effects if e.name not in names))
-    known = tuple(_free(plain, row, without) for row in grown)
+    grown = [row for row in found if row["effect"] in wanted and of_machine(row)]
+    plain, known = freed(machine, grown, without)
     given_model = {"sensor": sensor, "uncertainty": dict(spread), "known": known, "without": without}
     model, held = (IndexerModel(plain, part, **given_model) for part in (given.fitted, given.held_out))
     answer = explain(model, held)
@@ -141,28 +132,6 @@ def explained(
         verdict = "faulty"
     level = answer.held[best.name].level(held)
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer))
-
-
-def _made(row: Mapping[str, Any]) -> Any:
-    return make_effect(row["effect"], dict(row["values"]))
-
-
-def _free(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> Hypothesis:
-    """An effect that the machine has, its parameters free about what they were."""
-    seen = Seen(measures(machine, REFERENCE_MOTOR_SPEED), 1000.0)
-    hypothesis = library(machine, tuple(without), seen)[row["effect"]][0]
-    fixed = {name: row["values"][name] for name in hypothesis.fixed}
-
-    def about(p: Parameter) -> Parameter:
-        value = float(row["values"][p.name.removeprefix(f"{hypothesis.name}.")])
-        return dataclasses.replace(
-            p,
-            nominal=min(max(value, p.low), p.high),
-            known=True,
-            scale=max(_FROM_DAY_TO_DAY * abs(value), p.scale / 20.0),
-        )
-
-    return Hypothesis(hypothesis.name, tuple(about(p) for p in hypothesis.parameters), fixed, ((),))
 
 
 def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFault:

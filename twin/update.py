@@ -17,8 +17,10 @@ from twin.settings import Settings
 
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin-update.yaml."""
+    from discrepancy.subjects.indexer import IndexerSubject
     from twin.folder import about_of
-    from twin.make import Maker
+    from twin.freed import freed, of_machine
+    from twin.make import Bench, Maker
 
     folder, out = path_given("twin", "twin", config["twin"]), job_folder("twin", config["out"])
     about = about_of(folder)
@@ -29,8 +31,11 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     sensor = yaml.safe_load((folder / "sensor.yaml").read_text(encoding="utf-8"))
     prior = {**config, "machine": {**machine, "uncertainty": uncertainty}, "sensor": sensor}
     settings = from_mapping(Settings, about["settings"], "twin")
-    maker = Maker(bench_of(prior), settings, out, overwrite=config["overwrite"], before=folder)
-    return made(maker)
+    found = [row for row in about["calibration"]["findings"] if of_machine(row)]
+    subject = bench_of(prior).subject
+    plain, known = freed(subject.machine, found)
+    bench = Bench(IndexerSubject(plain, subject.sensor, subject.records, subject.uncertainty, known))
+    return made(Maker(bench, settings, out, overwrite=config["overwrite"], before=folder))
 
 
 main = hydra_command("twin-update")(run)

@@ -64,7 +64,8 @@ class IndexerSubject(Subject):
     sensor : Sensor
     records : Experiments
     uncertainty : mapping
-        As `IndexerModel` takes it.
+    known : sequence of Hypothesis
+        As `IndexerModel` takes them.
     """
 
     kind = "cam indexing machine"
@@ -72,12 +73,15 @@ class IndexerSubject(Subject):
     held_out: IndexerModel
 
     def __init__(
-        self, machine: Machine, sensor: Sensor, records: Experiments, uncertainty: Mapping[str, float] | None = None
-    ) -> None:
+        self, machine: Machine, sensor: Sensor, records: Experiments, uncertainty: Mapping[str, float] | None = None,
+        known: Sequence[Hypothesis] = (),
+    ) -> None:  # fmt: skip
         self.machine, self.sensor, self.uncertainty = machine, sensor, dict(uncertainty or {})
-        self.model = IndexerModel(machine, records.fitted, sensor, self.uncertainty)
-        self.held_out = IndexerModel(machine, records.held_out, sensor, self.uncertainty)
-        self.notes = records.notes
+        self.records, self.notes = records, records.notes
+        self.model, self.held_out = (
+            IndexerModel(machine, part, sensor, self.uncertainty, known=tuple(known))
+            for part in (records.fitted, records.held_out)
+        )
 
     def view(self, model: Model) -> View:
         assert isinstance(model, IndexerModel)

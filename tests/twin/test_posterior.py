@@ -12,7 +12,7 @@ from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
 from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
 from twin.calibrate import Calibrated, Finding, _in_draws
-from twin.moved import moved_since
+from twin.moved import as_before, moved_since
 from twin.posterior import _covariance, rescaled
 
 SMOOTH = load_machine("smooth")
@@ -70,8 +70,27 @@ def test_an_effect_that_came_in_is_a_move():
     finding = Finding("friction.coulomb", "established", {"torque": 5.0}, (4.0, 6.0), "torque")
     moved = moved_since(BEFORE, machine, calibrated(machine, finding))
     assert moved["since"] and "friction.coulomb came in" in moved["sentence"]
-    known = {**BEFORE, "findings": [{"effect": "friction.coulomb"}]}
-    assert not moved_since(known, machine, calibrated(machine, finding))["since"]
+    stands_in = dataclasses.replace(finding, grade="stands in")
+    assert not moved_since(BEFORE, machine, calibrated(machine, stands_in))["since"], "no name"
+
+
+def test_an_effect_that_grew_is_a_move():
+    machine = load_machine("reference")
+    row = {"effect": "friction.coulomb", "grade": "family", "values": {"torque": 5.0}, "interval": [4.6, 5.4],
+           "size": "torque", "rivals": ["friction.stribeck"]}  # fmt: skip
+    known = {**BEFORE, "findings": [row]}
+
+    def now(torque: float) -> Calibrated:
+        found = Finding("friction.coulomb", "established", {"torque": torque}, (torque - 0.4, torque + 0.4), "torque")
+        return calibrated(machine, found)
+
+    assert not moved_since(known, machine, now(5.1))["since"]
+    moved = moved_since(known, machine, now(3.0))
+    assert moved["since"] and "friction.coulomb.torque from 5 to 3." in moved["sentence"]
+    (kept,) = as_before(now(3.0), known).findings
+    assert (kept.grade, kept.rivals, kept.values) == ("family", ("friction.stribeck",), {"torque": 3.0})
+    (gone,) = as_before(calibrated(machine), known).findings
+    assert gone.values == {"torque": 5.0}
 
 
 def test_what_the_draws_leave_open_has_no_name() -> None:
