@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file, save
 
 from datagen.progress import progress
 from discrepancy.indexer import Experiment, machine_yaml
@@ -54,7 +54,7 @@ from twin.settings import Settings
 from twin.teach import learned
 from twin.turns import Cells, Healthy, Remains, remains_of
 from twin.weigh import Weights
-from twin.workplace import Workplace
+from twin.workplace import Workplace, keep
 
 _log = logging.getLogger(__name__)
 
@@ -180,7 +180,8 @@ class Maker:
                 "record for longer, or hold whole records out."
             )
         remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
-        save_file({k: np.ascontiguousarray(v) for k, v in remains.arrays().items()}, self.out / "remains.safetensors")
+        arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
+        keep(self.out / "remains.safetensors", save(arrays))
         speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
         loads = list(s.load_torque or span([p.load_torque for p in points]))
         self.work.write("calibration", {
@@ -203,8 +204,8 @@ class Maker:
         if moved["since"] or not same:
             return
         for name in (*NETWORKS, PAPER):
-            shutil.copy(self.before / f"{name}.safetensors", self.out)
-        shutil.copy(self.before / "synthesis.safetensors", self.out)
+            keep(self.out / f"{name}.safetensors", (self.before / f"{name}.safetensors").read_bytes())
+        keep(self.out / "synthesis.safetensors", (self.before / "synthesis.safetensors").read_bytes())
         kept = ("judge", "paper_judge", "weights", "records", "scores")
         self.work.write("learned", {key: before[key] for key in kept})
         self.work.write("detection", before["detection"])
