@@ -60,9 +60,6 @@ _log = logging.getLogger(__name__)
 
 STAGES = ("calibrate", "data", "learn", "detect", "check", "report")
 
-_HEALTHY_SHARE = 1.0 / 8.0
-"""Healthy turns for the thresholds, as share of the records that the networks learn from."""
-
 
 @dataclass(frozen=True, eq=False)
 class Bench:
@@ -222,11 +219,10 @@ class Maker:
         """Turns to learn from, and healthy ones for the thresholds."""
         s = self.settings
         points = data.points_of(self.speeds, self.loads, s.seed)
-        sound = int(_HEALTHY_SHARE * s.simulated)
-        with progress("simulating", s.simulated + sound, "turns") as advance:
+        with progress("simulating", s.simulated + s.healthy, "turns") as advance:
             order = self._order(s.simulated, s.seed, points=points)
             turns = data.made(order, self.faults, self.healthy, points, self.out / "data" / "faulty", advance)
-            order = self._order(sound, s.seed + 1, points=points, how_many=(1.0,))
+            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,))
             healthy = data.made(order, self.faults, self.healthy, points, self.out / "data" / "healthy", advance)
         return turns, healthy
 

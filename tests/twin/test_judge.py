@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from indexer_env import OperatingPoint
+from indexer_env.errors import ParameterError
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, JUDGE, MACHINE, RANGE, WEIGHTS, Fixed, healthy, record, synthesis, view
 from twin.check import checked
@@ -108,6 +109,24 @@ def test_a_network_of_modes_sees_noise_added_and_paired_draws_keep_its_law():
     drawn = torch.cat([sight.at(rows) - sight.seen for _ in range(40)])
     fresh = torch.cat([network.sees(feed.noise(feed.point[rows], generator)) for _ in range(40)])
     assert float((drawn.var(dim=0) / fresh.var(dim=0)).mean()) == pytest.approx(1.0, rel=0.05)
+
+
+def test_looks_at_one_turn_hang_together_where_thresholds_are_taken(monkeypatch):
+    """Of 20 turns one always looks faulty: of 80 looks taken apart, the 76th would be the alarm for 1 of 16."""
+    sound, control = turns(20, 4, faulty=False), turns(20, 3, faulty=True)
+    rng = np.random.default_rng(0)
+
+    def looked(networks, part, view, rows, seed, looks=4):
+        row = np.tile(rows, looks)
+        told = {"any": np.where(row == 7, 9.0, 0.0) + 1e-3 * rng.random(len(row))}
+        told |= {"faults": part.there[row].astype(float), "size": part.size[row], "spread": np.zeros((len(row), 2))}
+        return told, row
+
+    monkeypatch.setattr("twin.judge.looked_at", looked)
+    with pytest.raises(ParameterError, match="at least 49 held-out records or units"):
+        judge_of([], control, sound, view(), false_alarms=0.02, coverage=0.9, seed=0)
+    judge = judge_of([], control, sound, view(), false_alarms=1 / 16, coverage=0.9, seed=0)
+    assert judge.alarm > 9.0
 
 
 def test_a_judge_is_stored_and_comes_back(taught):

@@ -21,6 +21,7 @@ from twin.settings import Settings
         ({"matters": {"rust": 1.0}}, "twin.matters must be sizes of"),
         ({"matters": 2.0}, "twin.matters must be a mapping of faults to sizes"),
         ({"false_alarms": 1.5}, "twin.false_alarms must be"),
+        ({"simulated": 1000, "false_alarms": 1e-4}, "twin.simulated must be 84211 or more turns for false_alarms="),
     ],
 )
 def test_a_wrong_setting_is_refused(given, said):
