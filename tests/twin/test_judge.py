@@ -189,6 +189,19 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert not off.trusted and "predicted to 3.0 times the noise" in off.reason
 
 
+def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays(monkeypatch):
+    class Odd(Weights):
+        def oddness(self, left: np.ndarray) -> np.ndarray:
+            return np.where(np.arange(len(left)) == 1, 2.0, 0.5)
+
+    point, any_fault = OperatingPoint(1400.0 * RPM, 5.0), np.where(np.arange(10) == 0, 5.0, -5.0)
+    monkeypatch.setattr("twin.check.ensemble", lambda networks, x, conditions: {"any": any_fault})
+    given = [healthy().turn(point)[None].repeat(10, axis=0)], [point], ["a.csv"], healthy(), view(), [], JUDGE
+    found = checked(*given, synthesis(), Odd(**vars(WEIGHTS)), 0.01, True)
+    assert found.trusted and "8 of 10 healthy turns that were fitted come out healthy" in found.reason
+    assert "None was held out" in found.reason
+
+
 def twin(network: Fixed, alone: bool = True) -> Twin:
     about = {
         "settings": {"faults": list(NAMES), "matters": {"reducer_play": 12.0}}, "range": RANGE,
