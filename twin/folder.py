@@ -36,7 +36,7 @@ PAPER = "paper_0"
 
 
 _HELD: dict[str, tuple[str, ...]] = {
-    "settings": ("faults", "matters"), "networks": (), "cells": ("stations", "count", "rate"), "shift": (),
+    "settings": ("faults", "matters", "coverage"), "networks": (), "cells": ("stations", "count", "rate"), "shift": (),
     "range": ("motor_speed_rpm", "load_torque"), "load_factor": (), "noise": (), "sample_noise": (), "unit": (),
     "calibration": ("findings", "spread"), "judge": ("alarm", "reach"),
     "weights": ("name", "reach", "usual", "strange", "quiet"), "detection": (), "check": ("trusted", "reason", "turns"),

@@ -204,7 +204,7 @@ def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays
 
 def twin(network: Fixed, alone: bool = True) -> Twin:
     about = {
-        "settings": {"faults": list(NAMES), "matters": {"reducer_play": 12.0}}, "range": RANGE,
+        "settings": {"faults": list(NAMES), "matters": {"reducer_play": 12.0}, "coverage": 0.9}, "range": RANGE,
         "detection": [{"fault": n, "motor_speed_rpm": 1400.0, "load_torque": 5.0, "size": 0.2, "told": 1.0, "unit": ""}
                       for n in NAMES],
     }  # fmt: skip
