@@ -39,12 +39,13 @@ def bench_of(config: dict[str, Any]) -> Any:
     try:
         return Bench(indexer_subject({**{key: config[key] for key in keys}, "measured": config["healthy"]}))
     except IndexerError as error:
-        raise type(error)(_in_words(str(error))) from None
+        raise type(error)(in_words(str(error), "healthy")) from None
 
 
-def _in_words(sentence: str) -> str:
-    """The sentence with the keys of this command."""
-    return sentence.replace("discrepancy.measured", "twin.healthy").replace("discrepancy.", "twin.")
+def in_words(sentence: str, key: str) -> str:
+    """A sentence about records with the keys of a twin's command, whose `key` names them."""
+    own = sentence.replace("discrepancy.measured", f"twin.{key}").replace("discrepancy.", "twin.")
+    return own.replace("measured='", f"{key}='")
 
 
 def run(config: dict[str, Any]) -> dict[str, Any]:

@@ -21,16 +21,14 @@ def turns_of(experiment: Experiment, healthy: Healthy) -> np.ndarray:
     return healthy.cells.turns(experiment.signal.values, cam_rate, point.start_angle)
 
 
-def scores(told: dict[str, np.ndarray], rows: np.ndarray, turns: Turns) -> dict[str, float]:
-    """How a network does on control turns: the share whose set of faults it names exactly, by how many there are."""
+def scores(told: dict[str, np.ndarray], rows: np.ndarray, turns: Turns) -> dict[str, float | None]:
+    """How a network does on control turns: the share whose set of faults it names exactly, by how many there are; None
+    where there is no such turn, as with several faults where the table has one."""
     named = sigmoid(told["faults"]) > 0.5
     there = turns.there[rows]
     right, number = (named == there).all(axis=1), there.sum(axis=1)
-    return {
-        "all": float(right.mean()), "healthy": float(right[number == 0].mean()),
-        "one": float(right[number == 1].mean()),
-        "several": float(right[number > 1].mean()),
-    }  # fmt: skip
+    groups = {"all": number >= 0, "healthy": number == 0, "one": number == 1, "several": number > 1}
+    return {name: float(right[mine].mean()) if mine.any() else None for name, mine in groups.items()}
 
 
 def span(values: Sequence[float]) -> tuple[float, float]:

@@ -89,11 +89,8 @@ def checked(
         return Check(
             False, f"Not to be trusted: {said}; the drawing, or what was stated of the record, is wrong.", rows
         )
-    caution = " None was held out, so this proves little: record one more." if own else ""
-    return (
-        Check(True, f"All {count} {where} come out healthy, not novel and as predicted.{caution}", rows)
-        if not (alarms or novel)
-        else Check(
-            True, f"{count - max(alarms, novel)} of {count} {where} come out healthy, as many as chance lets.", rows
-        )
-    )
+    sound = sum(row["alarm"] <= 0.0 and row["novelty"] <= 1.0 for row in rows)
+    found = f"All {count} {where} come out healthy, not novel and as predicted."
+    if sound < count:
+        found = f"{sound} of {count} {where} come out healthy and not novel, as many as chance lets."
+    return Check(True, found + (" None was held out, so this proves little: record one more." if own else ""), rows)

@@ -15,8 +15,9 @@ from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.build import from_mapping
-from indexer_env.errors import SignalError
+from indexer_env.errors import IndexerError, SignalError
 from indexer_records.conditions import Pulse
+from twin.__main__ import in_words
 from twin.answer import Answer, answer_of
 from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis
 from twin.physics import Physics
@@ -80,7 +81,11 @@ def records_of(config: dict[str, Any], key: str) -> list[Record]:
     table = None if config["records"] is None else path_given("twin", "records", config["records"])
     given = config[key]
     files = given if isinstance(given, list) else str(path_given("twin", key, given))
-    return read_records(files, table, config["known"], from_mapping(Pulse, config["pulse"], "pulse"), [])
+    pulse = from_mapping(Pulse, config["pulse"], "pulse")
+    try:
+        return read_records(files, table, config["known"], pulse, [])
+    except IndexerError as error:
+        raise type(error)(in_words(str(error), key)) from None
 
 
 def _finite(value: Any) -> Any:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import yaml
+from safetensors import SafetensorError
 from safetensors.numpy import load_file
 from safetensors.torch import load_file as load_weights
 from torch import nn
 
 from indexer_env.build import from_mapping
 from indexer_env.errors import ParameterError
-from indexer_env.machine import Machine
-from indexer_env.presets import load_machine
+from indexer_env.machine import Machine, machine_from_mapping
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
 from twin.faults import Fault
@@ -34,6 +35,43 @@ PAPER = "paper_0"
 """The paper's network, taught beside them and shown beside them, which takes no part in a diagnosis."""
 
 
+_HELD: dict[str, tuple[str, ...]] = {
+    "settings": ("faults", "matters", "coverage"), "networks": (), "cells": ("stations", "count", "rate"), "shift": (),
+    "range": ("motor_speed_rpm", "load_torque"), "load_factor": (), "noise": (), "sample_noise": (), "unit": (),
+    "calibration": ("findings", "spread"), "judge": ("alarm", "reach"),
+    "weights": ("name", "reach", "usual", "strange", "quiet"), "detection": (), "check": ("trusted", "reason", "turns"),
+}  # fmt: skip
+"""What a diagnosis reads of twin.yaml."""
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """A file of a twin is read within; one that is damaged or cannot be read raises one sentence."""
+    try:
+        with path.open("rb"):
+            pass
+        yield
+    except (OSError, SafetensorError, yaml.YAMLError, LookupError, TypeError, ValueError, RuntimeError) as error:
+        raise ParameterError(f"{path} cannot be read ({_why(error)}); make the twin anew.") from error
+
+
+def _why(error: Exception) -> str:
+    """What an error says, in one line."""
+    if isinstance(error, KeyError):
+        return f"it lacks {error.args[0]}"
+    if isinstance(error, RuntimeError):
+        return "its arrays are not this network's"
+    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return " ".join(said.split()).rstrip(".")
+
+
+def _yaml(path: Path) -> dict[str, Any]:
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if not isinstance(content, dict):
+        raise TypeError(f"it holds no mapping but {type(content).__name__}")
+    return content
+
+
 def about_of(folder: Path) -> dict[str, Any]:
     """twin.yaml of a folder."""
     path = folder / "twin.yaml"
@@ -42,20 +80,36 @@ def about_of(folder: Path) -> dict[str, Any]:
             f"twin must be the folder of a finished twin, got {folder}, which holds no twin.yaml; "
             "make one with indexer twin."
         )
-    about = yaml.safe_load(path.read_text(encoding="utf-8"))
-    if not isinstance(about, dict) or about.get("format") != FORMAT:
+    with reading(path):
+        about = _yaml(path)
+    if about.get("format") != FORMAT:
         raise ParameterError(f"{path} must be the head of a twin, got another file; name the folder that twin wrote.")
     if about.get("version") != VERSION:
         got = about.get("version")
         raise ParameterError(f"{path} must be of version {VERSION}, got {got}; make the twin anew with this software.")
+    with reading(path):
+        for key, below in _HELD.items():
+            if about.get(key) is None:
+                raise KeyError(key)
+            for name in below:
+                if name not in about[key]:
+                    raise KeyError(f"{key}.{name}")
     return about
 
 
 def machine_and_sensor(folder: Path) -> tuple[Machine, Sensor]:
     """The healthy machine and its sensor."""
-    machine = load_machine(folder / "machine.yaml")
-    sensor = yaml.safe_load((folder / "sensor.yaml").read_text(encoding="utf-8"))
-    return machine, from_mapping(Sensor, sensor, "sensor")
+    with reading(folder / "machine.yaml"):
+        machine = machine_from_mapping(_yaml(folder / "machine.yaml"))
+    with reading(folder / "sensor.yaml"):
+        sensor = from_mapping(Sensor, _yaml(folder / "sensor.yaml"), "sensor")
+    return machine, sensor
+
+
+def remains_of(folder: Path) -> Remains:
+    """What healthy records leave."""
+    with reading(folder / "remains.safetensors"):
+        return Remains.restore(load_file(folder / "remains.safetensors"))
 
 
 def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -> tuple[nn.Module, ...]:
@@ -63,7 +117,9 @@ def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -
     found = []
     for name in names:
         network = KINDS[name.partition("_")[0]](faults, cells.count, cells.stations)
-        network.load_state_dict(load_weights(folder / f"{name}.safetensors"))
+        path = folder / f"{name}.safetensors"
+        with reading(path):
+            network.load_state_dict(load_weights(path))
         found.append(network.eval())
     return tuple(found)
 
@@ -80,9 +136,12 @@ def view_of(about: Mapping[str, Any], remains: Remains) -> View:
 
 def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: View) -> Synthesis:
     """The simulator as it is fitted to turns."""
-    held = load_file(folder / "synthesis.safetensors")
-    nuisance = Nuisance.of(folder / "posterior.parquet")
+    path, posterior = folder / "synthesis.safetensors", folder / "posterior.parquet"
+    with reading(path):
+        held = load_file(path)
+        axes, covariance, open_, growth = (held[name] for name in ("axes", "covariance", "open", "growth"))
+    with reading(posterior):
+        nuisance = Nuisance.of(posterior)
     return Synthesis(
-        healthy, faults, view.remains.noise, held["axes"], held["covariance"], held["open"], held["growth"],
-        view.shapes, nuisance,
+        healthy, faults, view.remains.noise, axes, covariance, open_, growth, view.shapes, nuisance,
     )  # fmt: skip

@@ -79,11 +79,11 @@ def judge_of(
     seed: int,
 ) -> Judge:  # fmt: skip
     """Thresholds from the control turns and from healthy ones."""
-    sound, _ = looked_at(networks, healthy, view, np.arange(len(healthy.x)), seed)
-    alarm = conformal_quantile(sound["any"], 1.0 - false_alarms)
+    sound, rows = looked_at(networks, healthy, view, np.arange(len(healthy.x)), seed)
+    alarm = conformal_quantile(sound["any"], 1.0 - false_alarms, rows)
     told, rows = looked_at(networks, control, view, np.flatnonzero(control.subset == 1), seed + 1)
     there, size = control.there[rows], control.size[rows]
     seen = told["any"] > alarm
     error = np.abs(told["size"] - size) / np.exp(told["spread"])
     named = (told["faults"] > 0.0) & seen[:, None]
-    return Judge(float(alarm), reaches(error, named & there, named, coverage))
+    return Judge(float(alarm), reaches(error, named & there, named, coverage, rows))

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file, save
 
 from datagen.progress import progress
 from discrepancy.indexer import Experiment, machine_yaml
@@ -54,14 +54,11 @@ from twin.settings import Settings
 from twin.teach import learned
 from twin.turns import Cells, Healthy, Remains, remains_of
 from twin.weigh import Weights
-from twin.workplace import Workplace
+from twin.workplace import Workplace, keep
 
 _log = logging.getLogger(__name__)
 
 STAGES = ("calibrate", "data", "learn", "detect", "check", "report")
-
-_HEALTHY_SHARE = 1.0 / 8.0
-"""Healthy turns for the thresholds, as share of the records that the networks learn from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +183,8 @@ class Maker:
                 "record for longer, or hold whole records out."
             )
         remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
-        save_file({k: np.ascontiguousarray(v) for k, v in remains.arrays().items()}, self.out / "remains.safetensors")
+        arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
+        keep(self.out / "remains.safetensors", save(arrays))
         speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
         loads = list(s.load_torque or span([p.load_torque for p in points]))
         self.work.write("calibration", {
@@ -209,8 +207,8 @@ class Maker:
         if moved["since"] or not same:
             return
         for name in (*NETWORKS, PAPER):
-            shutil.copy(self.before / f"{name}.safetensors", self.out)
-        shutil.copy(self.before / "synthesis.safetensors", self.out)
+            keep(self.out / f"{name}.safetensors", (self.before / f"{name}.safetensors").read_bytes())
+        keep(self.out / "synthesis.safetensors", (self.before / "synthesis.safetensors").read_bytes())
         kept = ("judge", "paper_judge", "weights", "records", "scores")
         self.work.write("learned", {key: before[key] for key in kept})
         self.work.write("detection", before["detection"])
@@ -227,11 +225,10 @@ class Maker:
         """Turns to learn from, and healthy ones for the thresholds."""
         s = self.settings
         points = data.points_of(self.speeds, self.loads, s.seed)
-        sound = int(_HEALTHY_SHARE * s.simulated)
-        with progress("simulating", s.simulated + sound, "turns") as advance:
+        with progress("simulating", s.simulated + s.healthy, "turns") as advance:
             order = self._order(s.simulated, s.seed, points=points)
             turns = data.made(order, self.faults, self.healthy, points, self.out / "data" / "faulty", advance)
-            order = self._order(sound, s.seed + 1, points=points, how_many=(1.0,))
+            order = self._order(s.healthy, s.seed + 1, points=points, how_many=(1.0,))
             healthy = data.made(order, self.faults, self.healthy, points, self.out / "data" / "healthy", advance)
         return turns, healthy
 

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from classifier.tasks.conformal import least_records
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 from twin.faults import FAULTS, chosen
+
+_HEALTHY_SHARE = 1.0 / 8.0
+"""Healthy turns for the thresholds, as share of the records that the networks learn from."""
+
+_RUN = 0.95
+"""Share of the machines drawn that is sure to run."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,7 @@ class Settings:
         check_integer("twin", "seed", self.seed, low=0)
         for name in ("false_alarms", "power", "coverage"):
             check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0, high_open=True)
+        self._check_enough()
         for name in ("load_uncertainty", "gain_uncertainty", "housing_uncertainty"):
             check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0)
         for name, unit in (("motor_speed_rpm", "rpm"), ("load_torque", "N m")):
@@ -74,6 +83,18 @@ class Settings:
             if name not in self.faults:
                 raise refuse("twin", "matters", "sizes of " + ", ".join(self.faults), name)
             check_number("twin.matters", name, size, low=0.0, unit=FAULTS[name].unit)
+
+    @property
+    def healthy(self) -> int:
+        """Simulated healthy turns, beside those that the networks learn from."""
+        return int(_HEALTHY_SHARE * self.simulated)
+
+    def _check_enough(self) -> None:
+        """So seldom an alarm can only be told by so many healthy turns."""
+        least = math.ceil(least_records(1.0 - self.false_alarms) / (_HEALTHY_SHARE * _RUN))
+        if self.simulated < least:
+            rule = f"{least} or more turns for false_alarms={self.false_alarms:g}, which healthy turns must show"
+            raise refuse("twin", "simulated", rule, self.simulated, "simulate more, or allow more false alarms")
 
     def plain(self) -> dict[str, Any]:
         """As YAML knows it."""

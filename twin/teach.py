@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.numpy import save_file
-from safetensors.torch import save_file as save_weights
+from safetensors.numpy import save
+from safetensors.torch import save as save_weights
 from torch import nn
 
 from datagen.progress import progress
@@ -28,6 +28,7 @@ from twin.settings import Settings
 from twin.synthesis import Synthesis, modes
 from twin.turns import Healthy
 from twin.weigh import Weights, weights_of
+from twin.workplace import keep
 
 GROWN = 600
 """Control turns that tell what the posterior leaves open beside faults."""
@@ -52,7 +53,7 @@ def learned(
                 kind, _, number = name.partition("_")
                 tell = (lambda epoch: None) if name == PAPER else (lambda epoch: advance(1))
                 network = trained(kind, faulty, view, epochs=s.epochs, seed=s.seed + int(number), advance=tell)
-                save_weights(network.state_dict(), out / f"{name}.safetensors")
+                keep(out / f"{name}.safetensors", save_weights(network.state_dict()))
 
             with ThreadPoolExecutor(len(NETWORKS)) as pool:
                 missing = [name for name in (*NETWORKS, PAPER) if not (out / f"{name}.safetensors").exists()]
@@ -107,7 +108,7 @@ def _synthesis(
     clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
     growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
     held = {"axes": axes, "covariance": covariance, "open": open_, "growth": growth}
-    save_file({name: np.ascontiguousarray(value) for name, value in held.items()}, out / "synthesis.safetensors")
+    keep(out / "synthesis.safetensors", save({name: np.ascontiguousarray(value) for name, value in held.items()}))
     return synthesis_of(out, faults, healthy, view)
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.numpy import load_file
 from torch import nn
 
 from discrepancy.records.conditions import Conditions
@@ -26,13 +25,13 @@ from twin.corrected import BY_COMPARISON, corrected
 from twin.detection import Seen, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
 from twin.faults import Fault, chosen, share_of
-from twin.folder import about_of, machine_and_sensor, networks_of, synthesis_of, view_of
+from twin.folder import about_of, machine_and_sensor, networks_of, reading, remains_of, synthesis_of, view_of
 from twin.gate import Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
 from twin.refine import fitted
 from twin.synthesis import Synthesis
-from twin.turns import Cells, Healthy, Remains
+from twin.turns import Cells, Healthy
 from twin.weigh import Weights, spread
 
 
@@ -87,21 +86,21 @@ class Twin:
         Raises
         ------
         ParameterError
-            No folder of a finished twin, or one of another version.
+            No folder of a finished twin, one of another version, or a damaged one.
         """
         folder = Path(folder)
         about = about_of(folder)
         machine, sensor = machine_and_sensor(folder)
-        cells = Cells(**about["cells"])
-        remains = Remains.restore(load_file(folder / "remains.safetensors"))
-        faults = chosen(list(about["settings"]["faults"]))
+        remains = remains_of(folder)
+        with reading(folder / "twin.yaml"):
+            cells = Cells(**about["cells"])
+            faults = chosen(list(about["settings"]["faults"]))
+            view = view_of(about, remains)
+            healthy = Healthy(machine, sensor, cells, float(about["load_factor"]))
+            judge, weights = Judge.restore(about["judge"]), Weights.restore(about["weights"])
         networks = networks_of(folder, about["networks"], len(faults), cells)
-        view = view_of(about, remains)
-        healthy = Healthy(machine, sensor, cells, about["load_factor"])
-        return cls(
-            folder, about, machine, sensor, view, networks, Judge.restore(about["judge"]), healthy,
-            synthesis_of(folder, faults, healthy, view), Weights.restore(about["weights"]),
-        )  # fmt: skip
+        synthesis = synthesis_of(folder, faults, healthy, view)
+        return cls(folder, about, machine, sensor, view, networks, judge, healthy, synthesis, weights)
 
     @functools.cached_property
     def gate(self) -> Gate:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
-
-import yaml
 
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
@@ -18,7 +17,7 @@ from twin.settings import Settings
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin-update.yaml."""
     from discrepancy.subjects.indexer import IndexerSubject
-    from twin.folder import about_of
+    from twin.folder import about_of, machine_and_sensor
     from twin.freed import freed, of_machine
     from twin.make import Bench, Maker
 
@@ -26,10 +25,10 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     about = about_of(folder)
     if folder.resolve() == out.resolve():
         raise refuse("twin", "out", "another folder than the twin's", str(out), "the old twin stays as it is")
+    _, sensor = machine_and_sensor(folder)
     machine = load_yaml("machine", folder / "machine.yaml")
     uncertainty = {name: float(spread) for name, spread in about["calibration"]["spread"].items() if spread <= 1.0}
-    sensor = yaml.safe_load((folder / "sensor.yaml").read_text(encoding="utf-8"))
-    prior = {**config, "machine": {**machine, "uncertainty": uncertainty}, "sensor": sensor}
+    prior = {**config, "machine": {**machine, "uncertainty": uncertainty}, "sensor": dataclasses.asdict(sensor)}
     settings = from_mapping(Settings, about["settings"], "twin")
     found = [row for row in about["calibration"]["findings"] if of_machine(row)]
     subject = bench_of(prior).subject

@@ -26,7 +26,7 @@ _COMMON, _FAR = 0.95, 3.0
 hundred turns tell no higher quantile: one fit in a wrong minimum would decide it."""
 
 LEAST = 30
-"""Fewest turns of a group for an interval of its own."""
+"""Fewest turns of a group for an interval of its own, where the coverage does not need more."""
 
 _FLOOR = 1e-3
 """Least standard deviation of a size: half of the smallest that is simulated."""
@@ -138,18 +138,26 @@ def _limit(values: np.ndarray) -> float:
     return float(conformal_quantile(values, ACCEPTED) if enough else values.max())
 
 
-def reaches(error: np.ndarray, right: np.ndarray, named: np.ndarray, coverage: float) -> np.ndarray:
+def reaches(
+    error: np.ndarray, right: np.ndarray, named: np.ndarray, coverage: float, turns: np.ndarray | None = None
+) -> np.ndarray:
     """Conformal quantiles (faults, 2) of errors in units of their spread, where a fault is rightly named: alone, and
-    beside others. A group too small takes its fault's, and that of a fault too small everybody's."""
+    beside others. A group too small takes its fault's, and that of a fault too small everybody's; where all are too few
+    for the coverage, nothing bounds a size. `turns` (n,) tells looks at the same turn, which hang together."""
+    turns = np.arange(len(error)) if turns is None else turns
     beside = named.sum(axis=1) > 1
-    whole = conformal_quantile(error[right], coverage) if right.any() else np.inf
-    found = np.full((error.shape[1], 2), whole)
+
+    def reach(mine: np.ndarray, least: int) -> float | None:
+        units = np.broadcast_to(turns[:, None], error.shape)[mine]
+        enough = len(np.unique(units)) >= max(least, least_records(coverage))
+        return conformal_quantile(error[mine], coverage, units) if enough else None
+
+    whole = reach(right, 1)
+    found = np.full((error.shape[1], 2), np.inf if whole is None else whole)
     for fault in range(error.shape[1]):
-        mine = right[:, fault]
-        if mine.sum() >= LEAST:
-            found[fault] = conformal_quantile(error[mine, fault], coverage)
+        mine = right & (np.arange(error.shape[1]) == fault)
+        own = reach(mine, LEAST)
         for group in (0, 1):
-            those = mine & (beside == bool(group))
-            if those.sum() >= LEAST:
-                found[fault, group] = conformal_quantile(error[those, fault], coverage)
+            those = reach(mine & (beside == bool(group))[:, None], LEAST)
+            found[fault, group] = next(r for r in (those, own, found[fault, group]) if r is not None)
     return found

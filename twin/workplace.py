@@ -18,6 +18,17 @@ _OWN_FILES = (
     *(f"{name}.safetensors" for name in (*NETWORKS, PAPER)),
 )  # fmt: skip
 
+_PARTS = tuple(f".{Path(name).stem}.part" for name in _OWN_FILES)
+"""What a run that was killed leaves of a file that it was writing."""
+
+
+def keep(path: Path, content: bytes) -> None:
+    """Write a file of a twin, whole or not at all, and as readable as the umask says: the writers of safetensors leave
+    it to its owner alone, and a monitor may run as another user."""
+    fresh = path.with_name(f".{path.stem}.part")
+    fresh.write_bytes(content)
+    fresh.rename(path)
+
 
 class Workplace:
     """A folder, taken for a twin of these records and settings, or gone on with."""
@@ -33,7 +44,7 @@ class Workplace:
         self.out = out
         mark = {"format": FORMAT, "version": VERSION, "made_of": made_of}
         if out.exists():
-            held = sorted(path.name for path in out.iterdir())
+            held = sorted(path.name for path in out.iterdir() if path.name not in _PARTS)
             foreign = [name for name in held if name not in _OWN_FILES]
             if foreign or (held and "stage.yaml" not in held):
                 raise ParameterError(
@@ -48,6 +59,8 @@ class Workplace:
                     )
                 for path in out.iterdir():
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
+            for name in _PARTS:
+                (out / name).unlink(missing_ok=True)
         out.mkdir(parents=True, exist_ok=True)
         self.write("stage", mark)
 
@@ -57,9 +70,8 @@ class Workplace:
 
     def write(self, name: str, content: Any) -> None:
         """Write NAME.yaml, whole or not at all."""
-        fresh = self.out / f".{name}.part"
-        fresh.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True), encoding="utf-8")
-        fresh.rename(self.out / f"{name}.yaml")
+        text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+        keep(self.out / f"{name}.yaml", text.encode())
 
     def has(self, names: Sequence[str]) -> bool:
         """Whether it holds all of these files."""

@@ -52,7 +52,8 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
     pq.write_table(pa.table(known), folder / "posterior.parquet")
     reach = [[2.0, 2.0]] * len(NAMES)
     about = {
-        "format": "indexer-twin", "version": VERSION, "settings": {"faults": list(NAMES), "matters": {}},
+        "format": "indexer-twin", "version": VERSION,
+        "settings": {"faults": list(NAMES), "matters": {}, "coverage": 0.9},
         "networks": ["modes_0"], "cells": dataclasses.asdict(cells), "shift": 0.002,
         "range": {"motor_speed_rpm": list(RPMS), "load_torque": list(loads)},
         "load_factor": 1.0, "noise": builders.NOISE, "sample_noise": builders.NOISE, "unit": "rad/s^2",

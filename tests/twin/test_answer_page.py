@@ -37,6 +37,14 @@ def test_a_fault_stands_with_its_place_size_evidence_and_what_to_do():
     assert 'style="left: 50.0%"' in said
 
 
+def test_each_size_says_at_which_level_its_interval_holds():
+    sizes = {"probabilities": {"friction": 0.9}, "severities": {"friction": (1.0, 0.5, 1.5)}}
+    said = page(dataclasses.replace(network(FAULTY, "friction"), **sizes))
+    assert "90 % interval</span>" in said and "95 % interval" not in said and "were it there (90 % interval)" in said
+    said = page(network(HEALTHY), physics(FAULTY, ("crack", 0.5)))
+    assert "95 % interval</span>" in said and "90 % interval</span>" not in said
+
+
 @pytest.mark.parametrize(
     ("verdict", "advice"),
     [(HEALTHY, "Nothing: go on"), (UNKNOWN, "look at the machine"), (NOT_COMPARABLE, "state what was different")],

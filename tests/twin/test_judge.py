@@ -11,6 +11,7 @@ import pytest
 import torch
 
 from indexer_env import OperatingPoint
+from indexer_env.errors import ParameterError
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, JUDGE, MACHINE, RANGE, WEIGHTS, Fixed, healthy, record, synthesis, view
 from twin.check import checked
@@ -110,6 +111,24 @@ def test_a_network_of_modes_sees_noise_added_and_paired_draws_keep_its_law():
     assert float((drawn.var(dim=0) / fresh.var(dim=0)).mean()) == pytest.approx(1.0, rel=0.05)
 
 
+def test_looks_at_one_turn_hang_together_where_thresholds_are_taken(monkeypatch):
+    """Of 20 turns one always looks faulty: of 80 looks taken apart, the 76th would be the alarm for 1 of 16."""
+    sound, control = turns(20, 4, faulty=False), turns(20, 3, faulty=True)
+    rng = np.random.default_rng(0)
+
+    def looked(networks, part, view, rows, seed, looks=4):
+        row = np.tile(rows, looks)
+        told = {"any": np.where(row == 7, 9.0, 0.0) + 1e-3 * rng.random(len(row))}
+        told |= {"faults": part.there[row].astype(float), "size": part.size[row], "spread": np.zeros((len(row), 2))}
+        return told, row
+
+    monkeypatch.setattr("twin.judge.looked_at", looked)
+    with pytest.raises(ParameterError, match="at least 49 held-out records or units"):
+        judge_of([], control, sound, view(), false_alarms=0.02, coverage=0.9, seed=0)
+    judge = judge_of([], control, sound, view(), false_alarms=1 / 16, coverage=0.9, seed=0)
+    assert judge.alarm > 9.0
+
+
 def test_a_judge_is_stored_and_comes_back(taught):
     judge = taught[3]
     assert Judge.restore(judge.plain()).plain() == judge.plain()
@@ -170,9 +189,22 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert not off.trusted and "predicted to 3.0 times the noise" in off.reason
 
 
+def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays(monkeypatch):
+    class Odd(Weights):
+        def oddness(self, left: np.ndarray) -> np.ndarray:
+            return np.where(np.arange(len(left)) == 1, 2.0, 0.5)
+
+    point, any_fault = OperatingPoint(1400.0 * RPM, 5.0), np.where(np.arange(10) == 0, 5.0, -5.0)
+    monkeypatch.setattr("twin.check.ensemble", lambda networks, x, conditions: {"any": any_fault})
+    given = [healthy().turn(point)[None].repeat(10, axis=0)], [point], ["a.csv"], healthy(), view(), [], JUDGE
+    found = checked(*given, synthesis(), Odd(**vars(WEIGHTS)), 0.01, True)
+    assert found.trusted and "8 of 10 healthy turns that were fitted come out healthy" in found.reason
+    assert "None was held out" in found.reason
+
+
 def twin(network: Fixed, alone: bool = True) -> Twin:
     about = {
-        "settings": {"faults": list(NAMES), "matters": {"reducer_play": 12.0}}, "range": RANGE,
+        "settings": {"faults": list(NAMES), "matters": {"reducer_play": 12.0}, "coverage": 0.9}, "range": RANGE,
         "detection": [{"fault": n, "motor_speed_rpm": 1400.0, "load_torque": 5.0, "size": 0.2, "told": 1.0, "unit": ""}
                       for n in NAMES],
     }  # fmt: skip

@@ -11,6 +11,7 @@ import pytest
 from discrepancy.indexer import Experiment
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine
 from indexer_env.errors import ParameterError
+from tests.monitor.twins import twin_folder
 from twin import diagnose
 from twin.advice import advice
 from twin.make import Bench, Maker
@@ -27,6 +28,7 @@ from twin.settings import Settings
         ({"matters": {"rust": 1.0}}, "twin.matters must be sizes of"),
         ({"matters": 2.0}, "twin.matters must be a mapping of faults to sizes"),
         ({"false_alarms": 1.5}, "twin.false_alarms must be"),
+        ({"simulated": 1000, "false_alarms": 1e-4}, "twin.simulated must be 84211 or more turns for false_alarms="),
     ],
 )
 def test_a_wrong_setting_is_refused(given, said):
@@ -62,6 +64,20 @@ def about(**changes):
 def test_what_to_record_next_follows_from_what_is_open(changes, said):
     assert not any(said in sentence for sentence in advice(about()))
     assert any(said in sentence for sentence in advice(about(**changes)))
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("days", "error: signal must be a folder or pattern with measured files, got"),
+        ("days/*.csv", "a pattern is quoted: signal='"),
+    ],
+)
+def test_records_that_are_not_there_are_told_with_the_commands_own_key(tmp_path, run_command, given, said):
+    twin_folder(tmp_path / "twin")
+    (tmp_path / "days").mkdir()
+    code, _, err = run_command(diagnose, f"twin={tmp_path / 'twin'}", f"signal='{tmp_path / given}'")
+    assert code == 2 and said in err and "discrepancy" not in err and "measured=" not in err
 
 
 def test_a_folder_that_is_no_twin_is_refused(tmp_path, run_command):

@@ -182,6 +182,13 @@ def test_a_small_group_takes_the_reach_of_its_fault():
     assert found[0, 0] == found[0, 1] == 2.0
 
 
+def test_turns_too_few_for_the_coverage_bound_no_size_and_looks_at_one_turn_are_no_turns():
+    error, named = np.ones((60, 1)), np.ones((60, 1), dtype=bool)
+    assert (reaches(error, named, named, 0.98) == 1.0).all()
+    assert np.isinf(reaches(error, named, named, 0.99)).all()
+    assert np.isinf(reaches(error, named, named, 0.98, np.repeat(np.arange(15), 4))).all()
+
+
 def test_weights_are_stored_and_come_back():
     assert Weights.restore(WEIGHTS.plain()).plain() == WEIGHTS.plain()
 

@@ -41,6 +41,9 @@ _GENERAL = {
     NOT_COMPARABLE: "Record again as the twin's healthy records were taken, or state what was different.",
 }
 
+_PHYSICS = 0.95
+"""Level of physics' intervals, as `discrepancy` gives them; the networks' is the twin's coverage."""
+
 _TONES = {HEALTHY: "good", FAULTY: "bad"}
 
 
@@ -52,6 +55,7 @@ def answer_page(answer: Answer, each: Sequence[tuple[str, TurnDiagnosis]], twin:
         answer=answer, each=each, names=[name for name, _ in each], machine=twin.machine.name,
         check=twin.about["check"], tone=_TONES.get(answer.verdict, "open"), advice=advice_of(answer),
         rows=[_row(fault, twin) for fault in answer.faults], probabilities=_probabilities(answer.network),
+        level=_percent(twin.about["settings"]["coverage"]),
     )  # fmt: skip
 
 
@@ -73,7 +77,12 @@ def _row(fault: FoundFault, twin: Twin) -> dict[str, Any]:
     place = PLACES.get(fault.name, ("", ""))[0]
     if fault.station is not None:
         place = f"{place}, station {fault.station}"
-    return {"fault": fault, "size": size, "place": place, "bar": _bar(fault, twin)}
+    level = _percent(_PHYSICS if fault.by == "physics" else twin.about["settings"]["coverage"])
+    return {"fault": fault, "size": size, "level": level, "place": place, "bar": _bar(fault, twin)}
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:g} %"
 
 
 def _bar(fault: FoundFault, twin: Twin) -> dict[str, float | None] | None:

@@ -1,0 +1,57 @@
+"""The folder in which a twin is made: whose it is, what a killed run leaves in it, who may read it."""
+
+from __future__ import annotations
+
+import os
+import stat
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from indexer_env.errors import ParameterError
+from tests.twin.builders import MACHINE, WEIGHTS, healthy, view
+from tests.twin.test_judge import turns
+from twin.faults import chosen
+from twin.settings import Settings
+from twin.teach import learned
+from twin.workplace import Workplace
+
+
+@pytest.fixture
+def open_to_all():
+    """Files are for everybody to read, as on most machines."""
+    before = os.umask(0o022)
+    yield
+    os.umask(before)
+
+
+@pytest.mark.parametrize("name", ["calibration", "stage", "modes_0"])
+def test_what_a_killed_run_was_writing_does_not_lock_the_folder(tmp_path, name):
+    if name != "stage":
+        Workplace(tmp_path, "records", False).write("calibration", {"level": 1.0})
+    (tmp_path / f".{name}.part").write_text("half of")
+    again = Workplace(tmp_path, "records", False)
+    assert not list(tmp_path.glob(".*.part")) and again.read("stage")["made_of"] == "records"
+    assert name == "stage" or again.read("calibration") == {"level": 1.0}
+
+
+def test_a_part_of_somebody_elses_file_is_not_removed(tmp_path):
+    Workplace(tmp_path, "records", False)
+    (tmp_path / ".film.part").write_text("mine")
+    with pytest.raises(ParameterError, match=r"which holds \.film\.part; name another"):
+        Workplace(tmp_path, "records", False)
+    assert (tmp_path / ".film.part").exists()
+
+
+def test_networks_and_synthesis_are_as_readable_as_the_umask_says(tmp_path, monkeypatch, open_to_all):
+    monkeypatch.setattr("twin.teach.weights_by_control", lambda *given: WEIGHTS)
+    known = {"machine.table_inertia": np.full(3, MACHINE.table_inertia)}
+    pq.write_table(pa.table(known), tmp_path / "posterior.parquet")
+    settings = Settings(epochs=1, false_alarms=0.05)
+    faulty, sound = turns(60, 1, faulty=True), turns(60, 2, faulty=False)
+    learned(tmp_path, faulty, sound, chosen(["crack", "friction"]), healthy(), view(), settings)
+    made = sorted(tmp_path.glob("*.safetensors"))
+    assert [file.stem for file in made] == ["modes_0", "modes_1", "paper_0", "synthesis"]
+    assert {stat.S_IMODE(file.stat().st_mode) for file in made} == {0o644}
