@@ -82,6 +82,11 @@ class Bench:
         """Standard deviation of the cam angle at a record's first sample [rad]."""
         return max(e.start_uncertainty for e in self.experiments)
 
+    @property
+    def start_compared(self) -> bool:
+        """Whether the cam angle of a record was found by comparison with the drawing."""
+        return any(e.start_compared for e in self.experiments)
+
 
 class Maker:
     """Makes a twin in a folder."""
@@ -187,6 +192,7 @@ class Maker:
             "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
+            "start_compared": self.bench.start_compared,
         })  # fmt: skip
         if before is not None:
             self._go_on(before, found)
