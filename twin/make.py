@@ -44,6 +44,7 @@ from twin.folder import (
     about_of,
     machine_and_sensor,
     networks_of,
+    reading,
     synthesis_of,
     view_of,
 )  # fmt: skip
@@ -206,9 +207,11 @@ class Maker:
         same = before["range"] == about["range"] and before["cells"] == about["cells"]
         if moved["since"] or not same:
             return
-        for name in (*NETWORKS, PAPER):
-            keep(self.out / f"{name}.safetensors", (self.before / f"{name}.safetensors").read_bytes())
-        keep(self.out / "synthesis.safetensors", (self.before / "synthesis.safetensors").read_bytes())
+        for name in (*NETWORKS, PAPER, "synthesis"):
+            file = self.before / f"{name}.safetensors"
+            with reading(file):
+                content = file.read_bytes()
+            keep(self.out / file.name, content)
         kept = ("judge", "paper_judge", "weights", "records", "scores")
         self.work.write("learned", {key: before[key] for key in kept})
         self.work.write("detection", before["detection"])
