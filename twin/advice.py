@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from twin.card import span
+
 _SCALE = 0.02
 """Relative spread of the common scale above which a load would tell more."""
 
 _OPEN = 0.05
 """Relative spread of a parameter, beside the common scale, above which it is named as hardly known."""
-
-_PULSE = 0.005
-"""rad; a start angle that is known worse was found by comparison."""
 
 _FEW = 3
 """Turns held out below which the check proves little."""
@@ -22,8 +21,8 @@ def advice(about: Mapping[str, Any]) -> list[str]:
     """Sentences, the one that helps most first."""
     found = []
     speeds, loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
-    recorded = {round(rpm, 0) for rpm, _ in about["recorded"]}
-    if len(recorded) == 1:
+    slowest, fastest = span([rpm for rpm, _ in about["recorded"]])
+    if slowest == fastest:
         found.append(
             "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the "
             "twin diagnoses at this speed alone."
@@ -36,7 +35,8 @@ def advice(about: Mapping[str, Any]) -> list[str]:
             f"hardly shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
             "Sizes in N m carry this error, all others do not."
         )
-    if about["shift"] > _PULSE:
+    # of a calibration that an earlier version began with, it is not known
+    if about["calibration"].get("start_compared", False):
         found.append(
             "Record a once-per-turn pulse: the cam angle was found by comparison, so stations cannot be told apart and "
             "what shifts the motion is hardly seen."

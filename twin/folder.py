@@ -52,7 +52,8 @@ def reading(path: Path) -> Iterator[None]:
             pass
         yield
     except (OSError, SafetensorError, yaml.YAMLError, LookupError, TypeError, ValueError, RuntimeError) as error:
-        raise ParameterError(f"{path} cannot be read ({_why(error)}); make the twin anew.") from error
+        remedy = "let this user read it" if isinstance(error, PermissionError) else "make the twin anew"
+        raise ParameterError(f"{path} cannot be read ({_why(error)}); {remedy}.") from error
 
 
 def _why(error: Exception) -> str:

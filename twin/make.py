@@ -44,6 +44,7 @@ from twin.folder import (
     about_of,
     machine_and_sensor,
     networks_of,
+    reading,
     synthesis_of,
     view_of,
 )  # fmt: skip
@@ -81,6 +82,11 @@ class Bench:
     def shift(self) -> float:
         """Standard deviation of the cam angle at a record's first sample [rad]."""
         return max(e.start_uncertainty for e in self.experiments)
+
+    @property
+    def start_compared(self) -> bool:
+        """Whether the cam angle of a record was found by comparison with the drawing."""
+        return any(e.start_compared for e in self.experiments)
 
 
 class Maker:
@@ -193,6 +199,7 @@ class Maker:
             "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
+            "start_compared": self.bench.start_compared,
         })  # fmt: skip
         if before is not None:
             self._go_on(before, found)
@@ -206,9 +213,11 @@ class Maker:
         same = before["range"] == about["range"] and before["cells"] == about["cells"]
         if moved["since"] or not same:
             return
-        for name in (*NETWORKS, PAPER):
-            keep(self.out / f"{name}.safetensors", (self.before / f"{name}.safetensors").read_bytes())
-        keep(self.out / "synthesis.safetensors", (self.before / "synthesis.safetensors").read_bytes())
+        for name in (*NETWORKS, PAPER, "synthesis"):
+            file = self.before / f"{name}.safetensors"
+            with reading(file):
+                content = file.read_bytes()
+            keep(self.out / file.name, content)
         kept = ("judge", "paper_judge", "weights", "records", "scores")
         self.work.write("learned", {key: before[key] for key in kept})
         self.work.write("detection", before["detection"])

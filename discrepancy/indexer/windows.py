@@ -61,6 +61,9 @@ class Experiment:
     estimate : tuple of float or None
         Standard deviation of the noise and its correlation from sample to sample where they were estimated before: a
         record that was resampled shows them no more. Estimated from the signal where not given.
+    start_compared : bool
+        Whether the cam angle at the first sample was neither stated nor told by a pulse, but found by comparison with
+        the nominal machine, so that stations are not known.
     """
 
     signal: Signal
@@ -73,6 +76,7 @@ class Experiment:
     clock_uncertainty: float = 2e-3
     begun: float = 0.0
     estimate: tuple[float, float] | None = None
+    start_compared: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.signal, Signal):

@@ -199,7 +199,9 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
             f"{record.name}: the noise is estimated from the record, of which the sensor's low-pass filter may have "
             "taken a part; state noise where it comes from before the filter"
         )
-    return Experiment(named, point, stated.noise, known_to, spread, estimate=estimate), notes
+    compared = stated.start_angle is None and record.pulses is None
+    made = Experiment(named, point, stated.noise, known_to, spread, estimate=estimate, start_compared=compared)
+    return made, notes
 
 
 def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -73,6 +74,15 @@ def test_a_damaged_file_is_named_with_the_reason(sound, tmp_path, file, damage, 
     sentence = str(error.value)
     assert sentence.startswith(f"{folder / file} cannot be read (") and sentence.endswith("); make the twin anew.")
     assert said in sentence and "()" not in sentence and "\n" not in sentence
+
+
+def test_a_file_of_another_user_is_no_damage(sound, monkeypatch):
+    def refused(path: Path, *given: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "open", refused)
+    with pytest.raises(ParameterError, match=r"cannot be read \(Permission denied\); let this user read it\."):
+        Twin.load(sound)
 
 
 def test_a_head_that_ends_too_early_is_never_taken_for_whole(sound, tmp_path):

@@ -40,8 +40,8 @@ def test_a_wrong_setting_is_refused(given, said):
 def about(**changes):
     found = {
         "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [2.0, 20.0]},
-        "recorded": [[1200.0, 2.0], [1500.0, 20.0]], "shift": 0.002, "detection": [],
-        "calibration": {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}},
+        "recorded": [[1200.0, 2.0], [1500.0, 20.0]], "shift": 0.05, "detection": [],
+        "calibration": {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}, "start_compared": False},
         "check": {"turns": [{}, {}, {}]}, "settings": {"faults": ["crack"], "housing_uncertainty": 0.2},
     }  # fmt: skip
     return {**found, **changes}
@@ -51,8 +51,9 @@ def about(**changes):
     ("changes", "said"),
     [
         ({"recorded": [[1500.0, 2.0], [1500.0, 20.0]]}, "Record at a second speed"),
+        ({"recorded": [[1500.2, 2.0], [1500.9, 20.0]]}, "Record at a second speed"),
         ({"calibration": {"scale_spread": 0.04, "spread": {}}}, "a record under a well known load, larger than 20 N m"),
-        ({"shift": 0.01}, "once-per-turn pulse"),
+        ({"calibration": {"scale_spread": 0.01, "spread": {}, "start_compared": True}}, "once-per-turn pulse"),
         ({"calibration": {"scale_spread": 0.01, "spread": {"cam_inertia": 0.2}}}, "Hardly known: cam_inertia"),
         ({"check": {"turns": [{}]}}, "Hold out another healthy record"),
         (

@@ -188,6 +188,14 @@ def test_what_pulses_tell_is_as_sure_as_they_are_far_apart(record, nominal) -> N
     assert found.start_uncertainty == pytest.approx(math.hypot(0.002, first * cam_rate * speed))
 
 
+def test_an_experiment_tells_whether_its_start_was_found_by_comparison(record, nominal) -> None:
+    """A record that is divided knows its later start less well, and yet nothing was compared."""
+    pulse = np.array([(-1.3 / (1500.0 * RPM / 25.625)) % 8.2])
+    for angle, pulses, compared in ((1.3, None, False), (None, pulse, False), (None, None, True)):
+        found = experiments([record(start_angle=angle, pulses=pulses)], nominal, Sensor())
+        assert [e.start_compared for e in (*found.fitted, *found.held_out)] == [compared, compared]
+
+
 def test_a_late_pulse_counts_with_the_speed_put_right(record, nominal) -> None:
     """The speed stated is 0.5 % too high, which the cam turns by 0.2 rad until the pulse comes."""
     cam_rate = 1500.0 * RPM / 25.625
