@@ -25,6 +25,7 @@ from monitor.alarms import Condition, Event
 from monitor.analysis.finding import Diagnoser
 from monitor.fleet import Fleet
 from monitor.intake.arrivals import Arrival
+from monitor.intake.unread import Unread
 from monitor.leases import Leases
 from monitor.pipeline import Pipeline
 from monitor.plan import Outcome, Plan
@@ -86,6 +87,7 @@ class Engine:
         self._changed, self._stale_s, self._reorder_s = changed, stale_s, reorder_s
         self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
         self._ended: set[str] = set()
+        self.unread = Unread()
         self._fleet = Fleet(store, diagnoser, plan, leases)
         self._renewed = -math.inf
         self._lock = threading.RLock()
@@ -131,12 +133,9 @@ class Engine:
         return {}
 
     def broken(self, machine: str, sentence: str) -> None:
-        """A message of a machine could not be read; told where the machine is known, else only counted."""
+        """A message or file of a machine could not be read; it is told with the machine as soon as this is known."""
         self.refused += 1
-        with self._lock:
-            pipeline = self._fleet.pipelines.get(machine)
-            if pipeline is not None:
-                pipeline.states.note("broken_payload", time.time_ns(), sentence)
+        self.unread.add(machine, sentence)
 
     def ended(self, machine: str) -> None:
         """No samples are expected from a machine for now: it is not stale."""
@@ -267,8 +266,7 @@ class Engine:
             self._work([])
         for machine, pipeline in list(self._fleet.pipelines.items()):
             silent = now - self._fleet.heard.get(machine, now)
-            changed = False
-            outcome = Outcome()
+            changed, outcome = self.unread.move(machine, pipeline.states), Outcome()
             if pipeline.waiting and silent > self._reorder_s:
                 outcome, changed = pipeline.flush(), True
             if silent > self._stale_s and machine not in self._ended and "stale" not in pipeline.states.active:

@@ -102,9 +102,10 @@ class Service:
         gate = Gate(settings.access)
         for source in self._sources:
             source.told = self._hub.again
+        self.engine.unread.told = self._hub.again
         api = Api(
             self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None,
-            troubles=lambda: [source.trouble for source in self._sources if source.trouble is not None],
+            troubles=lambda: [*(one.trouble for one in self._sources if one.trouble), *self.engine.unread.sentences],
         )  # fmt: skip
         app = make_app(api, Metrics(self.engine, self._store), settings.local)
         config = uvicorn.Config(

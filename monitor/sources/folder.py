@@ -82,7 +82,8 @@ class FolderSource(Source):
         try:
             blocks = self._blocks(path, machine)
         except IndexerError as error:
-            engine.broken(machine, f"{name}: {error}")
+            told = str(error)
+            engine.broken(machine, told if str(path) in told else f"{name}: {told}")
             return
         for place, block in enumerate(blocks):
             last = place == len(blocks) - 1
