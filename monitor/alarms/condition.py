@@ -47,7 +47,8 @@ class Rules:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to an alarm; `told`: whether it goes out to people.
+    """Something that happened to an alarm; `told`: whether it goes out to people; `turn`: number of the turn that led
+    to it, None where an operator did it.
 
     kind: raised, lowered, ended, again, acknowledged, shelved, unshelved, noted.
     """
@@ -62,6 +63,7 @@ class Event:
     told: bool
     user: str = ""
     note: str = ""
+    turn: int | None = None
 
 
 class Condition:
