@@ -7,6 +7,7 @@ the batch is taken in again: what of it had been committed comes twice then, and
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import logging
 import math
@@ -137,6 +138,11 @@ class Engine:
         self.refused += 1
         self.unread.add(machine, sentence)
 
+    def newest_ns(self, machine: str) -> int | None:
+        """End of the newest samples of a machine [ns since 1970]; None: it is unknown."""
+        pipeline = self._fleet.pipelines.get(machine)
+        return None if pipeline is None else pipeline.newest_ns
+
     def ended(self, machine: str) -> None:
         """No samples are expected from a machine for now: it is not stale."""
         self._ended.add(machine)
@@ -189,15 +195,11 @@ class Engine:
             _log.exception("the engine has stopped")
 
     def _batch(self) -> list[Arrival]:
-        try:
-            batch = [self._queue.get(timeout=0.1)]
-        except queue.Empty:
-            return []
-        while len(batch) < _BATCH:
-            try:
+        batch: list[Arrival] = []
+        with contextlib.suppress(queue.Empty):
+            batch.append(self._queue.get(timeout=0.1))
+            while len(batch) < _BATCH:
                 batch.append(self._queue.get_nowait())
-            except queue.Empty:
-                break
         return batch
 
     def _insist(self, work: Callable[[], None]) -> None:

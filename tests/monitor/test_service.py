@@ -190,14 +190,14 @@ def test_files_are_read_once_when_they_are_complete(monitor, tmp_path, monkeypat
 
     write("press-7/20270115T080000Z.csv", 5)
     (folder / "press-7" / "broken.parquet").write_bytes(b"PAR1 no more")
-    source = FolderSource(folder, Reading(), None, settle=0.1)
+    source = FolderSource(folder, Reading(), None, settle=0.1, jitter=0.02, turn=1.0)
     source.start(monitor.engine)
     wait_for(lambda: (monitor.store.summary("press-7") or {}).get("turns") == 5)
     write("press-7/20270115T080005Z.csv", 3)
     wait_for(lambda: monitor.store.summary("press-7")["turns"] == 8)
     assert "gap" not in monitor.store.summary("press-7")["active_states"]
     source.stop()
-    again = FolderSource(folder, Reading(), None, settle=0.1)
+    again = FolderSource(folder, Reading(), None, settle=0.1, jitter=0.02, turn=1.0)
     again.start(monitor.engine)
     time.sleep(0.6)  # six looks
     again.stop()

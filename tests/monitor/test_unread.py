@@ -36,7 +36,8 @@ def test_a_file_that_cannot_be_read_is_logged_and_told_before_its_machine_is_kno
     file = tmp_path / "press_1.csv"
     file.write_text(text)
     with caplog.at_level(logging.WARNING, "monitor"):
-        FolderSource(tmp_path, Reading(), None, settle=0.0)._read(monitor.engine, file, file.name, "")
+        source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+        source._read(monitor.engine, file, file.name, "")
     (said,) = monitor.engine.unread.sentences
     assert "press_1.csv" in said and said in caplog.text and "'press'" in caplog.text
 
