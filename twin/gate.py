@@ -13,7 +13,7 @@ from indexer_env.errors import SignalError
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
 from indexer_env.units import RPM
-from indexer_records.quality import quality_columns
+from indexer_records.quality import is_dead, quality_columns
 from twin.learn import View
 from twin.turns import Healthy
 
@@ -64,7 +64,7 @@ class Gate:
             rate = signal.sample_rate
             raise SignalError(f"{name} must be sampled at the twin's {cells.rate:g} Hz, got {rate:g} Hz; resample it.")
         quality = quality_columns(signal.values[None])[0]
-        if quality["constant_share"] > DEAD:
+        if is_dead(**quality, most=DEAD):
             raise SignalError(f"{name} must vary throughout, got one value on end; check the sensor and its cable.")
         if quality["clipped_share"] > CLIPPED:
             share = quality["clipped_share"]
