@@ -12,6 +12,7 @@ from classifier.indexing import indexing_of
 from indexer_env.errors import SignalError
 from indexer_env.units import RPM
 from indexer_records.conditions import RecordConditions
+from indexer_records.quality import is_dead
 
 TOLERANCE = {"sensor_radius": 0.01, "motor_speed": 0.02}
 """By which share a record's value may lie outside the range of the training records: densities grow with the square of
@@ -108,9 +109,10 @@ class Conditions:
 
     def flaw(self, clipped_share: float, constant_share: float) -> str:
         """What is wrong with the sensor of a turn with these shares [-]; empty where nothing is."""
-        if constant_share > self.constant_share + CONSTANT:
+        clipped = clipped_share > self.clipped_share + CLIPPED
+        if is_dead(clipped_share if clipped else 0.0, constant_share, self.constant_share + CONSTANT):
             return f"must vary, got one value over {100 * constant_share:.3g} % of it; check the sensor and its cable"
-        if clipped_share > self.clipped_share + CLIPPED:
+        if clipped:
             return (
                 f"must stay within the sensor's range, got {100 * clipped_share:.3g} % clipped samples; "
                 "lower the gain or use a sensor of a larger range"

@@ -14,6 +14,10 @@ import numpy as np
 SHORTEST_FLAT = 3
 """Samples in a row at the same extreme value that count as clipped; a sampled peak has two at most by chance."""
 
+_ONE_VALUE = 0.9
+"""Share of a record in one run above which it is one of one value, be this its largest or not: a table that indexes
+leaves the limit of a sensor within every cam turn."""
+
 
 def quality_columns(records: np.ndarray) -> list[dict[str, Any]]:
     """The quality columns of each record.
@@ -42,6 +46,13 @@ def worst_quality(channels: Sequence[np.ndarray]) -> dict[str, float]:
     """The quality columns of a record of several channels, each with its samples (n,): the largest share of any."""
     found = [quality_columns(np.asarray(samples)[None])[0] for samples in channels]
     return {name: max(columns[name] for columns in found) for name in found[0]}
+
+
+def is_dead(clipped_share: float, constant_share: float, most: float) -> bool:
+    """Whether a record holds one value for more than the share `most` [-] of it as a dead sensor does, and not as one
+    at its limits: a run longer than all flat tops together lies at none of them; of a record of one value it cannot be
+    told."""
+    return constant_share > most and (constant_share > clipped_share or constant_share > _ONE_VALUE)
 
 
 def _shares(record: np.ndarray, held: np.ndarray) -> dict[str, float]:

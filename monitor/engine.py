@@ -7,6 +7,7 @@ the batch is taken in again: what of it had been committed comes twice then, and
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import logging
 import math
@@ -25,6 +26,7 @@ from monitor.alarms import Condition, Event
 from monitor.analysis.finding import Diagnoser
 from monitor.fleet import Fleet
 from monitor.intake.arrivals import Arrival
+from monitor.intake.unread import Unread
 from monitor.leases import Leases
 from monitor.pipeline import Pipeline
 from monitor.plan import Outcome, Plan
@@ -86,6 +88,7 @@ class Engine:
         self._changed, self._stale_s, self._reorder_s = changed, stale_s, reorder_s
         self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
         self._ended: set[str] = set()
+        self.unread = Unread()
         self._fleet = Fleet(store, diagnoser, plan, leases)
         self._renewed = -math.inf
         self._lock = threading.RLock()
@@ -131,12 +134,14 @@ class Engine:
         return {}
 
     def broken(self, machine: str, sentence: str) -> None:
-        """A message of a machine could not be read; told where the machine is known, else only counted."""
+        """A message or file of a machine could not be read; it is told with the machine as soon as this is known."""
         self.refused += 1
-        with self._lock:
-            pipeline = self._fleet.pipelines.get(machine)
-            if pipeline is not None:
-                pipeline.states.note("broken_payload", time.time_ns(), sentence)
+        self.unread.add(machine, sentence)
+
+    def newest_ns(self, machine: str) -> int | None:
+        """End of the newest samples of a machine [ns since 1970]; None: it is unknown."""
+        pipeline = self._fleet.pipelines.get(machine)
+        return None if pipeline is None else pipeline.newest_ns
 
     def ended(self, machine: str) -> None:
         """No samples are expected from a machine for now: it is not stale."""
@@ -190,15 +195,11 @@ class Engine:
             _log.exception("the engine has stopped")
 
     def _batch(self) -> list[Arrival]:
-        try:
-            batch = [self._queue.get(timeout=0.1)]
-        except queue.Empty:
-            return []
-        while len(batch) < _BATCH:
-            try:
+        batch: list[Arrival] = []
+        with contextlib.suppress(queue.Empty):
+            batch.append(self._queue.get(timeout=0.1))
+            while len(batch) < _BATCH:
                 batch.append(self._queue.get_nowait())
-            except queue.Empty:
-                break
         return batch
 
     def _insist(self, work: Callable[[], None]) -> None:
@@ -267,8 +268,7 @@ class Engine:
             self._work([])
         for machine, pipeline in list(self._fleet.pipelines.items()):
             silent = now - self._fleet.heard.get(machine, now)
-            changed = False
-            outcome = Outcome()
+            changed, outcome = self.unread.move(machine, pipeline.states), Outcome()
             if pipeline.waiting and silent > self._reorder_s:
                 outcome, changed = pipeline.flush(), True
             if silent > self._stale_s and machine not in self._ended and "stale" not in pipeline.states.active:

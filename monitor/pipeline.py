@@ -224,7 +224,8 @@ class Pipeline:
         size = smooth[name]
         if name == CHANGE and explained:
             size = Size(0.0, 0.0, 0.0)
-        return self.conditions[name].judge(time_ns, size, self._plan.limits[name])
+        happened = self.conditions[name].judge(time_ns, size, self._plan.limits[name])
+        return [replace(event, turn=self.turns) for event in happened]
 
     def _change(self, cut: CutTurn, finding: Finding) -> Size:
         """How far a turn is from what was taught and from what is usual; 1 and more is far.

@@ -97,14 +97,15 @@ class Service:
             self._store, diagnoser, settings.plan, channels, self._changed,
             stale_s=settings.stale, reorder_s=settings.reorder, leases=self._leases,
         )  # fmt: skip
-        self._sources = self._make_sources()
+        self._sources = self._make_sources(diagnoser)
         self._make_senders()
         gate = Gate(settings.access)
         for source in self._sources:
             source.told = self._hub.again
+        self.engine.unread.told = self._hub.again
         api = Api(
             self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None,
-            troubles=lambda: [source.trouble for source in self._sources if source.trouble is not None],
+            troubles=lambda: [*(one.trouble for one in self._sources if one.trouble), *self.engine.unread.sentences],
         )  # fmt: skip
         app = make_app(api, Metrics(self.engine, self._store), settings.local)
         config = uvicorn.Config(
@@ -207,7 +208,7 @@ class Service:
             demo.make_model(model, _DEMO_RECORDS)
         return replace(settings, models=(model,), plan=replace(settings.plan, sensor_radius=_DEMO_RADIUS_M))
 
-    def _make_sources(self) -> list[Source]:
+    def _make_sources(self, diagnoser: Diagnoser) -> list[Source]:
         settings, source = self._settings, self._settings.source
         if source in ("demo", "broker"):
             self.broker = BuiltInBroker(settings.broker_port or _free_port())
@@ -224,7 +225,9 @@ class Service:
             folder = Path(source.removeprefix("folder:"))
             if not folder.is_dir():
                 raise refuse("monitor", "source", "a folder that is there", source)
-            return [FolderSource(folder, settings.reading, settings.pulse_column, settings.settle)]
+            turn = min(mode.duration for mode in diagnoser.modes)
+            told = settings.reading, settings.pulse_column, settings.settle, settings.plan.jitter
+            return [FolderSource(folder, *told, turn)]
         if source.startswith("replay:"):
             return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
         if source.startswith(SCHEME):

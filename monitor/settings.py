@@ -12,11 +12,12 @@ from typing import Any
 from indexer_cli.job_paths import path_given
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
+from indexer_env.presets import config_dir, load_yaml
 from indexer_env.units import RPM
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Rules, limits_of_key
-from monitor.plan import Plan
+from monitor.plan import CHANGE, Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
 
@@ -143,6 +144,8 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
     if not isinstance(config["twin_limits"], Mapping | None):
         raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
+    if config["twin"] is not None:
+        _check_no_limits_of_models(config["limits"])
     for key in ("raw_days", "turn_days"):
         check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
     if config["mqtt"]["version"] not in (3, 5):
@@ -201,6 +204,16 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         owner=_owner(config),
         lease_s=float(config["lease"]["seconds"]),
     )
+
+
+def _check_no_limits_of_models(limits: Mapping[str, Any]) -> None:
+    """A twin has limits of its own: beside it those that were set count for nothing but CHANGE."""
+    usual = load_yaml("monitor", config_dir() / "monitor.yaml")["limits"]
+    for name, steps in limits.items():
+        if name != CHANGE and steps != usual.get(name):
+            rule = "left out where a twin is given, which has limits of its own"
+            remedy = "set those of its faults in their units, twin_limits={reducer_play: [2, 4, 8]}"
+            raise refuse("limits", name, rule, steps, remedy)
 
 
 def _owner(config: Mapping[str, Any]) -> str | None:

@@ -11,7 +11,7 @@ from discrepancy.records.conditions import Conditions
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_env.units import RPM
-from indexer_records.quality import quality_columns
+from indexer_records.quality import is_dead, quality_columns
 from twin.corrected import Corrected, corrected
 from twin.learn import View
 from twin.turns import Healthy
@@ -51,7 +51,7 @@ class Gate:
                 "convert it, or make a twin with this sensor."
             )
         quality = quality_columns(signal.values[None])[0]
-        if quality["constant_share"] > DEAD:
+        if is_dead(**quality, most=DEAD):
             raise SignalError(f"{name} must vary throughout, got one value on end; check the sensor and its cable.")
         if quality["clipped_share"] > CLIPPED:
             share = quality["clipped_share"]

@@ -9,7 +9,7 @@ from discrepancy.records.reading import Record
 from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_records.measured import RATE_TOLERANCE
-from indexer_records.quality import quality_columns
+from indexer_records.quality import is_dead, quality_columns
 
 _DEAD = 0.02
 """Share of a record in one run of equal samples at which its sensor counts as dead for that time; a dwell of a machine
@@ -70,7 +70,7 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
 
 def _check_sensor(record: Record) -> None:
     shares = quality_columns(record.signal.values[None])[0]
-    if shares["constant_share"] > _DEAD:
+    if is_dead(**shares, most=_DEAD):
         time = shares["constant_share"] * record.signal.duration
         raise SignalError(
             f"{record.name} must vary throughout, got one value for {time:.3g} s on end; check the sensor and its "

@@ -47,7 +47,8 @@ class Rules:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to an alarm; `told`: whether it goes out to people.
+    """Something that happened to an alarm; `told`: whether it goes out to people; `turn`: number of the turn that led
+    to it, None where an operator did it.
 
     kind: raised, lowered, ended, again, acknowledged, shelved, unshelved, noted.
     """
@@ -62,6 +63,7 @@ class Event:
     told: bool
     user: str = ""
     note: str = ""
+    turn: int | None = None
 
 
 class Condition:
@@ -83,7 +85,7 @@ class Condition:
         self.since_ns: int | None = body.get("since_ns")
         self.shelved_until_ns: int | None = body.get("shelved_until_ns")
         self._rising = [int(count) for count in body.get("rising", [0, 0, 0, 0])]
-        self._falling = int(body.get("falling", 0))
+        self._leaving = [int(count) for count in body.get("leaving", [0, 0, 0, 0])]
         self._asked_ns = int(body.get("asked_ns", 0))
 
     @property
@@ -110,17 +112,18 @@ class Condition:
             target = self.level
         for level in (1, 2, 3):
             self._rising[level] = self._rising[level] + 1 if target >= level > self.level else 0
-        self._falling = self._falling + 1 if target < self.level else 0
+            self._leaving[level] = self._leaving[level] + 1 if target < level <= self.level else 0
         reached = max((level for level in (1, 2, 3) if self._rising[level] >= self._rules.on_delay), default=0)
+        left = [level for level in (1, 2, 3) if self._leaving[level] >= self._rules.off_delay]
         if reached > self.level:
             self.since_ns = self.since_ns if self.active else time_ns
             self.level, self.acknowledged, self._asked_ns = reached, False, time_ns
             self._rising = [0, 0, 0, 0]
             events.append(self._event(time_ns, "raised", size))
-        elif self._falling >= self._rules.off_delay:
-            self.level, self._falling = target, 0
-            events.append(self._event(time_ns, "lowered" if target else "ended", size))
-            self.since_ns = self.since_ns if target else None
+        elif left:
+            self.level = min(left) - 1
+            events.append(self._event(time_ns, "lowered" if self.active else "ended", size))
+            self.since_ns = self.since_ns if self.active else None
         elif self.active and self.acknowledged and time_ns - self._asked_ns >= self._rules.re_alarm_h * HOUR_NS:
             self.acknowledged, self._asked_ns = False, time_ns
             events.append(self._event(time_ns, "again", size))
@@ -172,7 +175,7 @@ class Condition:
             "since_ns": self.since_ns,
             "shelved_until_ns": self.shelved_until_ns,
             "rising": self._rising,
-            "falling": self._falling,
+            "leaving": self._leaving,
             "asked_ns": self._asked_ns,
         }
 

@@ -67,12 +67,8 @@ class ClassifierDiagnoser:
             sensor = "finite" in turn.problem or "float32" in turn.problem
             return ("dead" if sensor else "other_speed"), f"a turn {turn.problem}"
         conditions = self._models[mode.name].conditions
-        for state, problem in (
-            ("dead", conditions.flaw(0.0, turn.constant_share)),
-            ("clipped", conditions.flaw(turn.clipped_share, 0.0)),
-        ):
-            if problem:
-                return state, f"a turn {problem}"
+        if problem := conditions.flaw(turn.clipped_share, turn.constant_share):
+            return "dead" if "must vary" in problem else "clipped", f"a turn {problem}"
         problem = conditions.indexing_flaw(turn.record)
         if not problem:
             return None

@@ -21,6 +21,7 @@ from indexer_env.signal import Signal
 from indexer_env.simulate import simulate
 from indexer_env.units import RPM
 from indexer_records.conditions import RecordConditions
+from indexer_records.quality import is_dead
 from indexer_records.stream import StreamedTurn
 from monitor.alarms import Limits, limits_of_key
 from monitor.analysis.finding import Finding, Size
@@ -94,7 +95,7 @@ class TwinDiagnoser:
         if turn.record is None:
             sensor = "finite" in turn.problem or "float32" in turn.problem
             return ("dead" if sensor else "other_speed"), f"a turn {turn.problem}"
-        if turn.constant_share > DEAD:
+        if is_dead(turn.clipped_share, turn.constant_share, DEAD):
             return "dead", f"a turn must vary throughout, got one value for {turn.constant_share:.0%} of it"
         if turn.clipped_share > CLIPPED:
             return "clipped", f"a turn must stay inside the sensor's range, got {turn.clipped_share:.1%} at flat tops"

@@ -13,7 +13,7 @@ WORDS = {
     "reordered": "samples came in another order and were sorted",
     "clock_step": "the sender's clock was set",
     "rate_error": "the sampling rate is not what the sender states",
-    "broken_payload": "messages cannot be read",
+    "broken_payload": "messages or files cannot be read",
     "dead": "the sensor gives one value or nothing",
     "clipped": "the sensor is at its limits",
     "swapped": "the sensor was exchanged, turned round or its gain changed",

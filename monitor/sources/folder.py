@@ -4,12 +4,15 @@ A file is complete once its size and time have not changed for `settle` seconds,
 time go into the store together with its samples, so that neither a kill nor a restart reads it twice. Its machine is
 the folder below the watched one, or for a file that lies in it directly what stands before the first sign of _ or a
 digit of its name. Its time is the one in its name (20261122T060000Z), else that of its last change less its duration.
+A file that begins where the last one of its machine ended goes on with it; one that begins later is a recording of its
+own, as of a logger that records for a minute in an hour, and what lies between them is no gap.
 """
 
 from __future__ import annotations
 
 import re
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -37,13 +40,22 @@ class FolderSource(Source):
     pulse_column : str or None
     settle : float
         Seconds without change after which a file is complete.
+    jitter : float
+        By how much the time of a file that goes on with the last one may be off [s].
+    turn : float
+        Of the table, the shortest that can be diagnosed [s].
     """
 
-    def __init__(self, folder: Path, reading: Reading, pulse_column: str | None, settle: float) -> None:
+    def __init__(
+        self, folder: Path, reading: Reading, pulse_column: str | None, settle: float, jitter: float, turn: float
+    ) -> None:
         super().__init__()
         self.name = f"folder:{folder}"
         self._folder, self._reading, self._pulse, self._settle = folder, reading, pulse_column, settle
+        self._jitter_ns, self._turn_ns = round(jitter * NANO), round(turn * NANO)
         self._seen: dict[str, tuple[str, float]] = {}
+        self._stretches: dict[str, tuple[int, int | None]] = {}
+        self._short: dict[str, str] = {}
 
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
@@ -80,9 +92,10 @@ class FolderSource(Source):
     def _read(self, engine: Engine, path: Path, name: str, mark: str) -> None:
         machine = machine_of(Path(name))
         try:
-            blocks = self._blocks(path, machine)
+            blocks = self._placed(engine, name, self._blocks(path, machine))
         except IndexerError as error:
-            engine.broken(machine, f"{name}: {error}")
+            told = str(error)
+            engine.broken(machine, told if str(path) in told else f"{name}: {told}")
             return
         for place, block in enumerate(blocks):
             last = place == len(blocks) - 1
@@ -90,6 +103,29 @@ class FolderSource(Source):
             while not engine.offer(arrival, timeout=0.5):
                 if self.stopping.is_set():
                     return
+
+    def _placed(self, engine: Engine, name: str, blocks: list[Block]) -> list[Block]:
+        """The blocks of a file in time: whether it begins a recording, and whether that holds a turn by now."""
+        machine, first, end = blocks[0].machine, blocks[0], blocks[-1].end_ns
+        if machine not in self._stretches:
+            # Of what came before a restart it is known where it ended.
+            self._stretches[machine] = 0, engine.newest_ns(machine)
+        begun, last = self._stretches[machine]
+        if last is None or first.start_ns - last > self._jitter_ns:
+            begun, blocks = first.start_ns, [replace(first, begins=True), *blocks[1:]]
+        self._stretches[machine] = begun, end if last is None else max(last, end)
+        lasts = end - begun
+        self._tell_short(machine, name, lasts / NANO, lasts < self._turn_ns - NANO / first.rate)
+        return blocks
+
+    def _tell_short(self, machine: str, name: str, lasts: float, short: bool) -> None:
+        self._short.pop(machine, None)
+        if short:
+            self._short[machine] = (
+                f"{name} must hold a turn of the table, {self._turn_ns / NANO:.4g} s at least, or begin where the last "
+                f"file of {machine} ended, got {lasts:.3g} s; record for longer"
+            )
+        self.tell(next(reversed(self._short.values()), None))
 
     def _blocks(self, path: Path, machine: str) -> list[Block]:
         recording = read_recording(path, self._reading, self._pulse)

@@ -18,12 +18,12 @@ from monitor.store.schema import EVENT, OUTBOX, RAW, TURN
 def write_outcome(connection: Connection, pipeline: Pipeline, outcome: Outcome, channels: tuple[str, ...]) -> None:
     """Keep the turns of an outcome with their records, and what happened to alarms, also for each channel."""
     machine = pipeline.machine
-    raised = {one.kind for one in outcome.events} & {"raised"}
+    raising = {one.turn for one in outcome.events if one.kind == "raised"}
     for turn in outcome.turns:
         connection.execute(insert(TURN).values(machine=machine, **_turn_values(turn)))
         record = turn.cut.turn.record
         if record is not None:
-            keep = "reference" if _is_reference(pipeline, turn) else "alarm" if raised else ""
+            keep = "reference" if _is_reference(pipeline, turn) else "alarm" if turn.number in raising else ""
             connection.execute(
                 insert(RAW).values(
                     machine=machine,
@@ -35,8 +35,9 @@ def write_outcome(connection: Connection, pipeline: Pipeline, outcome: Outcome, 
                 )
             )
     for happened in outcome.events:
-        number = pipeline.turns
-        body = plain(happened)
+        # An operator's act belongs to the newest turn.
+        number = pipeline.turns if happened.turn is None else happened.turn
+        body = {**plain(happened), "turn": number}
         connection.execute(
             insert(EVENT).values(
                 machine=machine,
@@ -50,7 +51,7 @@ def write_outcome(connection: Connection, pipeline: Pipeline, outcome: Outcome, 
         )
         if happened.told:
             for channel in channels:
-                message = {"machine": machine, "turn": number, **body}
+                message = {"machine": machine, **body}
                 connection.execute(insert(OUTBOX).values(channel=channel, content=json.dumps(message)))
 
 

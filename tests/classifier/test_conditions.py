@@ -92,6 +92,8 @@ def test_conditions_of_a_record_check_themselves(changes):
         (0.02, 0.0, "got 2 % clipped samples"),
         (0.0, 0.16, "got one value over 16 % of it"),
         (1.0, 1.0, "got one value over 100 %"),
+        (0.39, 0.2, "got 39 % clipped samples"),
+        (0.01, 0.16, "got one value over 16 % of it"),
     ],
 )
 def test_a_flaw_is_more_than_the_training_records_have(clipped, constant, words):

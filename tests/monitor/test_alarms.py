@@ -60,6 +60,14 @@ def test_it_is_lowered_to_the_level_that_is_left(condition):
     assert run(condition, 4, 4, 4, 4) == [("lowered", "alert")]
 
 
+def test_it_falls_no_further_than_to_the_highest_level_of_its_turns(condition):
+    run(condition, 13, 13, 13)
+    assert run(condition, 7, 7, 7, 0) == [("lowered", "alarm")], "the alarm's level was left in one turn alone"
+    assert run(condition, 0, 0, 4) == [("lowered", "alert")], "in four turns in a row, of which the last was an alert"
+    again = Condition("backlash_deg", RULES, condition.to_dict())
+    assert run(again, 0, 0, 0) == [] and run(again, 0) == [("ended", "normal")]
+
+
 def test_a_size_that_may_be_nothing_raises_nothing(condition):
     assert run(condition, *[Size(5.0, 0.0, 10.0)] * 10) == []
 

@@ -5,11 +5,13 @@ import threading
 import time
 
 import pytest
+from sqlalchemy import select
 
 from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
 from monitor.store import Store, StoreDown
 from monitor.store.archive import archive, archived, expire, folder_name
+from monitor.store.schema import RAW
 from monitor.store.store import StoreError
 from monitor.web.views import record_of
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
@@ -61,6 +63,24 @@ def test_turns_events_and_samples_are_committed(url):
     assert record.size == 100 and (rate, unit) == (100.0, "m/s^2")
     assert store.reference("m", "60 rpm") == 1
     assert store.counts()["block"] <= 8, "samples that are used up are forgotten"
+    store.close()
+
+
+def test_an_event_tells_the_turn_that_raised_it_where_a_block_holds_several(url):
+    store, engine = make(url, channels=("webhook",))
+    send(engine, 0, 400)
+    kept = threading.Event()
+    assert engine.offer(Arrival(block(400, 1000, level=5.0), kept=kept.set), timeout=PATIENCE) and kept.wait(PATIENCE)
+    engine.stop()
+    (event,) = store.events()
+    turns = {turn["number"]: turn for turn in store.turns("m")}
+    cause = turns[event["turn"]]
+    assert (event["kind"], max(turns)) == ("raised", 14) and event["turn"] < 14
+    assert event["time_ns"] == cause["start_ns"] + round(cause["duration"] * 1e9)
+    assert [message["turn"] for _, message in store.outbox("webhook")] == [event["turn"]]
+    with store.transaction() as connection:
+        kept_for_good = connection.execute(select(RAW.c.number).where(RAW.c.keep == "alarm")).scalars().all()
+    assert kept_for_good == [event["turn"]]
     store.close()
 
 

@@ -54,6 +54,7 @@ def test_the_configuration_as_it_stands_is_the_demonstration_on_this_host_alone(
         ["source=mqtt://broker/plant/+/acceleration", "model=models/line1", "sensor_radius=0.4"],
         ["source=folder:/data/logger", "model=[a,b]", "read.unit=g", "limits.backlash_deg=[2,4,8]"],
         ["source=mqtt://broker/+", "twin=twin", "load_torque=2", "twin_limits={reducer_play: [2,4,8], friction: null}"],
+        ["source=mqtt://broker/+", "twin=twin", "limits.change=[2,4,8]"],
         ["source=opc.tcp://h:4840", "model=m", "opcua.nodes={press-1: 'ns=2;s=Press1'}", "opcua.rate=1000"],
         ["source=mqtt://broker/+", "model=m", "lease.owner=north", "lease.seconds=5"],
         ["store=postgresql://me@host/monitor", "limits.crack=null", "keep.raw_days=7"],
@@ -89,6 +90,8 @@ def test_settings_come_from_the_command_line(overrides):
         (["sensor_radius=-1"], "sensor_radius"),
         (["twin=t", "model=m", "source=broker"], "monitor.twin"),
         (["twin=t"], "source"),
+        (["twin=t", "source=broker", "limits.crack=[0.1,0.2,0.3]"], r"^limits\.crack must be left out.*twin_limits="),
+        (["twin=t", "source=broker", "limits.crack=null"], r"^limits\.crack must be left out.*got None"),
         (["twin_limits=5"], "twin_limits"),
         (["load_torque=x"], "load_torque"),
         (["motor_speeds_rpm=1500"], "motor_speeds_rpm"),
@@ -187,14 +190,14 @@ def test_files_are_read_once_when_they_are_complete(monitor, tmp_path, monkeypat
 
     write("press-7/20270115T080000Z.csv", 5)
     (folder / "press-7" / "broken.parquet").write_bytes(b"PAR1 no more")
-    source = FolderSource(folder, Reading(), None, settle=0.1)
+    source = FolderSource(folder, Reading(), None, settle=0.1, jitter=0.02, turn=1.0)
     source.start(monitor.engine)
     wait_for(lambda: (monitor.store.summary("press-7") or {}).get("turns") == 5)
     write("press-7/20270115T080005Z.csv", 3)
     wait_for(lambda: monitor.store.summary("press-7")["turns"] == 8)
     assert "gap" not in monitor.store.summary("press-7")["active_states"]
     source.stop()
-    again = FolderSource(folder, Reading(), None, settle=0.1)
+    again = FolderSource(folder, Reading(), None, settle=0.1, jitter=0.02, turn=1.0)
     again.start(monitor.engine)
     time.sleep(0.6)  # six looks
     again.stop()

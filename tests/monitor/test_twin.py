@@ -126,6 +126,10 @@ def test_what_cannot_be_compared_is_a_state(twin):
     assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record)) is None
     assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, constant_share=0.5))[0] == "dead"
     assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, clipped_share=0.01))[0] == "clipped"
+    shares = {"clipped_share": 0.39, "constant_share": 0.03}
+    state, said = one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, **shares))
+    assert state == "clipped" and "39.0%" in said
+    assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, clipped_share=1.0, constant_share=1.0))[0] == "dead"
     assert one.flaw(mode, StreamedTurn(0.0, 9.9, "must last 8.2 s"))[0] == "other_speed"
     with pytest.raises(SignalError, match="look like the twin's machine"):
         look(one, Signal(5.0 * record, RATE, unit="rad/s^2"))

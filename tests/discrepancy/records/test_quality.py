@@ -10,13 +10,17 @@ from indexer_env.errors import SignalError
 def spoiled(values: np.ndarray, how: str) -> np.ndarray:
     if how == "dead":
         return np.where(np.arange(len(values)) // 1000 == 4, 0.3, values)
-    return np.clip(values, -8.0, 8.0)
+    top = 8.0 if how == "clipped" else 0.05 * np.abs(values).max()
+    return np.clip(values, -top, top)
 
 
-@pytest.mark.parametrize(("how", "said"), [("dead", "got one value for 1 s on end"), ("clipped", "at flat tops")])
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [("dead", "got one value for 1 s on end"), ("clipped", "at flat tops"), ("clipped for long", "at flat tops")],
+)
 def test_a_spoiled_sensor_is_refused(record, nominal, values, how: str, said: str) -> None:
     with pytest.raises(SignalError, match=said):
-        check_records([record(spoiled(values, how))], nominal)
+        check_records([record(half) for half in np.array_split(spoiled(values, how), 2)], nominal)
 
 
 def test_mixed_rates_are_refused(record, nominal, values) -> None:

@@ -1,0 +1,54 @@
+"""Files in time: which goes on with the last one, which is a recording of its own, and which holds no turn."""
+
+import numpy as np
+import pytest
+
+from indexer_records.measured import Reading
+from monitor.sources.folder import FolderSource
+from tests.monitor.test_service import wait_for
+
+
+@pytest.fixture
+def read(monitor, tmp_path):
+    """Reads a file of a machine whose turns last a second; `anew`: as after a restart of the source."""
+    source = None
+
+    def read(name, seconds, anew=False):
+        nonlocal source
+        if source is None or anew:
+            source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+        time_s = np.arange(round(100 * seconds)) / 100.0
+        rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+        file = tmp_path / f"press_{name}.csv"
+        file.write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+        source._read(monitor.engine, file, file.name, str(seconds))
+        wait_for(lambda: monitor.engine.positions(source.name).get(file.name) == str(seconds))
+        return source, monitor.store.summary("press")
+
+    return read
+
+
+def test_files_an_hour_apart_are_recordings_and_no_gap(read):
+    read("20270115T080000Z", 3)
+    _, summary = read("20270115T090000Z", 3)
+    assert "gap" not in summary["states"] and summary["turns"] >= 5
+    _, summary = read("20270115T100000Z", 3, anew=True)
+    assert "gap" not in summary["states"] and summary["turns"] >= 8
+
+
+def test_a_file_that_goes_on_with_the_last_one_loses_no_turn_at_the_border(read):
+    read("20270115T080000Z", 2.5)
+    read("20270115T080002.5Z", 2)
+    _, summary = read("20270115T080004.51Z", 2.5, anew=True)  # 10 ms late: within the jitter
+    assert summary["turns"] == 7 and summary["active_states"] == []
+
+
+def test_a_file_shorter_than_a_turn_is_told_until_another_goes_on_with_it(read, caplog):
+    source, _ = read("20270115T080000Z", 0.5)
+    told = "press_20270115T080000Z.csv must hold a turn of the table, 1 s at least"
+    assert source.trouble.startswith(told) and "got 0.5 s" in source.trouble and told in caplog.text
+    source, summary = read("20270115T080000.5Z", 1.6)
+    assert source.trouble is None and summary["turns"] == 2
+    source, _ = read("20270115T090000Z", 0.9)
+    assert "got 0.9 s" in source.trouble
+    assert read("20270115T100000Z", 1)[0].trouble is None
