@@ -80,7 +80,7 @@ def at_rate(signal: Signal, rate: float) -> Signal:
 
 
 def corrected(
-    name: str, signal: Signal, conditions: Conditions, pulses: Sequence[float] | None, healthy: Healthy
+    name: str, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None, healthy: Healthy
 ) -> Corrected:
     """The record put right by itself; `pulses` are the times of its once-per-turn pulse after the first sample [s].
 

@@ -40,7 +40,7 @@ class Gate:
     given: Mapping[str, Sequence[float]]
 
     def looked(
-        self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | None = None
+        self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None = None
     ) -> tuple[np.ndarray, Corrected]:
         """Turns x (k, stations, cells) of a record as the networks take them, and the record as it is compared; raises
         SignalError where it cannot be compared with the twin."""

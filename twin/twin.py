@@ -130,7 +130,7 @@ class Twin:
         return sizes
 
     def diagnose_turn(
-        self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | None = None
+        self, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None = None
     ) -> TurnDiagnosis:
         """What the networks say of a record of one turn of the table or more, refined by simulation where they raise an
         alarm; milliseconds, with an alarm some tenths of a second.
@@ -209,8 +209,9 @@ class Twin:
         return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 
     def explain(
-        self, turns: Sequence[tuple[Signal, Conditions] | tuple[Signal, Conditions, Sequence[float] | None]]
-    ) -> physics.Physics:
+        self,
+        turns: Sequence[tuple[Signal, Conditions] | tuple[Signal, Conditions, Sequence[float] | np.ndarray | None]],
+    ) -> physics.Physics:  # fmt: skip
         """What physics says of records together, with the times of their pulses where they have any: faults as
         hypotheses from the twin's machine; seconds.
 

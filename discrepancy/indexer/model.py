@@ -138,7 +138,13 @@ class IndexerModel(Model):
         return self._with_all or self
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        orders, hums = ((), ()) if residual is None else self._lines(residual)
+        # orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end
+        orders, hums = (), ()
+        if residual is not None:
+            full, groups = self.with_all_samples(), range(len(self.experiments))
+            rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
+            turning = self._rates / self.machine.reduction / (2.0 * math.pi)
+            orders, hums = lines(rows, full.sample_rate, turning.tolist())
         sizes = measures(self.machine, self._fastest, self.sensor.radius)
         seen = Seen(sizes, self.sample_rate, self.sensor.unit, orders, hums)
         return library(self.machine, self._has() | set(self.without), seen)
@@ -146,12 +152,6 @@ class IndexerModel(Model):
     def _has(self) -> set[str]:
         """Names of the effects that the machine has before any is looked for."""
         return {effect.name for effect in (*self.machine.effects, *self.known)}
-
-    def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end."""
-        full, groups = self.with_all_samples(), range(len(self.experiments))
-        rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
-        return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         return scaled(self.parameters + hypothesis.parameters, point)
