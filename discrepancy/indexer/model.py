@@ -126,10 +126,9 @@ class IndexerModel(Model):
 
     def _of(self, turns: Sequence[tuple[int, int]]) -> IndexerModel:
         """The model with the windows of these cam turns, (record, turn) each, alone."""
-        own = self.windows.turns
+        own, other = self.windows.turns, copy.copy(self)
         if len(turns) == len(own):
             return self
-        other = copy.copy(self)
         other.windows = self.windows.some([own.index(turn) for turn in turns])
         other._lay_out()
         return other
@@ -138,13 +137,7 @@ class IndexerModel(Model):
         return self._with_all or self
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        # orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end
-        orders, hums = (), ()
-        if residual is not None:
-            full, groups = self.with_all_samples(), range(len(self.experiments))
-            rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
-            turning = self._rates / self.machine.reduction / (2.0 * math.pi)
-            orders, hums = lines(rows, full.sample_rate, turning.tolist())
+        orders, hums = ((), ()) if residual is None else self._lines(residual)
         sizes = measures(self.machine, self._fastest, self.sensor.radius)
         seen = Seen(sizes, self.sample_rate, self.sensor.unit, orders, hums)
         return library(self.machine, self._has() | set(self.without), seen)
@@ -152,6 +145,12 @@ class IndexerModel(Model):
     def _has(self) -> set[str]:
         """Names of the effects that the machine has before any is looked for."""
         return {effect.name for effect in (*self.machine.effects, *self.known)}
+
+    def _lines(self, residual: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Orders and frequencies at which lines stand in every record, residuals (w, n) of all samples end to end."""
+        full, groups = self.with_all_samples(), range(len(self.experiments))
+        rows = [residual[full.groups == k][full._inside[full.groups == k]] for k in groups]
+        return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
         return scaled(self.parameters + hypothesis.parameters, point)
@@ -166,12 +165,10 @@ class IndexerModel(Model):
         return other
 
     def local_count(self, hypothesis: Hypothesis) -> int:
-        names = self._has() | set(hypothesis.names)
-        return len(LOCAL) if "base.looseness" in names else len(LOCAL) - 2
+        return len(LOCAL) if "base.looseness" in self._has() | set(hypothesis.names) else len(LOCAL) - 2
 
     def freed(self, hypothesis: Hypothesis) -> int:
-        # hum has a phase in each window, which is taken out of what is left (`nuisance`)
-        return super().freed(hypothesis) + ("sensor.mains_hum" in hypothesis.names)
+        return super().freed(hypothesis) + ("sensor.mains_hum" in hypothesis.names)  # its phase (`nuisance`)
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
@@ -225,8 +222,7 @@ class IndexerModel(Model):
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""
-        parameters = self.parameters + hypothesis.parameters
-        return {p.name: p.value(z) for p, z in zip(parameters, point, strict=True)}
+        return {p.name: p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)}
 
     def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
         """Machine and sensor that a global point stands for."""
