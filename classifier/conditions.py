@@ -107,12 +107,19 @@ class Conditions:
         }
         return tuple(key for key, (trained, value) in pairs.items() if trained is not None and value is None)
 
-    def flaw(self, clipped_share: float, constant_share: float) -> str:
-        """What is wrong with the sensor of a turn with these shares [-]; empty where nothing is."""
+    def sensor_state(self, clipped_share: float, constant_share: float) -> str:
+        """What the sensor of a turn with these shares [-] is: "dead", "clipped", or "" where nothing is wrong."""
         clipped = clipped_share > self.clipped_share + CLIPPED
         if is_dead(clipped_share if clipped else 0.0, constant_share, self.constant_share + CONSTANT):
+            return "dead"
+        return "clipped" if clipped else ""
+
+    def flaw(self, clipped_share: float, constant_share: float) -> str:
+        """The same in words; empty where nothing is wrong."""
+        state = self.sensor_state(clipped_share, constant_share)
+        if state == "dead":
             return f"must vary, got one value over {100 * constant_share:.3g} % of it; check the sensor and its cable"
-        if clipped:
+        if state == "clipped":
             return (
                 f"must stay within the sensor's range, got {100 * clipped_share:.3g} % clipped samples; "
                 "lower the gain or use a sensor of a larger range"

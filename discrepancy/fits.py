@@ -60,6 +60,12 @@ class Fits:
         result = fit(problem, problem.adopted(place), steps=_LONG, thorough=True)
         return self.kept(result.place, result.converged)
 
+    def careful(self, fitted: Fitted) -> Point:
+        """A set's place where what is known of the machine has the weight that it has in a race."""
+        problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
+        place = problem.adopted(fitted.place)
+        return fit(problem, place, steps=_SHORT).place if fitted.effects else place
+
     def own(self, place: Point) -> Point:
         """A place of a race with the cost that it has outside, where priors have their own weight."""
         return Problem(self.model, place.hypothesis).adopted(place)
@@ -102,12 +108,12 @@ class Fits:
 
     def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
         begun = self.left_out(fitted, k)
-        smaller = begun.hypothesis
-        problem = Problem(self.model, smaller)
+        problem = Problem(self.model, begun.hypothesis)
         result = fit(problem, begun, steps=_LONG, thorough=True)
-        before = self.own(self.begun.place)
-        if not smaller.effects and before.cost < result.place.cost:
-            result = fit(problem, before, steps=_LONG, thorough=True)
+        if not begun.hypothesis.effects:
+            before = self.own(self.begun.place)
+            if before.cost < result.place.cost:
+                result = fit(problem, before, steps=_LONG, thorough=True)
         return self.kept(result.place, result.converged)
 
     def on_all(self, fitted: Fitted) -> Fitted:

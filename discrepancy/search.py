@@ -15,18 +15,14 @@ import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from discrepancy.criteria import Criteria
-from discrepancy.fit import fit
 from discrepancy.fits import Fits
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import CAUTION, race, restarted
+from discrepancy.race import race, restarted
 from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
 
 _log = logging.getLogger(__name__)
-
-_SHORT = 6
-"""Steps of a fit on the way."""
 
 _HALF_WAY = 0.5
 """Share of the best effect's gain below which another one, after its few steps in the race, is no rival; and of the
@@ -149,7 +145,7 @@ class Search:
         key = key_of(base.place.hypothesis)
         known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
         if known is None:
-            careful = self._careful(base)
+            careful = self.fits.careful(base)
             library = self._listed(careful)
             leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
             asked = [name for name in library if name in leaders or not instead]
@@ -159,12 +155,6 @@ class Search:
                 self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time
             )
         return [place for place in known if place.hypothesis.names[-1] != instead]
-
-    def _careful(self, fitted: Fitted) -> Point:
-        """The set's place where what is known of the machine has the weight that it has in a race."""
-        problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
-        place = problem.adopted(fitted.place)
-        return fit(problem, place, steps=_SHORT).place if fitted.effects else place
 
     def _finished(self, base: Fitted, places: Sequence[Point], best: Fitted | None) -> list[Fitted]:
         """The leading places of a race fitted to the end, best first; those that, after their few steps, win less than

@@ -6,6 +6,7 @@ leaves a rate near OVERSAMPLING times the wanted one; a spline of degree 5 then 
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -78,6 +79,12 @@ def on_grid(rate: float, target: float, starts: np.ndarray, steps: np.ndarray, s
     """Whether the samples of all stretches are samples of the record itself; as in `resampled`."""
     first, end = starts * rate, (starts + samples * steps) * rate
     return rate == target and _whole(first) and _whole(end) and bool((np.round(end - first) == samples).all())
+
+
+def entire(values: np.ndarray, rate: float, target: float) -> np.ndarray:
+    """A whole record (n,) at another rate, from its first sample on; as in `resampled`."""
+    count = math.floor(len(values) * target / rate + 1e-9)
+    return resampled(values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
 
 
 def check_ratio(rate: float, target: float) -> None:

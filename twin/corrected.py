@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.records.conditions import Conditions
-from discrepancy.records.matching import Match, matched
+from discrepancy.records.matching import Match, upright
 from discrepancy.records.reading import Record
-from discrepancy.records.speed import SPEED_TOLERANCE, by_pulses, put_right, wrong_speed
+from discrepancy.records.speed import by_pulses, put_right
 from discrepancy.records.start import pulse_start
 from indexer_env.errors import SignalError
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
-from indexer_records.resample import resampled
+from indexer_records.resample import entire
 from twin.turns import Healthy
 
 _LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
@@ -74,8 +74,7 @@ def at_rate(signal: Signal, rate: float) -> Signal:
         )
     if signal.sample_rate < (1.0 + 1e-3) * rate:
         return signal
-    count = int(len(signal.values) * rate / signal.sample_rate)
-    values = resampled(signal.values, signal.sample_rate, rate, np.zeros(1), np.array([1.0 / rate]), count)[0]
+    values = entire(signal.values, signal.sample_rate, rate)
     return Signal(values, rate, unit=signal.unit, source=signal.source)
 
 
@@ -93,8 +92,6 @@ def corrected(
     record = Record(name, at_rate(signal, healthy.cells.rate), conditions, None if pulses is None else np.array(pulses))
     counted = by_pulses(record, machine)
     speed = conditions.motor_speed if counted is None else counted
-    if abs(speed / conditions.motor_speed - 1.0) > SPEED_TOLERANCE:
-        raise wrong_speed(record, speed, "by the pulses")
     reference = healthy.turn(OperatingPoint(speed, conditions.load_torque))
     signal, match, notes = _seen(record.signal, machine.reduction * speed, reference, name)
     if counted is None:
@@ -122,11 +119,7 @@ def _seen(signal: Signal, cam_rate: float, reference: np.ndarray, name: str) -> 
     mean = reference.mean(axis=0)
     orders = np.fft.rfft(mean)[1:7] * 2.0 / len(mean)
     orders = orders * np.exp(-1j * np.arange(1, 7) * np.pi / len(mean))
-    match, notes = matched(signal.values, signal.sample_rate, cam_rate, orders), []
-    turned = matched(-signal.values, signal.sample_rate, cam_rate, orders)
-    if match.likeness < _LIKENESS <= turned.likeness:
-        signal, match = dataclasses.replace(signal, values=-signal.values), turned
-        notes.append(f"{name}: the table turns the other way, or the sensor reads it so; its sign is put right")
+    signal, match, notes = upright(name, signal, cam_rate, orders, _LIKENESS)
     if match.likeness < _LIKENESS or not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(
             f"{name} must look like the twin's machine, likeness {_LIKENESS:g} and level {_LEVEL[0]:g} to "

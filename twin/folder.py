@@ -107,7 +107,7 @@ def machine_and_sensor(folder: Path) -> tuple[Machine, Sensor]:
     return machine, sensor
 
 
-def remains_of(folder: Path) -> Remains:
+def stored_remains(folder: Path) -> Remains:
     """What healthy records leave."""
     with reading(folder / "remains.safetensors"):
         return Remains.restore(load_file(folder / "remains.safetensors"))

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from safetensors.numpy import load_file, save
+from safetensors.numpy import save
 
 from datagen.progress import progress
 from discrepancy.indexer import Experiment, machine_yaml
@@ -45,6 +45,7 @@ from twin.folder import (
     machine_and_sensor,
     networks_of,
     reading,
+    stored_remains,
     synthesis_of,
     view_of,
 )  # fmt: skip
@@ -53,7 +54,7 @@ from twin.moved import as_before, moved_since
 from twin.posterior import Uncertain
 from twin.settings import Settings
 from twin.teach import learned
-from twin.turns import Cells, Healthy, Remains, remains_of
+from twin.turns import Cells, Healthy, remains_of
 from twin.weigh import Weights
 from twin.workplace import Workplace, keep
 
@@ -126,7 +127,7 @@ class Maker:
         machine, sensor = machine_and_sensor(self.out)
         about = self.work.read("calibration")
         self.healthy = Healthy(machine, sensor, Cells(**about["cells"]), about["load_factor"])
-        self.remains = Remains.restore(load_file(self.out / "remains.safetensors"))
+        self.remains = stored_remains(self.out)
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
         begin("data")

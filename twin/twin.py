@@ -25,7 +25,7 @@ from twin.corrected import BY_COMPARISON, corrected
 from twin.detection import Seen, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
 from twin.faults import Fault, chosen, share_of
-from twin.folder import about_of, machine_and_sensor, networks_of, reading, remains_of, synthesis_of, view_of
+from twin.folder import about_of, machine_and_sensor, networks_of, reading, stored_remains, synthesis_of, view_of
 from twin.gate import Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
@@ -91,7 +91,7 @@ class Twin:
         folder = Path(folder)
         about = about_of(folder)
         machine, sensor = machine_and_sensor(folder)
-        remains = remains_of(folder)
+        remains = stored_remains(folder)
         with reading(folder / "twin.yaml"):
             cells = Cells(**about["cells"])
             faults = chosen(list(about["settings"]["faults"]))

@@ -26,8 +26,6 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
-_LOAD = layout.COEFFICIENT_NAMES.index("load_torque")
-
 
 class IndexerModel(Model):
     """A nominal machine, records of it, and the effects it may lack.
@@ -126,9 +124,10 @@ class IndexerModel(Model):
 
     def _of(self, turns: Sequence[tuple[int, int]]) -> IndexerModel:
         """The model with the windows of these cam turns, (record, turn) each, alone."""
-        own, other = self.windows.turns, copy.copy(self)
+        own = self.windows.turns
         if len(turns) == len(own):
             return self
+        other = copy.copy(self)
         other.windows = self.windows.some([own.index(turn) for turn in turns])
         other._lay_out()
         return other
@@ -256,8 +255,9 @@ class IndexerModel(Model):
         items = coefficients_of(machines, of_point, [e.operating_point for e in self.experiments], of_record)
         pieces = items[0].law.pieces
         table = np.stack([item.row for item in items])
-        table[:, layout.COEFFICIENT_NAMES.index("law_count")] = len(pieces)
-        table[:, _LOAD] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
+        column = layout.COEFFICIENT_NAMES.index
+        table[:, column("law_count")] = len(pieces)
+        table[:, column("load_torque")] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
         drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]
         # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones

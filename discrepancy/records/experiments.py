@@ -17,15 +17,13 @@ from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of
 from discrepancy.records.division import divided
-from discrepancy.records.matching import Match, matched, nominal_orders
+from discrepancy.records.matching import Match, nominal_orders, upright
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import (
-    SPEED_TOLERANCE,
     by_pulses,
     check_period,
     put_right,
     speed_known_to,
-    wrong_speed,
 )
 from discrepancy.records.start import start_of
 from indexer_env.errors import ParameterError, SignalError, SimulationError
@@ -35,7 +33,7 @@ from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.units import DEGREE, RPM
 from indexer_records.acceleration_units import STANDARD_GRAVITY
-from indexer_records.resample import CUTOFF, resampled
+from indexer_records.resample import CUTOFF, entire
 
 _TURN = 2.0 * math.pi
 
@@ -136,8 +134,8 @@ def _thinned(record: Record, sensor: Sensor) -> tuple[Record, tuple[float, float
     every = int(rate // _RATE)
     if every < 2 or has_filters(sensor):
         return record, None
-    target, count = rate / every, len(signal.values) // every
-    values = resampled(signal.values, rate, target, np.zeros(1), np.array([1.0 / target]), count)[0]
+    target = rate / every
+    values = entire(signal.values, rate, target)
     spread, colour = noise_of(signal.values, rate)
     stated, limit = record.conditions.noise, CUTOFF * target
     estimate = limited_noise(stated or spread, colour, rate, limit, target)
@@ -164,8 +162,6 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
     if speed is None:
         speed = stated.motor_speed
         slower = check_period(record, machine)
-    elif abs(speed / stated.motor_speed - 1.0) > SPEED_TOLERANCE:
-        raise wrong_speed(record, speed, "by the pulses")
     point = OperatingPoint(speed, stated.load_torque)
     try:
         nominal = nominal_orders(machine, point, sensor, signal.sample_rate)
@@ -175,12 +171,9 @@ def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experime
         raise ParameterError(
             f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
         ) from None
-    match = matched(signal.values, signal.sample_rate, machine.reduction * speed, nominal)
-    turned = matched(-signal.values, signal.sample_rate, machine.reduction * speed, nominal)
-    if match.likeness < _LIKENESS <= turned.likeness:
-        signal = dataclasses.replace(signal, values=-signal.values)
-        record, match = dataclasses.replace(record, signal=signal), turned
-        notes.append(f"{record.name}: the table turns the other way, or the sensor reads it so; its sign is put right")
+    signal, match, said = upright(record.name, signal, machine.reduction * speed, nominal, _LIKENESS)
+    record = dataclasses.replace(record, signal=signal)
+    notes += said
     if slower is not None and match.likeness < _LIKENESS:
         raise slower
     _check_likeness(record, match, sensor)

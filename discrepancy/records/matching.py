@@ -11,6 +11,7 @@ The slope of α(m) over the turns is the error of the stated speed.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.run import Run
 from indexer_env.sensors import Sensor
+from indexer_env.signal import Signal
 from indexer_env.simulate import simulate
 
 _ORDERS = np.arange(1, 7)
@@ -83,6 +85,20 @@ def matched(values: np.ndarray, rate: float, cam_rate: float, nominal: np.ndarra
     sizes = float(np.linalg.norm(mean)), float(np.linalg.norm(nominal))
     likeness = overlap / (sizes[0] * sizes[1])
     return Match(factor, float(start) % (2.0 * math.pi), likeness, overlap / sizes[1] ** 2)
+
+
+def upright(
+    name: str, signal: Signal, cam_rate: float, nominal: np.ndarray, likeness: float
+) -> tuple[Signal, Match, list[str]]:
+    """The signal of a record with the nominal machine's sign, how it compares, and what is to be said of it: turned
+    round where only so it is as like as `likeness`."""
+    match = matched(signal.values, signal.sample_rate, cam_rate, nominal)
+    if match.likeness < likeness:
+        turned = matched(-signal.values, signal.sample_rate, cam_rate, nominal)
+        if turned.likeness >= likeness:
+            said = f"{name}: the table turns the other way, or the sensor reads it so; its sign is put right"
+            return dataclasses.replace(signal, values=-signal.values), turned, [said]
+    return signal, match, []
 
 
 def _angles(

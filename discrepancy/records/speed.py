@@ -28,7 +28,13 @@ of the turns waver by up to 0.015."""
 
 
 def by_pulses(record: Record, machine: Machine) -> float | None:
-    """Mean motor speed [rad/s] by the once-per-turn pulses; None where there are not two."""
+    """Mean motor speed [rad/s] by the once-per-turn pulses; None where there are not two.
+
+    Raises
+    ------
+    SignalError
+        Pulses that do not come evenly, or at another speed than stated.
+    """
     if record.pulses is None or len(record.pulses) < 2:
         return None
     spacing = np.diff(record.pulses)
@@ -37,7 +43,10 @@ def by_pulses(record: Record, machine: Machine) -> float | None:
             f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
             f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
         )
-    return _TURN * machine.stations * machine.reduction_ratio / float(spacing.mean())
+    speed = _TURN * machine.stations * machine.reduction_ratio / float(spacing.mean())
+    if abs(speed / record.conditions.motor_speed - 1.0) > SPEED_TOLERANCE:
+        raise wrong_speed(record, speed, "by the pulses")
+    return speed
 
 
 def speed_known_to(record: Record, cam_rate: float) -> float:

@@ -67,8 +67,9 @@ class ClassifierDiagnoser:
             sensor = "finite" in turn.problem or "float32" in turn.problem
             return ("dead" if sensor else "other_speed"), f"a turn {turn.problem}"
         conditions = self._models[mode.name].conditions
-        if problem := conditions.flaw(turn.clipped_share, turn.constant_share):
-            return "dead" if "must vary" in problem else "clipped", f"a turn {problem}"
+        shares = turn.clipped_share, turn.constant_share
+        if state := conditions.sensor_state(*shares):
+            return state, f"a turn {conditions.flaw(*shares)}"
         problem = conditions.indexing_flaw(turn.record)
         if not problem:
             return None
