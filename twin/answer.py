@@ -180,7 +180,7 @@ def _physical(one: PhysicalFault, machine: Machine, matters: Mapping[str, float]
         return FoundFault(
             one.fault, words, one.size, one.low, one.high, "", one.probability, one.station, "physics", True
         )  # fmt: skip
-    shop = [fault.told(share, machine) for share in (one.size, one.low, one.high)]
+    shop = [fault.told(min(share, fault.most), machine) for share in (one.size, one.low, one.high)]
     words = " or ".join((fault.words, *one.rivals))
     return FoundFault(
         fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, "physics",

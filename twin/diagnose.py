@@ -19,7 +19,7 @@ from indexer_env.errors import IndexerError, SignalError
 from indexer_records.conditions import Pulse
 from twin.__main__ import in_words
 from twin.answer import Answer, answer_of
-from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis
+from twin.diagnosis import NOT_COMPARABLE, TurnDiagnosis, together
 from twin.physics import Physics
 from twin.report.answer import answer_page
 from twin.twin import Twin
@@ -33,7 +33,7 @@ def diagnosed(
     """One answer for records of the same machine in the same state, and what the networks say of each."""
     each = [(one.name, twin.diagnose_turn(one.signal, one.conditions, one.pulses)) for one in records]
     comparable = [one for _, one in each if one.verdict != NOT_COMPARABLE]
-    network = min(comparable, key=lambda one: -one.alarm) if comparable else each[0][1]
+    network = together(comparable) if comparable else each[0][1]
     found: Physics | None = None
     remarks: tuple[str, ...] = ()
     if physics and comparable:
@@ -49,7 +49,14 @@ def diagnosed(
     left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)
     left = left if comparable else ()
     notes = tuple(f"{note}." for _, one in each for note in one.notes)
-    return dataclasses.replace(answer, remarks=(*answer.remarks, *remarks, *left, *notes)), each
+    said = (*answer.remarks, *_dissent(network, each), *remarks, *left, *notes)
+    return dataclasses.replace(answer, remarks=said), each
+
+
+def _dissent(network: TurnDiagnosis, each: Sequence[tuple[str, TurnDiagnosis]]) -> tuple[str, ...]:
+    """Records that the networks judge otherwise than all of them together."""
+    others = [(name, one) for name, one in each if one.verdict not in (network.verdict, NOT_COMPARABLE)]
+    return tuple(f"{name} by itself is {one.verdict}: {one.reason}." for name, one in others)
 
 
 def run(config: dict[str, Any]) -> dict[str, Any]:

@@ -41,6 +41,8 @@ class Fault:
         Laws of the effect's other parameters, as `datagen` reads them.
     signed : bool
         Whether the parameter may have either sign.
+    most : float
+        The size t beyond which there is none: no more than all of the stiffness is lost, no screw is more than loose.
     """
 
     name: str
@@ -52,6 +54,11 @@ class Fault:
     shop: Callable[[float, Machine], float]
     others: Mapping[str, Any] = field(default_factory=dict)
     signed: bool = False
+    most: float = math.inf
+
+    def possible(self, share: float) -> float:
+        """The size t next to this one that there can be."""
+        return min(share if self.signed else max(0.0, share), self.most)
 
     def value(self, share: float, machine: Machine) -> float:
         """The effect's parameter [SI] at a size t."""
@@ -110,16 +117,16 @@ FAULTS: dict[str, Fault] = {
     fault.name: fault
     for fault in (
         Fault("crack", "cracked rollers", "roller.crack", "stiffness_loss", lambda m: 0.6,
-              "% of stiffness lost", _percent),
+              "% of stiffness lost", _percent, most=1.0 / 0.6),
         Fault("crack_single", "one cracked roller", "roller.crack_single", "stiffness_loss", lambda m: 0.8,
-              "% of stiffness lost", _percent),
+              "% of stiffness lost", _percent, most=1.0 / 0.8),
         Fault("reducer_play", "play in the reducer", "input.backlash", "backlash",
               lambda m: math.radians(20.0) * m.reduction, "° at the motor shaft",
               lambda v, m: math.degrees(v / m.reduction)),
         Fault("follower_play", "play of the followers", "output.backlash", "backlash", lambda m: 5e-4,
               "arc minutes at the table", lambda v, m: 60.0 * math.degrees(v)),
         Fault("loose_base", "loose base screws", "base.looseness", "compliance", _full_compliance,
-              "% loose", lambda v, m: 100.0 * v / _full_compliance(m)),
+              "% loose", lambda v, m: 100.0 * v / _full_compliance(m), most=1.0),
         Fault("friction", "growing friction", "friction.coulomb", "torque", lambda m: 0.5 * peak_torque(m),
               "N m", _itself),
         Fault("imbalance", "imbalance", "load.imbalance", "torque", lambda m: 2.0 * peak_torque(m),

@@ -70,14 +70,16 @@ def learned(
     synthesis = _synthesis(
         out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
     )
-    weights = weights_by_control(
-        networks, judge, synthesis, faulty.part(control[:fitted_turns]), sound.part(np.arange(half, len(sound.x))),
-        view, s.coverage, s.seed, out / "data" / "fits",
+    few = control[:fitted_turns]
+    weights, refined = weights_by_control(
+        networks, judge, synthesis, faulty.part(few), sound.part(np.arange(half, len(sound.x))), view, s.coverage,
+        s.seed, out / "data" / "fits",
     )  # fmt: skip
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
         "weights": weights.plain(), "records": len(faulty.x),
         "scores": {
+            "twin": scores(refined, few, faulty),
             "networks": scores(*looked_at(networks, faulty, view, control, s.seed + 2, 1), faulty),
             "paper": scores(*looked_at(paper, faulty, view, control, s.seed + 2, 1), faulty),
         },
@@ -115,12 +117,17 @@ def _synthesis(
 def weights_by_control(
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, control: Turns, sound: Turns, view: View,
     coverage: float, seed: int, folder: Path,
-) -> Weights:  # fmt: skip
-    """What fits are worth, from control turns that raise an alarm and from healthy ones; `folder` keeps the fits."""
+) -> tuple[Weights, dict[str, np.ndarray]]:  # fmt: skip
+    """What fits are worth, from control turns that raise an alarm and from healthy ones, and what is then said of all
+    control turns; `folder` keeps the fits."""
     x, told, points = noisy(networks, control, view, seed + 4)
     seen = np.flatnonzero(told["any"] > judge.alarm)
     told = {name: value[seen] for name, value in told.items()}
     with progress("weighing", len(seen), "turns") as advance:
         fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
     quiet, _, _ = noisy(networks, sound, view, seed + 5)
-    return weights_of(told, fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)
+    weights = weights_of(told, fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)
+    # without an alarm nothing is named
+    logits = np.full(control.there.shape, -np.inf)
+    logits[seen] = weights.logits(fits)
+    return weights, {"faults": logits}

@@ -168,9 +168,7 @@ class Twin:
         for k, fault in enumerate(self.faults):
             probabilities[fault.name] = float(chance[k])
             share = float(estimate.size[k])
-            ends = [share, share - float(reach[k]), share + float(reach[k])]
-            if not fault.signed:
-                ends = [max(0.0, value) for value in ends]
+            ends = [fault.possible(value) for value in (share, share - float(reach[k]), share + float(reach[k]))]
             shop = [fault.told(value, self.machine) for value in ends]
             sizes[fault.name] = (shop[0], min(shop[1:]), max(shop[1:]))
             if named[k]:

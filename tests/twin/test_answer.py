@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from indexer_env import load_machine
 from twin.answer import answer_of
-from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
 from twin.physics import ESTABLISHED, PhysicalFault, Physics
 
 MACHINE = load_machine("reference")
@@ -102,3 +104,53 @@ def test_what_does_not_matter_is_told_but_not_in_the_headline():
 def test_an_effect_outside_the_table_is_told_in_its_own_words():
     answer = answered(network(HEALTHY), physics(FAULTY, ("friction.viscous", 30.0)))
     assert answer.headline.startswith("Faulty: Viscous drag in the table bearing")
+
+
+def turn(verdict: str, alarm: float, novelty: float = 0.5) -> TurnDiagnosis:
+    return TurnDiagnosis(verdict, (), {}, {}, alarm, novelty, "because")
+
+
+def test_several_records_raise_no_more_false_alarms_than_one():
+    sound = turn(HEALTHY, -3.0)
+    assert together([sound, turn(FAULTY, 0.5), sound]) is sound
+    clear = turn(FAULTY, 9.0)
+    # a fault that shows at one speed alone
+    assert together([sound, clear, sound]) is clear
+
+
+def test_one_strange_record_among_several_does_not_make_the_machine_unknown():
+    sound, strange = turn(HEALTHY, -3.0), turn(UNKNOWN, -1.0, novelty=30.0)
+    assert together([sound, strange, sound]) is sound
+    assert together([sound, strange, strange]) is strange
+    assert together([strange]) is strange
+
+
+class OfRecords:
+    """A twin that says of each record what it is given."""
+
+    machine, matters = MACHINE, MATTERS
+
+    def __init__(self, *said: TurnDiagnosis) -> None:
+        self.said = list(said)
+
+    def diagnose_turn(self, *record: object) -> TurnDiagnosis:
+        return self.said.pop(0)
+
+
+def test_a_record_that_differs_from_the_others_is_told_by_name():
+    from discrepancy.records.conditions import Conditions
+    from discrepancy.records.reading import Record
+    from indexer_env.signal import Signal
+    from twin.diagnose import diagnosed
+
+    told = Conditions(150.0, 2.0, 1.0)
+    records = [Record(name, Signal(np.zeros(16), 1000.0), told) for name in ("a.csv", "b.csv", "c.csv")]
+    twin = OfRecords(turn(HEALTHY, -3.0), turn(FAULTY, 0.5), turn(NOT_COMPARABLE, 0.0))
+    answer, each = diagnosed(twin, records, physics=False)  # type: ignore[arg-type]
+    assert answer.verdict == HEALTHY and len(each) == 3
+    assert answer.remarks == ("b.csv by itself is faulty: because.", "c.csv was left out: because")
+
+
+def test_an_interval_of_physics_ends_where_there_is_no_more():
+    found = Physics(FAULTY, (PhysicalFault("loose_base", 0.8, 0.1, 1.54, 0.99, ESTABLISHED, None),), 1.0, 5.0, "")
+    assert answered(network(FAULTY), found).headline == "Faulty: loose base screws, 80 % loose (10 to 100)."

@@ -33,6 +33,13 @@ def test_the_shop_reads_the_papers_20_degrees():
     assert FAULTS["sensor_loose"].words_of(1.0, MACHINE) == "25 Hz bracket resonance"
 
 
+def test_no_interval_ends_beyond_what_there_can_be():
+    loose, gain = FAULTS["loose_base"], FAULTS["sensor_gain"]
+    assert (loose.possible(-0.1), loose.possible(0.3), loose.possible(1.54)) == (0.0, 0.3, 1.0)
+    assert (gain.possible(-0.5), gain.possible(1.5)) == (-0.5, 1.5)
+    assert FAULTS["crack"].told(FAULTS["crack"].possible(5.0), MACHINE) == pytest.approx(100.0)
+
+
 def test_the_peak_torque_is_that_of_the_motion_law():
     # J_t h Ca / T²: 5 kg m², 2π/8, 5.528 and half of 1.025 s
     assert peak_torque(MACHINE) == pytest.approx(5.0 * 0.7854 * 5.528 / 0.5125**2, rel=1e-3)
