@@ -46,18 +46,32 @@ _MAD = 0.6745
 
 def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
-    # a drift of the sensor's offset is no noise
-    rise = np.linspace(-1.0, 1.0, len(values))
-    level = values - float(values @ rise) / float(rise @ rise) * rise
-    pieces = _pieces([level], rate)
+    return _noise_of([values], rate)
+
+
+def shared_noise(records: Sequence[np.ndarray], rate: float) -> tuple[float, float]:
+    """The same of records that one sensor took, by the quieter half of them: what a machine does in a record, hum and
+    rattling say, looks like more noise and never like less."""
+    by_noise = sorted(records, key=lambda values: noise_of(values, rate)[0]) if len(records) > 1 else records
+    return _noise_of(by_noise[: math.ceil(0.5 * len(records))], rate)
+
+
+def _noise_of(records: Sequence[np.ndarray], rate: float) -> tuple[float, float]:
+    pieces = _pieces([_level(values) for values in records], rate)
     pieces -= pieces.mean(axis=1, keepdims=True)
     found = _fitted(pieces, rate)
     if found is None or not found[1] > 0.0:
-        return white_noise(values), 0.0
+        return float(np.median([white_noise(values) for values in records])), 0.0
     colour, variance = found
     # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
     quiet = float(np.quantile(np.einsum("pn,pn->p", pieces, pieces), _QUARTILE)) / pieces.shape[1]
     return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
+
+
+def _level(values: np.ndarray) -> np.ndarray:
+    """A record without its slope: a drift of the sensor's offset is no noise."""
+    rise = np.linspace(-1.0, 1.0, len(values))
+    return values - float(values @ rise) / float(rise @ rise) * rise
 
 
 def limited_noise(spread: float, colour: float, rate: float, limit: float, target: float) -> tuple[float, float]:

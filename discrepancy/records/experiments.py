@@ -15,7 +15,7 @@ import numpy as np
 from discrepancy.indexer import Experiment
 from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
-from discrepancy.noise import limited_noise, noise_of
+from discrepancy.noise import limited_noise, shared_noise
 from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, nominal_orders, upright
 from discrepancy.records.reading import Record
@@ -84,8 +84,9 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
-    for record in records:
-        experiment, said = _checked(record, machine, sensor)
+    noises = _noises(records)
+    for record, noise in zip(records, noises, strict=True):
+        experiment, said = _checked(record, machine, sensor, noise)
         made.append(experiment)
         notes += said
     kept = [record.conditions.held_out for record in records]
@@ -126,17 +127,34 @@ def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> 
             )
 
 
-def _thinned(record: Record, sensor: Sensor) -> tuple[Record, tuple[float, float] | None]:
+_Noise = tuple[float, float]
+"""Standard deviation and correlation from sample to sample."""
+
+
+def _noises(records: Sequence[Record]) -> list[_Noise]:
+    """The noise of each record as it was measured: of those for which none is stated, that of all of one unit and rate
+    together, as one sensor took them."""
+    own = [
+        (r.signal.unit, r.signal.sample_rate, -1 if r.conditions.noise is None else k) for k, r in enumerate(records)
+    ]
+    groups: dict[tuple[str, float, int], list[np.ndarray]] = {}
+    for key, record in zip(own, records, strict=True):
+        groups.setdefault(key, []).append(record.signal.values)
+    found = {key: shared_noise(rows, key[1]) for key, rows in groups.items()}
+    return [found[key] for key in own]
+
+
+def _thinned(record: Record, sensor: Sensor, noise: _Noise) -> tuple[Record, _Noise]:
     """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
-    noise, which is told above that band: standard deviation and correlation from sample to sample. A sensor with
-    filters of its own reads at the record's rate: at a lower one they would be others."""
+    noise, which is told above that band. A sensor with filters of its own reads at the record's rate: at a lower one
+    they would be others."""
     signal, rate = record.signal, record.signal.sample_rate
     every = int(rate // _RATE)
     if every < 2 or has_filters(sensor):
-        return record, None
+        return record, noise
     target = rate / every
     values = entire(signal.values, rate, target)
-    spread, colour = noise_of(signal.values, rate)
+    spread, colour = noise
     stated, limit = record.conditions.noise, CUTOFF * target
     estimate = limited_noise(stated or spread, colour, rate, limit, target)
     conditions = record.conditions if stated is None else dataclasses.replace(record.conditions, noise=estimate[0])
@@ -144,9 +162,9 @@ def _thinned(record: Record, sensor: Sensor) -> tuple[Record, tuple[float, float
     return dataclasses.replace(record, signal=thin, conditions=conditions), estimate
 
 
-def _checked(record: Record, machine: Machine, sensor: Sensor) -> tuple[Experiment, list[str]]:
+def _checked(record: Record, machine: Machine, sensor: Sensor, noise: _Noise) -> tuple[Experiment, list[str]]:
     measured_at = record.signal.sample_rate
-    record, estimate = _thinned(record, sensor)
+    record, estimate = _thinned(record, sensor, noise)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
     if signal.sample_rate < measured_at:

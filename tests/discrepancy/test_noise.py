@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from discrepancy.indexer.windows import Experiment
-from discrepancy.noise import autoregression, limited_noise, noise_of, white_noise
+from discrepancy.noise import autoregression, limited_noise, noise_of, shared_noise, white_noise
 from indexer_env import OperatingPoint, Signal
 from indexer_records.resample import CUTOFF, resampled
 
@@ -69,6 +69,15 @@ def test_noise_is_read_where_the_machine_rests() -> None:
     rattles = np.arange(len(values)) / RATE % 1.0 < 0.4
     values = values + 2.0 * rattles * np.random.default_rng(2).standard_normal(len(values))
     assert 0.1 < noise_of(values, RATE)[0] < 0.2
+
+
+def test_a_record_that_rattles_throughout_does_not_make_the_sensor_noisier() -> None:
+    """Seed 2; of three records one rattles, the noise of the two others is that of all."""
+    quiet = [record(0.5), record(0.5, 4.0)]
+    rattles = record(0.5) + np.random.default_rng(2).standard_normal(20000)
+    assert noise_of(rattles, RATE)[0] > 0.5
+    assert shared_noise([rattles, *quiet], RATE)[0] == pytest.approx(0.1, rel=0.1)
+    assert shared_noise([rattles], RATE) == noise_of(rattles, RATE)
 
 
 def test_noise_is_no_more_than_what_is_read_where_the_machine_rests() -> None:

@@ -60,6 +60,18 @@ def test_the_noise_of_a_fast_record_is_that_of_the_record_as_measured(record, no
     assert told[0] == pytest.approx(0.5 * math.sqrt(2.0 * CUTOFF / 4.0), rel=0.1)
 
 
+def test_records_by_one_sensor_share_their_noise_but_where_it_is_stated(record, nominal, values) -> None:
+    """Seed 4; what a third of a record would say by itself is another number."""
+    noise = np.random.default_rng(4).standard_normal((2, len(values)))
+    one, other = (record(values + size * row) for size, row in zip((0.1, 0.5), noise, strict=True))
+    stated = dataclasses.replace(other, conditions=dataclasses.replace(other.conditions, noise=0.7))
+    found = experiments([one, other], nominal, Sensor())
+    quieter = noise_of(one.signal.values, 1000.0)
+    assert [(part.noise_level, part.colour) for part in (*found.fitted, *found.held_out)] == [quieter] * 4
+    found = experiments([one, stated], nominal, Sensor())
+    assert [part.noise_level for part in found.fitted] == [quieter[0], 0.7]
+
+
 @pytest.mark.parametrize(("sensor", "rate"), [(Sensor(), 1000.0), (Sensor(lowpass_hz=800.0), 4000.0)])
 def test_a_sensor_with_filters_reads_at_the_rate_of_its_record(record, nominal, values, sensor, rate) -> None:
     """At 1 kHz a low-pass of 800 Hz would be none, one of 400 Hz another one."""
