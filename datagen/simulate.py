@@ -38,9 +38,9 @@ def simulate_once(order: Order) -> tuple[dict[str, Any], np.ndarray]:
 @hydra_command("simulate")
 def main(config: dict[str, Any]) -> dict[str, Any]:
     """Simulate the machine of a composed configuration once and write what its sensor reads."""
-    out = check_output_folder(job_folder("simulate", config["out"]), FILES, config["overwrite"])
     # An order of one item: the machine, its laws and its refusals are read as for a data set.
     order = order_from({**config, "campaign": {"name": "grid"}, "count": 1, "shard_items": 1})
+    out = check_output_folder(job_folder("simulate", config["out"]), FILES, config["overwrite"])
     row, record = simulate_once(order)
     _write(row, record, out, config["overwrite"])
     return _say(row, record, out)

@@ -94,6 +94,8 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
     hint = did_you_mean(key, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
         ", ".join(fields) or "none"
     )
+    if not ending and any(key.startswith(f"{name}_") for name in fields):
+        hint += f", which is in SI units, or an ending of {', '.join(ENDINGS)} for another one"
     raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")
 
 

@@ -51,8 +51,8 @@ def advice(about: Mapping[str, Any]) -> list[str]:
         if best is not None:
             found.append(best)
     found.append(
-        "The housing's inertia and its base take no part in healthy motion; they stay as the drawing has them, "
-        f"±{100.0 * about['settings']['housing_uncertainty']:.0f} %."
+        "The housing's inertia and its base take no part in healthy motion; they are known as the drawing has them, to "
+        f"±{196.0 * about['settings']['housing_uncertainty']:.0f} % (95 %)."
     )
     return found
 

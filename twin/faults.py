@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from indexer_env.checks import did_you_mean
 from indexer_env.errors import refuse
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
@@ -149,7 +150,7 @@ def chosen(names: Sequence[str]) -> tuple[Fault, ...]:
         raise refuse("twin", "faults", "a list of one fault or more", names, "write it as [crack,friction]")
     for name in names:
         if name not in FAULTS:
-            raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name)
+            raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name, did_you_mean(name, FAULTS))
     return tuple(FAULTS[name] for name in dict.fromkeys(names))
 
 

@@ -47,7 +47,7 @@ def learned(
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        with progress("learning", len(NETWORKS) * s.epochs, "epochs") as advance:
+        with progress(f"learning ({len(NETWORKS)} networks)", len(NETWORKS) * s.epochs, "epochs") as advance:
 
             def teach(name: str) -> None:
                 kind, _, number = name.partition("_")

@@ -64,8 +64,8 @@ class Conditions(RecordConditions):
     signal_column: str | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (("motor_speed", "rad/s"), ("load_torque", "N m")):
-            check_number("Conditions", name, getattr(self, name), unit=unit)
+        check_number("Conditions", "motor_speed", self.motor_speed, low=0.0, low_open=True, unit="rad/s")
+        check_number("Conditions", "load_torque", self.load_torque, unit="N m")
         for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), unit=unit)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from discrepancy.records.reading import Record
 from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
+from indexer_env.units import RPM
 from indexer_records.measured import RATE_TOLERANCE
 from indexer_records.quality import is_dead, quality_columns
 
@@ -63,8 +64,9 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
     turns /= 2.0 * math.pi * machine.stations * machine.reduction_ratio
     if turns < _LEAST_TURNS:
         raise SignalError(
-            f"The records must hold {_LEAST_TURNS:g} turns of the table or more in all, got {turns:.2f}; "
-            "record for longer."
+            f"The records must hold {_LEAST_TURNS:g} turns of the table or more in all, got {turns:.2f} with a "
+            f"motor at {first.conditions.motor_speed / RPM:.4g} rpm, as stated for {first.name}; record for longer, or "
+            "correct the speed."
         )
 
 

@@ -48,3 +48,5 @@ def test_the_peak_torque_is_that_of_the_motion_law():
 def test_an_unknown_fault_is_refused():
     with pytest.raises(ParameterError, match=r"twin\.faults must be some of crack"):
         chosen(["crack", "rust"])
+    with pytest.raises(ParameterError, match=r"got 'loos_base'; did you mean 'loose_base'"):
+        chosen(["loos_base"])
