@@ -49,6 +49,15 @@ def monitor(folder: Path, *keys: str) -> Iterator[tuple[Callable[[str], Any], in
         assert running.wait(PATIENCE) in (0, 130)
 
 
+def test_the_lesson_waits_for_an_alarm_and_not_for_the_page() -> None:
+    pattern = re.search(r"grep -Eq '(.+?)'", "".join(text for _, text in blocks("tutorials/monitor.md")))
+    assert pattern is not None
+    begun = "# HELP machine_alarm_level 0 normal, 1 alert, 2 alarm, 3 danger\n# TYPE machine_alarm_level gauge\n"
+    alarmed = re.compile(pattern[1], re.MULTILINE)
+    assert not alarmed.search(begun + 'machine_alarm_level{machine="press-1"} 0.0\n')
+    assert alarmed.search(begun + 'machine_alarm_level{machine="press-1"} 1.0\n')
+
+
 def wait_for(what: Callable[[], bool]) -> None:
     until = time.monotonic() + PATIENCE
     while not what():
