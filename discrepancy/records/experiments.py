@@ -15,7 +15,7 @@ import numpy as np
 from discrepancy.indexer import Experiment
 from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
-from discrepancy.noise import limited_noise, shared_noise
+from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, nominal_orders, upright
 from discrepancy.records.reading import Record
@@ -84,8 +84,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
-    noises = _noises(records)
-    for record, noise in zip(records, noises, strict=True):
+    for record, noise in zip(records, _noises(records), strict=True):
         experiment, said = _checked(record, machine, sensor, noise)
         made.append(experiment)
         notes += said
@@ -134,14 +133,15 @@ _Noise = tuple[float, float]
 def _noises(records: Sequence[Record]) -> list[_Noise]:
     """The noise of each record as it was measured: of those for which none is stated, that of all of one unit and rate
     together, as one sensor took them."""
-    own = [
-        (r.signal.unit, r.signal.sample_rate, -1 if r.conditions.noise is None else k) for k, r in enumerate(records)
-    ]
-    groups: dict[tuple[str, float, int], list[np.ndarray]] = {}
-    for key, record in zip(own, records, strict=True):
-        groups.setdefault(key, []).append(record.signal.values)
-    found = {key: shared_noise(rows, key[1]) for key, rows in groups.items()}
-    return [found[key] for key in own]
+    alike: dict[tuple[str, float], list[np.ndarray]] = {}
+    for signal in (record.signal for record in records if record.conditions.noise is None):
+        alike.setdefault((signal.unit, signal.sample_rate), []).append(signal.values)
+    shared = {key: shared_noise(rows, key[1]) for key, rows in alike.items()}
+    return [
+        noise_of(r.signal.values, r.signal.sample_rate) if r.conditions.noise is not None
+        else shared[r.signal.unit, r.signal.sample_rate]
+        for r in records
+    ]  # fmt: skip
 
 
 def _thinned(record: Record, sensor: Sensor, noise: _Noise) -> tuple[Record, _Noise]:
