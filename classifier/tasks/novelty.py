@@ -21,6 +21,10 @@ from indexer_env.checks import check_choice, check_number
 ACCEPTED = 0.95
 """Share of records like those of the training that are accepted."""
 
+_ROUNDING = 1e-9
+"""Share by which the threshold is above the score that it is: how a product of matrices rounds a record's last digits
+hangs on how many others it is scored with, and the record whose score it is lies within it."""
+
 NOVEL = "is_novel"
 """Column that says whether a record is none of the classes."""
 
@@ -88,7 +92,7 @@ class Novelty:
             both = calibration | control
             raw = cls._raw(features[both], score, accepted)
             scores = _cross_fitted(features[both], calibration[both], independent(dataset, both), score, accepted)
-        return replace(raw, threshold=conformal_quantile(scores, accepted))
+        return replace(raw, threshold=(1.0 + _ROUNDING) * conformal_quantile(scores, accepted))
 
     @classmethod
     def _raw(cls, reference: np.ndarray, score: str, accepted: float) -> Novelty:
