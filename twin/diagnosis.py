@@ -78,11 +78,11 @@ def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:
     """What comparable records of a machine in one state say together: of the records on the side on which all are in
     the middle, the one that is clearest there.
 
-    The mean alarm decides, and the median novelty. A limit that one healthy turn in a hundred passes is passed by the
-    highest of n in n hundredths.
+    The median novelty decides, and the mean alarm of those that are not novel. A limit that one healthy turn in a
+    hundred passes is passed by the highest of n in n hundredths.
     """
     if statistics.median(one.novelty for one in each) > 1.0:
         return max(each, key=lambda one: one.novelty)
     known = [one for one in each if one.novelty <= 1.0]
-    alarmed = statistics.fmean(one.alarm for one in each) > 0.0
+    alarmed = statistics.fmean(one.alarm for one in known) > 0.0
     return (max if alarmed else min)(known, key=lambda one: one.alarm)

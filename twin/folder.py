@@ -18,6 +18,7 @@ from indexer_env.errors import ParameterError
 from indexer_env.machine import Machine, machine_from_mapping
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
+from twin.components import Components
 from twin.faults import Fault
 from twin.learn import View
 from twin.network import NETWORKS as KINDS
@@ -26,7 +27,7 @@ from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
-VERSION = 4
+VERSION = 5
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
@@ -140,9 +141,10 @@ def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: 
     path, posterior = folder / "synthesis.safetensors", folder / "posterior.parquet"
     with reading(path):
         held = load_file(path)
-        axes, covariance, open_, growth = (held[name] for name in ("axes", "covariance", "open", "growth"))
+        components = Components.restore(held)
+        covariance, open_, growth = (held[name] for name in ("covariance", "open", "growth"))
     with reading(posterior):
         nuisance = Nuisance.of(posterior)
     return Synthesis(
-        healthy, faults, view.remains.noise, axes, covariance, open_, growth, view.shapes, nuisance,
+        healthy, faults, view.remains.noise, components, covariance, open_, growth, view.shapes, nuisance,
     )  # fmt: skip

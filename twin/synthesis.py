@@ -1,7 +1,6 @@
 """Analysis by synthesis: what a turn with faults of some sizes would look like, beside a measured one.
 
-Of a turn, m is its mean cam turn in the principal axes of simulated turns; at sizes t the simulator gives m(t). The
-remainder is
+Of a turn, m are its principal components (`components`); at sizes t the simulator gives m(t). The remainder is
 
     q = (m − m(t))ᵀ C⁻¹ (m − m(t)) / k,   C = C_noise + C_open + |m|²/k C_faulty + C_chance
 
@@ -15,6 +14,7 @@ At the sizes that fit best it tells a turn that no fault of the table makes from
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,6 +24,7 @@ import numpy as np
 
 from indexer_env import Machine, make_effect
 from indexer_env.effects import Effect
+from twin.components import Components
 from twin.faults import Fault
 from twin.nuisance import Nuisance
 from twin.turns import Healthy
@@ -39,8 +40,8 @@ class Synthesis:
     faults : tuple of Fault
     noise : float
         σ of a cell [unit of the sensor].
-    axes : ndarray (cells, k)
-        Of the mean cam turn.
+    components : Components
+        k of them.
     covariance, open, growth : ndarray (k, k)
         C_noise, C_open and C_faulty along them in units of the noise.
     shapes : callable
@@ -52,7 +53,7 @@ class Synthesis:
     healthy: Healthy
     faults: Sequence[Fault]
     noise: float
-    axes: np.ndarray
+    components: Components
     covariance: np.ndarray
     open: np.ndarray
     growth: np.ndarray
@@ -61,11 +62,11 @@ class Synthesis:
 
     def seen(self, x: np.ndarray) -> np.ndarray:
         """m (n, k) of turns x (n, stations, cells)."""
-        return modes(x, self.axes)
+        return self.components.of(x)
 
     def chance(self, x: np.ndarray) -> np.ndarray:
         """C_chance (n, k, k) of measured turns x (n, stations, cells): their scatter beyond that of noise."""
-        found = scatter(x, self.axes)
+        found = self.components.scatter(x)
         power = np.einsum("nii->n", found)
         return found * np.maximum(0.0, 1.0 - np.trace(self.covariance) / np.maximum(power, 1e-12))[:, None, None]
 
@@ -78,17 +79,11 @@ class Synthesis:
         m = self.seen(x)
         return np.einsum("ni,ij,nj->n", m, np.linalg.inv(self.covariance + self.open), m) / m.shape[1]
 
-
-def modes(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Mean cam turns (n, k) of turns x (n, stations, cells) along axes (cells, k), with the noise of a single one."""
-    return math.sqrt(x.shape[1]) * x.mean(axis=1) @ axes
-
-
-def scatter(x: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Covariance (n, k, k) among the cam turns of turns x (n, stations, cells) along axes (cells, k)."""
-    own = x @ axes
-    own = own - own.mean(axis=1, keepdims=True)
-    return own.transpose(0, 2, 1) @ own / (x.shape[1] - 1)
+    def of_mean(self) -> Synthesis:
+        """By the mean cam turn alone, for a turn whose stations are not known."""
+        kept = self.components.mean_only()
+        cut = {name: getattr(self, name)[: kept.count, : kept.count] for name in ("covariance", "open", "growth")}
+        return dataclasses.replace(self, components=kept, **cut)
 
 
 def effect_of(

@@ -16,6 +16,7 @@ from torch import nn
 from datagen.progress import progress
 from indexer_env import OperatingPoint
 from twin.card import scores
+from twin.components import Components, patterns_of
 from twin.data import Turns
 from twin.faults import Fault
 from twin.folder import NETWORKS, PAPER, networks_of, synthesis_of
@@ -25,7 +26,7 @@ from twin.learn import Feed, View, trained
 from twin.nuisance import Nuisance
 from twin.refine import fitted
 from twin.settings import Settings
-from twin.synthesis import Synthesis, modes
+from twin.synthesis import Synthesis
 from twin.turns import Healthy
 from twin.weigh import Weights, weights_of
 from twin.workplace import keep
@@ -100,17 +101,20 @@ def _synthesis(
     view: View, seed: int,
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
-    axes = networks[0].mean_axes.double().numpy()  # type: ignore[operator, union-attr]
+    axes = (getattr(networks[0], name).double().numpy() for name in ("mean_axes", "own_axes"))
+    components = Components(*axes, patterns_of(healthy.machine, faults))
     feed = Feed(sound, view)
     rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
-    both = (modes(part.double().numpy(), axes) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
+    both = (components.of(part.double().numpy()) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
     nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet")
-    plain = Synthesis(healthy, faults, view.remains.noise, axes, covariance, open_, nothing, view.shapes, nuisance)
+    plain = Synthesis(
+        healthy, faults, view.remains.noise, components, covariance, open_, nothing, view.shapes, nuisance
+    )
     clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
     growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
-    held = {"axes": axes, "covariance": covariance, "open": open_, "growth": growth}
-    keep(out / "synthesis.safetensors", save({name: np.ascontiguousarray(value) for name, value in held.items()}))
+    held = {**components.arrays(), "covariance": covariance, "open": open_, "growth": np.ascontiguousarray(growth)}
+    keep(out / "synthesis.safetensors", save(held))
     return synthesis_of(out, faults, healthy, view)
 
 

@@ -157,7 +157,10 @@ class Twin:
         told = ensemble(self.networks, torch.from_numpy(x.astype(np.float32)), conditions)
         told = {name: value.mean(axis=0)[None] for name, value in told.items()}
         alarm = float(told["any"][0]) - self.judge.alarm
-        estimate = self._estimate(x.mean(axis=0)[None], point, told, alarm > 0.0)
+        synthesis = self.synthesis
+        if synthesis is not None and not stations_known:
+            synthesis = synthesis.of_mean()
+        estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
         named = chance >= NAMED
         if not named.any():
@@ -193,15 +196,18 @@ class Twin:
         reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
         return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)
 
-    def _estimate(self, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray], alarm: bool) -> _Estimate:
+    def _estimate(
+        self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],
+        alarm: bool,
+    ) -> _Estimate:  # fmt: skip
         """Of one turn x (1, stations, cells): by simulation where there is an alarm to look into, else by networks."""
         networks = _Estimate(told["faults"][0], told["size"][0], np.exp(told["spread"][0]), self.judge.reach, 0.0)
-        if self.synthesis is None or self.weights is None:
+        if synthesis is None or self.weights is None:
             return networks
         if not alarm:
-            strange = self.weights.oddness(self.synthesis.unexplained(x))
+            strange = self.weights.oddness(synthesis.unexplained(x))
             return dataclasses.replace(networks, strange=float(strange[0]))
-        fits = fitted(self.synthesis, x, [point], told)
+        fits = fitted(synthesis, x, [point], told)
         strange = float(self.weights.strangeness(told["strength"], fits.left)[0])
         logits = self.weights.logits(fits)[0]
         return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)

@@ -17,7 +17,7 @@ import numpy as np
 from indexer_env import Machine, OperatingPoint, Sensor, simulate_batch
 from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.errors import ParameterError
-from twin.synthesis import Synthesis, effect_of, modes, scatter
+from twin.synthesis import Synthesis, effect_of
 from twin.turns import behind_lead_in, lead_in
 
 _FACTORS = (0.7, 0.8, 0.9, 1.1, 1.25, 1.4)
@@ -104,7 +104,7 @@ class Work:
     def at(self, t: np.ndarray, at: np.ndarray) -> Beside:
         """The turns `at` at the unknowns t (n, u) beside their measured ones."""
         x = self.simulated(t, at)
-        m, chance = modes(x, self.of.axes), scatter(x, self.of.axes)
+        m, chance = self.of.seen(x), self.of.components.scatter(x)
         bad = ~np.isfinite(m).all(axis=1)
         chance[bad], m[bad] = 0.0, 0.0
         moved = self.shifted(x, at)
@@ -120,7 +120,7 @@ class Work:
         moves what a fault does to the turn, too."""
         shapes = self.of.shapes(x * self.of.noise).reshape(len(x), 2, -1)
         still = _without(shapes, np.asarray(self.shapes[at], dtype=float).reshape(len(x), 2, -1))
-        return modes(still.reshape(2 * len(x), *x.shape[1:]), self.of.axes).reshape(len(x), 2, -1)
+        return self.of.seen(still.reshape(2 * len(x), *x.shape[1:])).reshape(len(x), 2, -1)
 
     def scanned(self, t: np.ndarray, at: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Unknowns t (n, u), one size of each turn changed where that lessens q."""

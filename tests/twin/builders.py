@@ -12,6 +12,7 @@ from discrepancy.records.conditions import Conditions
 from indexer_env import Machine, OperatingPoint, Sensor, Signal, load_machine, simulate
 from indexer_env.run import Run
 from indexer_env.units import RPM
+from twin.components import Components
 from twin.faults import chosen
 from twin.judge import Judge
 from twin.learn import View
@@ -81,10 +82,21 @@ KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 """Nothing is open of the machine."""
 
 
-def synthesis(names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), modes: int = 32) -> Synthesis:
-    """Cosines as axes, white noise as covariance."""
-    cell = (np.arange(CELLS.count) + 0.5) / CELLS.count
+def components(modes: int = 32, patterns: int = 0) -> Components:
+    """Cosines as axes of a turn's mean and differences alike, cosines of the table's angle as patterns."""
+    cell, station = (np.arange(CELLS.count) + 0.5) / CELLS.count, (np.arange(CELLS.stations) + 0.5) / CELLS.stations
     axes = np.cos(np.pi * np.arange(modes) * cell[:, None])
     axes /= np.sqrt((axes**2).sum(axis=0))
-    nothing = np.zeros((modes, modes))
-    return Synthesis(healthy(), chosen(names), NOISE, axes, np.eye(modes), nothing, nothing, view().shapes, KNOWN)
+    rows = np.cos(np.pi * np.arange(1, patterns + 1)[:, None] * station) / np.sqrt(CELLS.stations / 2.0)
+    return Components(axes, axes, rows)
+
+
+def synthesis(
+    names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), modes: int = 32, patterns: int = 0
+) -> Synthesis:
+    """White noise as covariance."""
+    along = components(modes, patterns)
+    nothing = np.zeros((along.count, along.count))
+    return Synthesis(
+        healthy(), chosen(names), NOISE, along, np.eye(along.count), nothing, nothing, view().shapes, KNOWN
+    )

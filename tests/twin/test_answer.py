@@ -125,6 +125,11 @@ def test_one_strange_record_among_several_does_not_make_the_machine_unknown():
     assert together([strange]) is strange
 
 
+def test_the_alarm_of_a_strange_record_does_not_count():
+    clear, sound, strange = turn(FAULTY, 1.0), turn(HEALTHY, -0.5), turn(UNKNOWN, -5.0, novelty=30.0)
+    assert together([clear, sound, strange]) is clear
+
+
 class OfRecords:
     """A twin that says of each record what it is given."""
 

@@ -106,7 +106,7 @@ def maker(**changes) -> Maker:
 
 
 def test_a_folder_is_that_of_the_same_records_sensor_and_division(tmp_path):
-    (tmp_path / "twin.yaml").write_text("version: 4", encoding="utf-8")
+    (tmp_path / "twin.yaml").write_text("version: 5", encoding="utf-8")
     (record,) = maker().bench.subject.model.experiments
     faster = dataclasses.replace(record, signal=Signal(record.signal.values, 1000.0, unit="rad/s^2"))
     vaguer = dataclasses.replace(record, speed_uncertainty=0.01)

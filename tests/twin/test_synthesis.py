@@ -205,7 +205,7 @@ def test_a_sensor_so_little_loose_that_the_rate_cannot_show_it_is_never_the_best
     """At 500 Hz a bracket above 225 Hz is refused: the fit goes on without such a size."""
     of = synthesis(("crack", "sensor_loose"))
     of = dataclasses.replace(of, healthy=dataclasses.replace(of.healthy, cells=dataclasses.replace(CELLS, rate=500.0)))
-    work = Work(of, np.zeros((1, of.axes.shape[1])), [POINT], np.array([[True, True]]), np.zeros(1, int))
+    work = Work(of, np.zeros((1, of.components.count)), [POINT], np.array([[True, True]]), np.zeros(1, int))
     sizes = np.array([[0.0, 0.005], [0.0, 0.5]])
     x = work.simulated(sizes, np.zeros(2, int))
     assert np.isnan(x[0]).all() and np.isfinite(x[1]).all()
