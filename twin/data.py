@@ -34,7 +34,7 @@ POINTS = 96
 _SHARD = 512
 """Records simulated at once, which bounds the memory."""
 
-_OWN_LOAD = 0.2
+OWN_LOAD = 0.2
 """Share of a stated load's error that differs from record to record."""
 
 _SMALL = 0.25
@@ -127,7 +127,7 @@ def order_of(
             for p in points
         ),
         split={"calibration": 3, "control": 1, "validation": 0},
-        drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * _OWN_LOAD * load_uncertainty}}}
+        drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * OWN_LOAD * load_uncertainty}}}
         if any(p.load_torque for p in points)
         else {},
     )

@@ -23,7 +23,7 @@ from twin.faults import Fault
 from twin.learn import View
 from twin.network import NETWORKS as KINDS
 from twin.nuisance import Nuisance
-from twin.synthesis import Synthesis
+from twin.synthesis import SQUARE, Synthesis
 from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
@@ -141,10 +141,8 @@ def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: 
     path, posterior = folder / "synthesis.safetensors", folder / "posterior.parquet"
     with reading(path):
         held = load_file(path)
-        components = Components.restore(held)
-        covariance, open_, growth = (held[name] for name in ("covariance", "open", "growth"))
+        components, square = Components.restore(held), {name: held[name] for name in SQUARE}
+        own_load = float(held["own_load"][0])
     with reading(posterior):
-        nuisance = Nuisance.of(posterior)
-    return Synthesis(
-        healthy, faults, view.remains.noise, components, covariance, open_, growth, view.shapes, nuisance,
-    )  # fmt: skip
+        nuisance = Nuisance.of(posterior, own_load)
+    return Synthesis(healthy, faults, view.remains.noise, components, shapes=view.shapes, nuisance=nuisance, **square)

@@ -3,7 +3,8 @@
     values(z) = ŵ + s V Λ^½ z,   z ~ N(0, 1)
 
 ŵ are the values of the twin's machine, s the standard deviations of the posterior's draws, V Λ Vᵀ the correlation among
-them; directions without any spread are left out. Values stay within the draws' own range.
+them; directions without any spread are left out. Values stay within the draws' own range. One more coordinate is what
+the load of a single turn is off by from that of the others.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from indexer_env.sensors import Sensor
 
 _LEAST = 1e-6
 """Least eigenvalue of the correlation, over the largest, of a direction that is kept."""
+
+_REACH = 3.0
+"""Standard deviations of a turn's own load that it may be off by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,19 +53,31 @@ class Nuisance:
         return self.axes.shape[1]
 
     @classmethod
-    def of(cls, posterior: Path) -> Nuisance:
-        """Of the joint draws in a file."""
+    def of(cls, posterior: Path, own_load: float = 0.0) -> Nuisance:
+        """Of the joint draws in a file; `own_load` is the standard deviation of a turn's own load over what is stated
+        [-]."""
         table = pyarrow.parquet.read_table(posterior)
         values = {name: table.column(name).to_numpy() for name in table.column_names}
         free = {name: column for name, column in values.items() if column.std() > 1e-9 * max(1e-9, abs(column.mean()))}
         if not free:
-            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))._with_load(own_load)
         draws = np.column_stack(list(free.values()))
         off, size = draws - draws.mean(axis=0), draws.std(axis=0)
         share, along = np.linalg.eigh(np.atleast_2d(np.cov((off / size).T)))
         kept = share > _LEAST * share[-1]
         axes = size[:, None] * along[:, kept] * np.sqrt(share[kept])
-        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))
+        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))._with_load(own_load)
+
+    def _with_load(self, own: float) -> Nuisance:
+        if own == 0.0:
+            return self
+        paths = self.paths if LOAD_FACTOR in self.paths else (*self.paths, LOAD_FACTOR)
+        more = np.zeros(len(paths) - len(self.paths))
+        axis = np.where(np.array(paths) == LOAD_FACTOR, own, 0.0)[:, None]
+        axes = np.concatenate([self.axes, np.zeros((len(more), self.count))])
+        reach = _REACH * axis[:, 0]
+        low, high = np.concatenate([self.low, more]) - reach, np.concatenate([self.high, more]) + reach
+        return Nuisance(paths, np.concatenate([axes, axis], axis=1), low, high)
 
     def at(self, z: np.ndarray, machine: Machine, sensor: Sensor, load_factor: float) -> tuple[Machine, Sensor, float]:
         """The twin's machine and sensor at coordinates z (g,), and loads over loads as stated."""

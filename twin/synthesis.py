@@ -29,6 +29,9 @@ from twin.faults import Fault
 from twin.nuisance import Nuisance
 from twin.turns import Healthy
 
+SQUARE = ("covariance", "open", "growth")
+"""The matrices (k, k) of a synthesis."""
+
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
@@ -79,10 +82,14 @@ class Synthesis:
         m = self.seen(x)
         return np.einsum("ni,ij,nj->n", m, np.linalg.inv(self.covariance + self.open), m) / m.shape[1]
 
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Its arrays by name, for a file."""
+        return {**self.components.arrays(), **{name: np.ascontiguousarray(getattr(self, name)) for name in SQUARE}}
+
     def of_mean(self) -> Synthesis:
         """By the mean cam turn alone, for a turn whose stations are not known."""
         kept = self.components.mean_only()
-        cut = {name: getattr(self, name)[: kept.count, : kept.count] for name in ("covariance", "open", "growth")}
+        cut = {name: getattr(self, name)[: kept.count, : kept.count] for name in SQUARE}
         return dataclasses.replace(self, components=kept, **cut)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,7 +18,7 @@ from datagen.progress import progress
 from indexer_env import OperatingPoint
 from twin.card import scores
 from twin.components import Components, patterns_of
-from twin.data import Turns
+from twin.data import OWN_LOAD, Turns
 from twin.faults import Fault
 from twin.folder import NETWORKS, PAPER, networks_of, synthesis_of
 from twin.growth import growth_of
@@ -69,7 +70,15 @@ def learned(
     fitted_turns = max(LEAST_FITTED, round(FITTED * len(faulty.x)))
     half = len(sound.x) // 2
     synthesis = _synthesis(
-        out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s.seed
+        out,
+        networks,
+        sound.part(np.arange(half)),
+        faulty.part(control[-GROWN:]),
+        faults,
+        healthy,
+        view,
+        s.seed,
+        OWN_LOAD * s.load_uncertainty,
     )
     few = control[:fitted_turns]
     weights, refined = weights_by_control(
@@ -98,7 +107,7 @@ def noisy(
 
 def _synthesis(
     out: Path, networks: Sequence[nn.Module], sound: Turns, faulty: Turns, faults: Sequence[Fault], healthy: Healthy,
-    view: View, seed: int,
+    view: View, seed: int, own_load: float,
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
     axes = (getattr(networks[0], name).double().numpy() for name in ("mean_axes", "own_axes"))
@@ -107,13 +116,13 @@ def _synthesis(
     rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
     both = (components.of(part.double().numpy()) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
-    nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet")
+    nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet", own_load)
     plain = Synthesis(
         healthy, faults, view.remains.noise, components, covariance, open_, nothing, view.shapes, nuisance
     )
     clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
     growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)
-    held = {**components.arrays(), "covariance": covariance, "open": open_, "growth": np.ascontiguousarray(growth)}
+    held = {**dataclasses.replace(plain, growth=growth).arrays(), "own_load": np.array([own_load])}
     keep(out / "synthesis.safetensors", save(held))
     return synthesis_of(out, faults, healthy, view)
 

@@ -45,9 +45,8 @@ def twin_folder(folder: Path, loads: tuple[float, float] = (0.0, 20.0)) -> Path:
         torch.manual_seed(0)
         network = NETWORKS["modes"](len(NAMES), cells.count, cells.stations)
     save_weights(network.state_dict(), folder / "modes_0.safetensors")
-    held = builders.synthesis(NAMES)
-    arrays = {"axes": held.axes, "covariance": held.covariance, "open": held.open, "growth": held.growth}
-    save_file({k: np.ascontiguousarray(v) for k, v in arrays.items()}, folder / "synthesis.safetensors")
+    held = {**builders.synthesis(NAMES).arrays(), "own_load": np.zeros(1)}
+    save_file(held, folder / "synthesis.safetensors")
     known = {"machine.table_inertia": np.full(3, builders.MACHINE.table_inertia)}
     pq.write_table(pa.table(known), folder / "posterior.parquet")
     reach = [[2.0, 2.0]] * len(NAMES)

@@ -61,6 +61,20 @@ def test_nothing_moved_is_the_twins_machine_and_nothing_leaves_the_draws_range(d
     assert drawn.min() <= machine.output_joint.stiffness <= drawn.max() + drawn.mean() - MACHINE.output_joint.stiffness
 
 
+def test_the_load_of_a_single_turn_is_one_more_coordinate(draws, tmp_path):
+    common, own = draws[1], Nuisance.of(tmp_path / "posterior.parquet", 0.02)
+    assert own.count == common.count + 1
+    z = np.zeros(own.count)
+    z[-1] = 2.0
+    machine, sensor, factor = own.at(z, RUBBING, Sensor(), 1.0)
+    assert (machine, sensor) == (RUBBING, Sensor()) and factor == pytest.approx(1.04)
+    # by itself, where the posterior leaves the loads' common factor or anything else not open
+    pq.write_table(pa.table({"sensor.gain": [1.0, 1.0]}), tmp_path / "known.parquet")
+    alone = Nuisance.of(tmp_path / "known.parquet", 0.02)
+    assert alone.count == 1 and alone.at(np.array([-1.0]), RUBBING, Sensor(), 1.0)[2] == pytest.approx(0.98)
+    assert alone.at(np.array([-9.0]), RUBBING, Sensor(), 1.0)[2] == pytest.approx(0.94)
+
+
 def test_a_size_is_found_although_the_machine_is_not_quite_the_twins(draws):
     """Known to 3 % and off by 5 %: the machine is fitted beside the size."""
     nuisance = draws[1]
