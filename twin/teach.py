@@ -110,8 +110,8 @@ def _synthesis(
     view: View, seed: int, own_load: float,
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
-    axes = (getattr(networks[0], name).double().numpy() for name in ("mean_axes", "own_axes"))
-    components = Components(*axes, patterns_of(healthy.machine, faults))
+    of_mean, of_station = (getattr(networks[0], name).double().numpy() for name in ("mean_axes", "own_axes"))
+    components = Components(of_mean, of_station, patterns_of(healthy.machine, faults))
     feed = Feed(sound, view)
     rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
     both = (components.of(part.double().numpy()) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
