@@ -19,7 +19,7 @@ import numpy as np
 from indexer_env.machine import Machine
 from twin.faults import Fault
 
-IMBALANCE = "load.imbalance"
+_IMBALANCE = "load.imbalance"
 
 _LEAST_STATIONS = 4
 """Mean, cosine and sine leave one station to tell chance by."""
@@ -81,8 +81,8 @@ class Components:
 def patterns_of(machine: Machine, faults: Iterable[Fault]) -> np.ndarray:
     """Cosine and sine of the table's angle (2, stations), where an eccentric weight turns with the table or is one of
     the faults; else none, as also where so few stations leave nothing to tell chance by."""
-    weighed = any(effect.name == IMBALANCE for effect in machine.effects) or any(f.effect == IMBALANCE for f in faults)
-    if not weighed or machine.stations < _LEAST_STATIONS:
+    acting = {effect.name for effect in machine.effects} | {fault.effect for fault in faults}
+    if _IMBALANCE not in acting or machine.stations < _LEAST_STATIONS:
         return np.zeros((0, machine.stations))
     angle = 2.0 * math.pi * np.arange(machine.stations) / machine.stations
     return math.sqrt(2.0 / machine.stations) * np.array([np.cos(angle), np.sin(angle)])

@@ -70,15 +70,7 @@ def learned(
     fitted_turns = max(LEAST_FITTED, round(FITTED * len(faulty.x)))
     half = len(sound.x) // 2
     synthesis = _synthesis(
-        out,
-        networks,
-        sound.part(np.arange(half)),
-        faulty.part(control[-GROWN:]),
-        faults,
-        healthy,
-        view,
-        s.seed,
-        OWN_LOAD * s.load_uncertainty,
+        out, networks, sound.part(np.arange(half)), faulty.part(control[-GROWN:]), faults, healthy, view, s
     )
     few = control[:fitted_turns]
     weights, refined = weights_by_control(
@@ -107,13 +99,13 @@ def noisy(
 
 def _synthesis(
     out: Path, networks: Sequence[nn.Module], sound: Turns, faulty: Turns, faults: Sequence[Fault], healthy: Healthy,
-    view: View, seed: int, own_load: float,
+    view: View, settings: Settings,
 ) -> Synthesis:  # fmt: skip
     """Along the axes of the first network; healthy turns say how wide it may miss."""
     of_mean, of_station = (getattr(networks[0], name).double().numpy() for name in ("mean_axes", "own_axes"))
     components = Components(of_mean, of_station, patterns_of(healthy.machine, faults))
-    feed = Feed(sound, view)
-    rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(seed + 3)
+    feed, own_load = Feed(sound, view), OWN_LOAD * settings.load_uncertainty
+    rows, generator = torch.arange(len(sound.x)), torch.Generator().manual_seed(settings.seed + 3)
     both = (components.of(part.double().numpy()) for part in (feed.noise(feed.point, generator), feed.clean(rows)))
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
     nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet", own_load)
