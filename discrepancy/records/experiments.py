@@ -17,7 +17,7 @@ from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
-from discrepancy.records.matching import Match, nominal_orders, upright
+from discrepancy.records.matching import Match, likest_other, nominal_orders, upright
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import (
     by_pulses,
@@ -37,9 +37,12 @@ from indexer_records.resample import CUTOFF, entire
 
 _TURN = 2.0 * math.pi
 
-_LIKENESS = 0.98
-"""Likeness below which a record is not of this machine; hidden effects leave it above 0.997, the
-law next to modified sine, cycloidal, makes it 0.96."""
+_LIKENESS = 0.95
+"""Likeness below which a record is not of this machine: what else acts would be a third of the motion."""
+
+_ALIKE, _NEARER = 0.995, 0.5
+"""Below the first another motion law or share may be the record's: one whose likeness falls short of 1 by less than the
+second times as much. Another law makes it 0.95 to 0.992, strong effects 0.98; most leave it above 0.997."""
 
 _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
@@ -195,6 +198,8 @@ def _checked(record: Record, machine: Machine, sensor: Sensor, noise: _Noise) ->
     if slower is not None and match.likeness < _LIKENESS:
         raise slower
     _check_likeness(record, match, sensor)
+    if match.likeness < _ALIKE:
+        _check_motion(record, match, likest_other(signal, machine.reduction * speed, machine, point, sensor))
     if slower is not None:
         notes.append(f"{record.name} repeats itself only after several cam turns, as a machine may that is shaken hard")
     if record.pulses is None or len(record.pulses) < 2:
@@ -219,12 +224,22 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
     if match.likeness < _LIKENESS:
         raise SignalError(
             f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
-            f"the cam, got {match.likeness:.2f}; check motion_law and motion_share, or whose record it is."
+            f"the cam, got {match.likeness:.3f}; check motion_law and motion_share, or whose record it is."
         )
     if not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(
             f"{record.name}: the level must be {_LEVEL[0]:g} to {_LEVEL[1]:g} times the nominal machine's, got "
             f"{match.level:.3g} times; {_guess(match.level, sensor)}."
+        )
+
+
+def _check_motion(record: Record, match: Match, other: tuple[str, float]) -> None:
+    words, likeness = other
+    if 1.0 - likeness < _NEARER * (1.0 - match.likeness):
+        raise SignalError(
+            f"{record.name} must look more like the nominal machine than like one with another motion, got likeness "
+            f"{match.likeness:.3f} in the first orders of the cam and {likeness:.3f} with {words}; correct motion_law "
+            "or motion_share."
         )
 
 
