@@ -123,7 +123,7 @@ def _seen(signal: Signal, cam_rate: float, reference: np.ndarray, name: str) -> 
     if match.likeness < _LIKENESS or not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(
             f"{name} must look like the twin's machine, likeness {_LIKENESS:g} and level {_LEVEL[0]:g} to "
-            f"{_LEVEL[1]:g} in the first orders of the cam, got {match.likeness:.2f} and {match.level:.2g}; check "
+            f"{_LEVEL[1]:g} in the first orders of the cam, got {match.likeness:.3f} and {match.level:.3g}; check "
             "whose record it is, its unit, its speed and its sensor."
         )
     return signal, match, notes
