@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.noise import limited_noise
 from discrepancy.records.conditions import Conditions
 from discrepancy.records.matching import Match, upright
 from discrepancy.records.reading import Record
@@ -16,8 +17,8 @@ from discrepancy.records.start import pulse_start
 from indexer_env.errors import SignalError
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
-from indexer_records.resample import entire
-from twin.turns import Healthy
+from indexer_records.resample import CUTOFF, entire
+from twin.turns import Healthy, Remains, likeliest_station
 
 _LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
 """Likeness to the healthy machine in the first orders of the cam, and level over its own, outside of which a record is
@@ -25,6 +26,9 @@ none of this machine: faults of the table leave 0.95 and 0.7 to 1.4."""
 
 BY_COMPARISON = 0.01
 """rad; standard deviation of a start angle found by comparison."""
+
+_SAME_RATE = 1e-3
+"""Relative difference of sampling rates that are the same [-]."""
 
 _STATED_SLACK = 0.1
 """rad; a stated cam angle that is farther from the record's own is wrong."""
@@ -43,11 +47,11 @@ class Corrected:
     signal : Signal
         At the twin's rate and with its sign.
     conditions : Conditions
-        With the record's own mean speed, and the cam angle of the first sample.
+        With the record's own mean speed, the cam angle of the first sample, and the noise at the twin's rate.
     reference : ndarray (stations, cells)
         The healthy turn at this point.
     stations_known : bool
-        Whether the cam angle tells the station.
+        Whether the cam angle tells the station; else it is the one by which the record is most like a healthy one.
     notes : tuple of str
         What was put right.
     """
@@ -66,22 +70,24 @@ class Corrected:
 
 def at_rate(signal: Signal, rate: float) -> Signal:
     """A signal at the twin's rate [Hz]; raises SignalError where its own is lower."""
-    if signal.sample_rate < (1.0 - 1e-3) * rate:
+    if signal.sample_rate < (1.0 - _SAME_RATE) * rate:
         name, got = signal.source or "the record", signal.sample_rate
         raise SignalError(
             f"{name} must be sampled at the twin's {rate:g} Hz or more, got {got:g} Hz; record at this rate, or make a "
             "twin of records at the lower one."
         )
-    if signal.sample_rate < (1.0 + 1e-3) * rate:
+    if signal.sample_rate < (1.0 + _SAME_RATE) * rate:
         return signal
     values = entire(signal.values, signal.sample_rate, rate)
     return Signal(values, rate, unit=signal.unit, source=signal.source)
 
 
 def corrected(
-    name: str, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None, healthy: Healthy
-) -> Corrected:
-    """The record put right by itself; `pulses` are the times of its once-per-turn pulse after the first sample [s].
+    name: str, signal: Signal, conditions: Conditions, pulses: Sequence[float] | np.ndarray | None, healthy: Healthy,
+    remains: Remains,
+) -> Corrected:  # fmt: skip
+    """The record put right by itself; `pulses` are the times of its once-per-turn pulse after the first sample [s],
+    `remains` what healthy records leave.
 
     Raises
     ------
@@ -89,6 +95,7 @@ def corrected(
         Another machine, rate or speed, or a cam angle that is not the record's.
     """
     machine = healthy.machine
+    conditions = _noise_at(conditions, signal.sample_rate, healthy.cells.rate)
     record = Record(name, at_rate(signal, healthy.cells.rate), conditions, None if pulses is None else np.array(pulses))
     counted = by_pulses(record, machine)
     speed = conditions.motor_speed if counted is None else counted
@@ -110,8 +117,21 @@ def corrected(
             f"{name}: the cam angle at the first sample must agree with the record within {_STATED_SLACK:g} rad, "
             f"got {off:.2f} rad off; correct start_angle or pulse_angle, or leave it out."
         )
+    if not known:
+        point = OperatingPoint(speed, conditions.load_torque)
+        turns = healthy.cells.turns(signal.values, machine.reduction * speed, start)
+        station = likeliest_station(turns, reference + remains.at(point)) if len(turns) else 0
+        start += 2.0 * np.pi * station
     told = dataclasses.replace(conditions, motor_speed=speed, start_angle=start)
     return Corrected(signal, told, reference, known, tuple(notes))
+
+
+def _noise_at(conditions: Conditions, rate: float, target: float) -> Conditions:
+    """A stated noise, white at the record's rate, as it is at the twin's."""
+    if conditions.noise is None or rate < (1.0 + _SAME_RATE) * target:
+        return conditions
+    noise, _ = limited_noise(conditions.noise, 0.0, rate, CUTOFF * target, target)
+    return dataclasses.replace(conditions, noise=noise)
 
 
 def _seen(signal: Signal, cam_rate: float, reference: np.ndarray, name: str) -> tuple[Signal, Match, list[str]]:

@@ -37,6 +37,9 @@ _SHARD = 512
 OWN_LOAD = 0.2
 """Share of a stated load's error that differs from record to record."""
 
+_APART = 1e-10
+"""Relative difference of the speeds by which operating points are told apart."""
+
 _SMALL = 0.25
 """Half of the sizes are drawn up to this share of the largest: what a network gets wrong is small."""
 
@@ -124,7 +127,7 @@ def order_of(
         how_many=tuple(_trimmed(how_many, len(faults))),
         points=tuple(
             {"motor_speed": p.motor_speed, "load_torque": p.load_torque, "start_angle": first.start_angle}
-            for p in points
+            for p in _told_apart(points)
         ),
         split={"calibration": 3, "control": 1, "validation": 0},
         drift={"operating_point": {"load_torque": {"around": math.sqrt(3.0) * OWN_LOAD * load_uncertainty}}}
@@ -174,14 +177,14 @@ def _shard(
     items = [order.campaign.item(index, order.base, order.seed) for index in order.items_of(number)]
     rows, records, _ = produce(order, items)
     by_number = {item.index: item for item in items}
-    at = {p.motor_speed: k for k, p in enumerate(points)}
+    at = {p.motor_speed: k for k, p in enumerate(_told_apart(points))}
     campaign = order.campaign
     assert isinstance(campaign, Own)
     kept, x, point, size, station, subset = [], [], [], [], [], []
     for row, record in zip(rows, records, strict=True):
         item = by_number[row["item"]]
         speed = item.operating_point["motor_speed"]
-        place = at[speed] if len(at) == len(points) else _nearest(points, item.operating_point)
+        place = at[speed]
         x.append(behind_lead_in(healthy.machine, healthy.cells, record.astype(float), speed) - reference[place])
         point.append(place)
         size.append(sizes_of(item.effects, campaign.row(item.label.machine_draw), faults, order.base.machine))
@@ -200,10 +203,10 @@ def _place(faults: Sequence[Fault], name: str) -> int:
     return names.index(name) if name in names else 0
 
 
-def _nearest(points: Sequence[OperatingPoint], given: Mapping[str, float]) -> int:
-    """Several loads at one speed: the load drifted from the nearest of them."""
-    mine = [k for k, p in enumerate(points) if p.motor_speed == given["motor_speed"]]
-    return min(mine, key=lambda k: abs(points[k].load_torque - given["load_torque"]))
+def _told_apart(points: Sequence[OperatingPoint]) -> list[OperatingPoint]:
+    """The points with speeds that differ by nothing that matters, so that a record's speed tells its point: its load is
+    not the one stated."""
+    return [dataclasses.replace(p, motor_speed=p.motor_speed * (1.0 + _APART * k)) for k, p in enumerate(points)]
 
 
 def sizes_of(

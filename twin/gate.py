@@ -57,7 +57,7 @@ class Gate:
             share = quality["clipped_share"]
             raise SignalError(f"{name} must stay inside the sensor's range, got {share:.1%} of it at flat tops.")
         self._check_point(name, conditions)
-        record = corrected(name, signal, conditions, pulses, self.healthy)
+        record = corrected(name, signal, conditions, pulses, self.healthy, self.view.remains)
         told, reference, point = record.conditions, record.reference, record.point
         assert told.start_angle is not None
         cam_rate = self.healthy.machine.reduction * told.motor_speed

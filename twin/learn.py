@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -34,6 +35,9 @@ _WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3}
 
 _AXES = 4000
 """Turns that the axes are taken from."""
+
+_DRAWING = threading.Lock()
+"""First weights are drawn from the one generator that all threads share."""
 
 _NOISES, _LOOKS = 2048, 4
 """Draws of the noise that are mixed by pairs, where what is seen is linear; looks at each turn where it is not."""
@@ -161,27 +165,27 @@ def trained(
     """A network of a kind of NETWORKS, taught on the calibration turns; all chance comes from `seed`."""
     feed, generator = Feed(turns, view), torch.Generator().manual_seed(seed)
     rows = torch.from_numpy(np.flatnonzero(turns.subset == 0))
-    with torch.random.fork_rng():
+    with _DRAWING, torch.random.fork_rng():
         torch.manual_seed(seed)
         network = NETWORKS[kind](turns.there.shape[1], turns.x.shape[2], turns.x.shape[1])
-        with torch.no_grad():
-            network.fit(feed.clean(rows[:_AXES]))
-            sight = Sight(network, feed, rows, generator)
-        optimiser = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
-        steps = epochs * math.ceil(len(rows) / _BATCH)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=0.1)
-        network.train()
-        for epoch in range(epochs):
-            for places in torch.randperm(len(rows), generator=generator).split(_BATCH):
-                if len(places) == 1:
-                    continue  # has no variance to normalise a batch by
-                part = rows[places]
-                optimiser.zero_grad()
-                _loss(network.says(sight.at(places), feed.conditions[feed.point[part]]), feed, part).backward()
-                nn.utils.clip_grad_norm_(network.parameters(), 5.0)
-                optimiser.step()
-                schedule.step()
-            advance(epoch)
+    with torch.no_grad():
+        network.fit(feed.clean(rows[:_AXES]))
+        sight = Sight(network, feed, rows, generator)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
+    steps = epochs * math.ceil(len(rows) / _BATCH)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=0.1)
+    network.train()
+    for epoch in range(epochs):
+        for places in torch.randperm(len(rows), generator=generator).split(_BATCH):
+            if len(places) == 1:
+                continue  # has no variance to normalise a batch by
+            part = rows[places]
+            optimiser.zero_grad()
+            _loss(network.says(sight.at(places), feed.conditions[feed.point[part]]), feed, part).backward()
+            nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+            optimiser.step()
+            schedule.step()
+        advance(epoch)
     return network.eval()
 
 

@@ -50,7 +50,7 @@ from twin.folder import (
     view_of,
 )  # fmt: skip
 from twin.judge import Judge
-from twin.moved import as_before, moved_since
+from twin.moved import as_before, gone_on, moved_since
 from twin.posterior import Uncertain
 from twin.settings import Settings
 from twin.teach import learned
@@ -209,18 +209,17 @@ class Maker:
         """Compare with the twin before, and take its networks over where the machine has not moved."""
         assert self.before is not None
         moved = moved_since(before["calibration"], self.bench.subject.machine, found)
-        about = self.work.read("calibration")
-        self.work.write("calibration", {**about, "moved": moved})
-        same = before["range"] == about["range"] and before["cells"] == about["cells"]
-        if moved["since"] or not same:
+        told, kept = gone_on(before, self.work.read("calibration"), moved)
+        self.work.write("calibration", told)
+        if not kept:
             return
         for name in (*NETWORKS, PAPER, "synthesis"):
             file = self.before / f"{name}.safetensors"
             with reading(file):
                 content = file.read_bytes()
             keep(self.out / file.name, content)
-        kept = ("judge", "paper_judge", "weights", "records", "scores")
-        self.work.write("learned", {key: before[key] for key in kept})
+        keys = ("judge", "paper_judge", "weights", "records", "scores")
+        self.work.write("learned", {key: before[key] for key in keys})
         self.work.write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from discrepancy.grades import NAMED
@@ -17,6 +17,12 @@ _CHANCE = 0.01
 
 _SD_OF_95 = 2.0 * 1.96
 """Standard deviations in a 95 % interval."""
+
+_ALIKE = 0.1
+"""Relative difference of noise, and of the pulse's accuracy, up to which thresholds taken from simulated turns hold."""
+
+_OUTSIDE = 0.02
+"""Part of a range's middle by which new records may lie outside the range of before."""
 
 _NAMED = 2.0
 """Standard deviations of a change from which on a parameter is named."""
@@ -78,5 +84,34 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
     elif since:
         sentence = f"The machine has moved since: {', '.join(told[n] for n in far[:3]) or 'many parameters a little'}."
     else:
-        sentence = "The machine has not moved since; the networks are kept."
+        sentence = "The machine has not moved since."
     return {"since": since, "sentence": sentence, "chance": chance, "changes": changes}
+
+
+def gone_on(
+    before: Mapping[str, Any], about: Mapping[str, Any], moved: Mapping[str, Any]
+) -> tuple[dict[str, Any], bool]:
+    """A new calibration with how the machine has moved since the twin before, and whether that twin's networks are
+    kept: what they were taught on must hold for the new records, too. With them the range is kept."""
+    if moved["since"]:
+        return {**about, "moved": moved}, False
+    other = _differing(before, about)
+    end = f"{' and '.join(other)} differ{'s' * (len(other) == 1)}, so all is learned anew" if other else ""
+    sentence = f"{moved['sentence'].rstrip('.')}; {end or 'the networks are kept'}."
+    told = {**about, "moved": {**moved, "sentence": sentence}}
+    return told if other else {**told, "range": before["range"]}, not other
+
+
+def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    said = []
+    if before["cells"] != now["cells"]:
+        said.append("the sampling rate")
+    if any(not _within(now["range"][name], before["range"][name]) for name in now["range"]):
+        said.append("the range of speeds and loads")
+    words = {"noise": "the noise", "shift": "the accuracy of the cam angle"}
+    return said + [w for name, w in words.items() if abs(now[name] - before[name]) > _ALIKE * before[name]]
+
+
+def _within(now: Sequence[float], before: Sequence[float]) -> bool:
+    slack = _OUTSIDE * 0.5 * abs(sum(before))
+    return before[0] - slack <= now[0] and now[1] <= before[1] + slack

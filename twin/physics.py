@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -147,11 +148,17 @@ def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFa
 
 
 def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: Machine) -> PhysicalFault | None:
-    """The growth of an effect that the machine had when it was healthy; None where its interval holds what it was."""
+    """The growth of an effect that the machine had when it was healthy; None where the 95 % interval of the change
+    holds nothing, and where there is less of what can only grow."""
     name = f"{fault.effect}.{fault.parameter}"
     now = next((e for e in answer.calibration.estimates if e.name == name), None)
-    before = float(row["values"][fault.parameter])
-    if now is None or now.low <= before <= now.high:
+    if now is None:
         return None
-    size, low, high = (fault.share(number - before, machine) for number in (now.value, now.low, now.high))
+    before, (least, most) = float(row["values"][fault.parameter]), row["interval"]
+    # two independent estimates
+    half = math.hypot(0.5 * (now.high - now.low), 0.5 * (most - least))
+    grown = now.value - before
+    if abs(grown) <= half or (grown < 0.0 and not fault.signed):
+        return None
+    size, low, high = (fault.share(change, machine) for change in (grown, grown - half, grown + half))
     return PhysicalFault(fault.name, size, low, high, 0.95, ESTABLISHED)

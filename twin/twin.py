@@ -227,7 +227,7 @@ class Twin:
         records = []
         for number, (signal, told, *pulses) in enumerate(turns):
             name = signal.source or f"turn {number + 1}"
-            right = corrected(name, signal, told, pulses[0] if pulses else None, self.healthy)
+            right = corrected(name, signal, told, pulses[0] if pulses else None, self.healthy, self.view.remains)
             told = right.conditions
             spread = told.start_uncertainty if right.stations_known else BY_COMPARISON
             noise = self.about["sample_noise"] if told.noise is None else told.noise

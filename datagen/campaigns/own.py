@@ -3,7 +3,7 @@
 Machine draw d has row d mod rows of the joint draws (`posterior`, a Parquet file with one column a quantity, named by
 its path), one of the operating points, and a number of faults drawn by `how_many`; which ones is drawn without
 replacement. What a fault sets is added to what the row has of the same quantity, so growing friction adds to friction
-that was there.
+that was there; a phase that is there stays, so an imbalance grows where it is.
 """
 
 from __future__ import annotations
@@ -142,8 +142,7 @@ class Own(Campaign):
         names = list(self._fault_laws)
         for name in rng.permutation(len(names))[:number].tolist():
             for path, law in self._fault_laws[names[name]].items():
-                drawn = law.draw(rng)
-                values[path] = values[path] + drawn if _adds(path, values) else _plain(path, drawn)
+                values[path] = _with_fault(path, values.get(path), law.draw(rng))
         return Design(values)
 
     def classes(self) -> tuple[str, ...]:
@@ -158,9 +157,11 @@ class Own(Campaign):
         return number + 1, self.classes()[number], code
 
 
-def _adds(path: str, values: Mapping[str, Any]) -> bool:
-    """Whether what a fault draws for a quantity comes on top of what is there."""
-    return path in values and not path.endswith((".phase", ".station", ".damping"))
+def _with_fault(path: str, there: Any, drawn: Any) -> Any:
+    """A quantity with what a fault draws for it, given what is there (None: nothing)."""
+    if there is None or path.endswith((".station", ".damping")):
+        return _plain(path, drawn)
+    return there if path.endswith(".phase") else there + drawn
 
 
 def _plain(path: str, value: Any) -> Any:

@@ -44,6 +44,17 @@ def test_a_machine_has_its_row_and_growing_friction_adds_to_what_was_there(tmp_p
     assert codes == {"0", "1"}
 
 
+def test_an_imbalance_that_is_there_grows_where_it_is(tmp_path):
+    """As `twin.synthesis.effect_of` has it, which is fitted to such turns."""
+    there = {"effects__load__imbalance__torque": [80.0], "effects__load__imbalance__phase": [1.0]}
+    more = {"load.imbalance": {"torque": {"uniform": [1.0, 9.0]}, "phase": {"uniform": [0.0, 6.0]}}}
+    own = Own(machines=9, posterior=table(tmp_path, **there), faults={"imbalance": more}, how_many=(0.0, 1.0))
+    for index in range(9):
+        (effect,) = build(own.item(index, BASE, 1), BASE).machine.effects
+        assert 81.0 <= effect.torque <= 89.0 and effect.phase == 1.0
+        assert own.item(index, BASE, 1).label.name == "imbalance"
+
+
 def test_how_many_faults_are_there_is_drawn_by_its_law():
     own = Own(machines=600, faults=FAULTS, how_many=(0.25, 0.5, 0.25))
     names = Counter(own.item(index, BASE, 0).label.name for index in range(600))

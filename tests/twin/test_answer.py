@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
+import pytest
 
 from indexer_env import load_machine
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
-from twin.physics import ESTABLISHED, PhysicalFault, Physics
+from twin.faults import FAULTS
+from twin.physics import ESTABLISHED, PhysicalFault, Physics, _grown
 
 MACHINE = load_machine("reference")
 MATTERS = {"crack": 0.05, "friction": 0.05, "reducer_play": 0.05}
@@ -159,3 +163,25 @@ def test_a_record_that_differs_from_the_others_is_told_by_name():
 def test_an_interval_of_physics_ends_where_there_is_no_more():
     found = Physics(FAULTY, (PhysicalFault("loose_base", 0.8, 0.1, 1.54, 0.99, ESTABLISHED, None),), 1.0, 5.0, "")
     assert answered(network(FAULTY), found).headline == "Faulty: loose base screws, 80 % loose (10 to 100)."
+
+
+def grown(now: tuple[float, float, float], before: float, name: str = "friction") -> PhysicalFault | None:
+    """What physics says of an effect of size `now` (size, low, high) that was `before`, known to ± 0.5."""
+    fault = FAULTS[name]
+    row = {"values": {fault.parameter: before}, "interval": (before - 0.5, before + 0.5)}
+    size = SimpleNamespace(name=f"{fault.effect}.{fault.parameter}", value=now[0], low=now[1], high=now[2])
+    answer = SimpleNamespace(calibration=SimpleNamespace(estimates=(size,)))
+    return _grown(cast(Any, answer), row, fault, MACHINE)
+
+
+def test_an_effect_has_grown_where_both_estimates_say_so():
+    assert grown((5.6, 5.2, 6.0), 5.0) is None
+    more = grown((9.0, 8.6, 9.4), 5.0)
+    assert more is not None
+    told = [FAULTS["friction"].told(share, MACHINE) for share in (more.size, more.low, more.high)]
+    assert told == pytest.approx([4.0, 4.0 - 0.41**0.5, 4.0 + 0.41**0.5])
+
+
+def test_less_of_what_can_only_grow_is_no_fault():
+    assert grown((3.0, 2.6, 3.4), 9.0) is None
+    assert grown((-0.3, -0.7, 0.1), 0.9, "sensor_gain") is not None

@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from indexer_env import Joint, OperatingPoint, Run, Signal, SignalError, simulate
+from indexer_env import Joint, OperatingPoint, Run, Signal, SignalError, make_effect, simulate
 from indexer_env.units import RPM
+from indexer_records.resample import CUTOFF
 from tests.twin.builders import MACHINE, RANGE, RATE, healthy, record, view
 from twin.gate import Gate
 
@@ -27,6 +28,17 @@ def test_a_turn_of_this_machine_passes_and_its_start_is_found_where_it_is_not_st
     assert size(x) < 0.3
     found, seen = GATE.looked(signal, dataclasses.replace(told, start_angle=None))
     assert not seen.stations_known and size(found) < 0.5
+
+
+def test_a_record_of_unknown_station_is_compared_with_the_station_that_it_is_like():
+    """An imbalance makes every station's turn another one; without its stations the machine would look faulty."""
+    heavy = MACHINE.with_effects(make_effect("load.imbalance", torque=90.0, phase=1.0))
+    gate = Gate(dataclasses.replace(healthy(), machine=heavy), view(), RANGE)
+    for station in (0, 3, 5):
+        signal, told = record(heavy, start=3.0 + 2.0 * np.pi * station)
+        x, seen = gate.looked(signal, dataclasses.replace(told, start_angle=None))
+        assert not seen.stations_known and size(x) < 0.5
+        assert seen.conditions.start_angle == pytest.approx(3.0 + 2.0 * np.pi * station, abs=0.02)
 
 
 def size(x: np.ndarray) -> float:
@@ -58,8 +70,10 @@ def test_a_faster_record_is_read_at_the_rate_of_the_twin():
     point = OperatingPoint(1400.0 * RPM, 5.0, 3.0)
     run = Run(4 * RATE, int(4.4 * MACHINE.turn_duration(point) * RATE), warmup_turns=1)
     fast = Signal(simulate(MACHINE, point, run).table_acceleration, 4 * RATE, unit="rad/s^2")
-    x, seen = GATE.looked(fast, record()[1])
+    x, seen = GATE.looked(fast, dataclasses.replace(record()[1], noise=0.4))
     assert seen.signal.sample_rate == RATE and size(x) < 0.5
+    # white noise loses what lies above the filter's edge
+    assert seen.conditions.noise == pytest.approx(0.4 * np.sqrt(CUTOFF / 2.0), rel=0.01)
 
 
 def test_the_pulse_tells_start_and_speed():
@@ -111,4 +125,3 @@ def test_an_operating_point_of_a_twin_for_one_point_is_that_point():
     signal, told = record(load=12.0)
     with pytest.raises(SignalError, match="within the twin's 10 to 10 N m"):
         gate.looked(signal, told)
-    assert gate.healthy.cells.rate == RATE

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -238,3 +240,25 @@ def test_the_verdicts_on_a_turn():
     assert twin(Fixed(1.0, quiet)).diagnose_turn(*given).faults[0].probability < 0.1
     short = twin(Fixed(1.0, quiet)).diagnose_turn(*record(turns=0.5))
     assert short.verdict == NOT_COMPARABLE and "whole turn" in short.reason
+
+
+class Slow(Modes):
+    """A network that takes its time before its first weights are drawn."""
+
+    def __init__(self, *given: Any) -> None:
+        time.sleep(0.05)
+        super().__init__(*given)
+
+
+def test_networks_taught_side_by_side_are_those_taught_one_after_the_other(monkeypatch):
+    """The generator of first weights is one for all threads."""
+    monkeypatch.setitem(NETWORKS, "slow", Slow)
+    few = turns(40, 6, faulty=True)
+
+    def first(seed: int) -> torch.Tensor:
+        return next(iter(trained("slow", few, view(), epochs=1, seed=seed).layers[1].parameters())).detach()
+
+    with ThreadPoolExecutor(2) as pool:
+        beside = list(pool.map(first, (0, 1)))
+    for seed, weights in enumerate(beside):
+        torch.testing.assert_close(weights, first(seed))

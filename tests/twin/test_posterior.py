@@ -12,7 +12,7 @@ from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
 from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
 from twin.calibrate import Calibrated, Finding, _in_draws
-from twin.moved import as_before, moved_since
+from twin.moved import as_before, gone_on, moved_since
 from twin.posterior import _covariance, rescaled
 
 SMOOTH = load_machine("smooth")
@@ -102,3 +102,34 @@ def test_what_the_draws_leave_open_has_no_name() -> None:
         told = _in_draws(found, drawn)
         assert told.grade == grade and told.interval != found.interval
         assert (told.interval[0] < 0.0) == (grade == STANDS_IN)
+
+
+ABOUT = {
+    "cells": {"stations": 8, "count": 64, "rate": 500.0}, "noise": 0.1, "shift": 0.002,
+    "range": {"motor_speed_rpm": [1200.04, 1500.0], "load_torque": [2.0, 20.0]},
+}  # fmt: skip
+STAYED = {"since": False, "sentence": "The machine has not moved since."}
+
+
+def test_networks_are_kept_where_what_they_were_taught_on_holds_for_the_new_records():
+    """Speeds as measured are never the same twice."""
+    near = {**ABOUT, "range": {"motor_speed_rpm": [1200.01, 1499.9], "load_torque": [2.0, 20.0]}, "noise": 0.105}
+    told, kept = gone_on(ABOUT, near, STAYED)
+    assert kept and told["range"] == ABOUT["range"] and told["noise"] == 0.105
+    assert told["moved"]["sentence"] == "The machine has not moved since; the networks are kept."
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"noise": 0.05}, "the noise differs"),
+        ({"shift": 0.004, "noise": 0.2}, "the noise and the accuracy of the cam angle differ,"),
+        ({"range": {"motor_speed_rpm": [1000.0, 1500.0], "load_torque": [2.0, 20.0]}}, "the range of speeds and loads"),
+        ({"cells": {**ABOUT["cells"], "rate": 1000.0}}, "the sampling rate differs"),
+    ],
+)
+def test_networks_are_not_kept_for_records_of_another_kind(change, words):
+    told, kept = gone_on(ABOUT, {**ABOUT, **change}, STAYED)
+    assert not kept and words in told["moved"]["sentence"] and "all is learned anew" in told["moved"]["sentence"]
+    moved = {"since": True, "sentence": "The machine has moved since: x."}
+    assert gone_on(ABOUT, ABOUT, moved) == ({**ABOUT, "moved": moved}, False)
