@@ -143,6 +143,8 @@ class Physics:
                 self._look_at(machine)
             except StoreDown as error:
                 _log.warning("physics has left out %s, as the store cannot be used (%s)", machine, error)
+            except Exception:
+                _log.exception("physics has left out %s", machine)
 
     def _look_at(self, machine: str) -> None:
         found = self._question(machine)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import socket
 import threading
 import time
@@ -19,7 +20,6 @@ from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.analysis.finding import Diagnoser
 from monitor.analysis.twin import TwinDiagnoser, limits_of
 from monitor.engine import Change, Engine
-from monitor.intake.blocks import NANO
 from monitor.leases import Leases
 from monitor.outputs.metrics import Metrics
 from monitor.outputs.outbox import Sender
@@ -38,14 +38,15 @@ from monitor.sources.mqtt import Broker, MqttSource, read_url
 from monitor.sources.opcua import SCHEME, OpcUaSource
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
-from monitor.store.archive import archive, expire
+from monitor.store.archive import DAY_NS, keep
 from monitor.web.access import Gate
 from monitor.web.api import Api
 from monitor.web.app import make_app
 from monitor.web.hub import Hub
 from twin.twin import Twin
 
-DAY_NS = 24 * 3600 * NANO
+_log = logging.getLogger(__name__)
+
 BUILT_IN_TOPIC = demo.TOPIC.format("+")
 
 _KEEPING_S = 30.0
@@ -181,21 +182,15 @@ class Service:
                 self.stop()
                 return
             passed += 1.0
-            if passed < _KEEPING_S:
+            if passed < _KEEPING_S or not self._leads():
                 continue
-            passed = 0.0
-            if not self._leads():
-                continue
-            now = time.time_ns()
+            passed, settings = 0.0, self._settings
             try:
-                archive(self._store, self._settings.out.resolve())
-                expire(
-                    self._store,
-                    now - round(self._settings.raw_days * DAY_NS),
-                    now - round(self._settings.turn_days * DAY_NS),
-                )
+                keep(self._store, settings.out.resolve(), settings.raw_days, settings.turn_days)
             except StoreDown:
                 continue
+            except Exception:
+                _log.exception("turns could not be moved to files or forgotten; trying again")
 
     # ------------------------------------------------------------------------------------------------ parts
 

@@ -7,7 +7,8 @@ reaches back to the first turn with an ever coarser step.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,10 +35,10 @@ class Trend:
     def __init__(self, window: int, body: dict[str, Any] | None = None) -> None:
         body = body or {}
         self._window = window
-        self._recent: list[list[float]] = [list(entry) for entry in body.get("recent", [])]
-        self._points: list[list[float]] = [list(point) for point in body.get("points", [])]
+        self._recent: list[list[float]] = _rows(body.get("recent", []))
+        self._points: list[list[float]] = _rows(body.get("points", []))
         self._stride = int(body.get("stride", 1))
-        self._open: list[list[float]] = [list(entry) for entry in body.get("open", [])]
+        self._open: list[list[float]] = _rows(body.get("open", []))
 
     def add(self, time_s: float, size: Size) -> Size:
         """Take in a turn at `time_s` [s]; returns the smoothed value with its interval."""
@@ -79,6 +80,11 @@ class Trend:
     def to_dict(self) -> dict[str, Any]:
         """Plain values, from which the constructor makes the same trend."""
         return {"recent": self._recent, "points": self._points, "stride": self._stride, "open": self._open}
+
+
+def _rows(stored: Iterable[Iterable[float | None]]) -> list[list[float]]:
+    """Rows as they were stored; None is how stores of earlier versions tell an end that is infinite."""
+    return [[math.inf if part is None else part for part in row] for row in stored]
 
 
 def _round(value: float, digits: int = _DIGITS) -> str:

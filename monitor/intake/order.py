@@ -3,7 +3,8 @@
 A block follows when it begins where the last one ended, within the jitter of the sender's clock, or has the next
 number. One that is ahead waits for those between, for at most HOLD blocks or until `flush`; then the hole is a gap. One
 that is behind came twice or too late and is left out; three in a row that follow each other are a clock that was set
-back, and are used. A step of the clock between two consecutive numbers is told and loses nothing.
+back, and are used; not so where their numbers say that their time is right. A step of the clock between two
+consecutive numbers is told and loses nothing.
 """
 
 from __future__ import annotations
@@ -76,8 +77,8 @@ class Order:
         if last is None:
             return self._first(block)
         off = block.start_ns - last.end_ns
-        if block.sequence is not None and last.sequence is not None:
-            ahead = block.sequence - last.sequence
+        ahead = _step(last, block)
+        if ahead is not None:
             # A sender that was started anew counts from 0 again, at a later time.
             if ahead <= 0 and off >= -self._jitter:
                 return [*self.flush(), *self._gap(block)] if self._held else self._gap(block)
@@ -105,13 +106,14 @@ class Order:
         placed: list[Placed] = []
         for block in held:
             last = self._last
-            continues = last is not None and (
-                block.sequence == last.sequence + 1
-                if block.sequence is not None and last.sequence is not None
-                else abs(block.start_ns - last.end_ns) <= self._jitter
-            )
+            continues = last is not None and self._follows(last, block)
             placed += self._take(block, restart=False) if continues else self._gap(block)
         return placed
+
+    def _follows(self, last: Block, block: Block) -> bool:
+        """Whether a block is the one after the last, by number where both have one."""
+        step = _step(last, block)
+        return abs(block.start_ns - last.end_ns) <= self._jitter if step is None else step == 1
 
     def _first(self, block: Block) -> list[Placed] | None:
         if self._used_until is not None:
@@ -139,16 +141,25 @@ class Order:
             self._states.note("double", block.start_ns)
             return None
         chain = self._behind
-        if chain and abs(block.start_ns - chain[-1].end_ns) <= self._jitter:
+        if chain and abs(block.start_ns - chain[-1].end_ns) <= self._jitter and _step(chain[-1], block) in (1, None):
             chain.append(block)
         else:
             self._behind = chain = [block]
-        if len(chain) < SET_BACK or block.sequence is not None:
+        if len(chain) < SET_BACK or self._late(block):
             self._states.note("late", block.start_ns)
             return None
+        held = self.flush()
         off = chain[0].start_ns - (self._last.end_ns if self._last else 0)
         self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
-        return [Placed(one.block, one.restart, off) for one in self._take(block, restart=True)]
+        return [*held, *(Placed(one.block, one.restart, off) for one in self._take(block, restart=True))]
+
+    def _late(self, block: Block) -> bool:
+        """Whether a block behind has just the time that belongs to its number: no clock was set back then."""
+        step = None if self._last is None else _step(self._last, block)
+        if self._last is None or step is None:
+            return False
+        due = step * (block.end_ns - block.start_ns)
+        return abs(block.start_ns - self._last.start_ns - due) <= self._jitter + RATE_TOLERANCE * abs(due)
 
     def _gap(self, block: Block, since_ns: int | None = None) -> list[Placed]:
         since = self._last.end_ns if self._last is not None else since_ns
@@ -163,10 +174,7 @@ class Order:
             held = sorted(self._held, key=_key)
             last, following = self._last, held[0]
             assert last is not None
-            numbered = following.sequence is not None and last.sequence is not None
-            step = following.sequence - last.sequence if numbered else 0  # type: ignore[operator]
-            off = following.start_ns - last.end_ns
-            if not (step == 1 if numbered else abs(off) <= self._jitter):
+            if not self._follows(last, following):
                 break
             self._held = held[1:]
             self._states.note("reordered", following.start_ns)
@@ -202,6 +210,11 @@ class Order:
             self._states.note("rate_error", block.start_ns, text)
         else:
             self._states.over("rate_error")
+
+
+def _step(one: Block, other: Block) -> int | None:
+    """By how much the number of the other is greater; None: not both have one."""
+    return None if one.sequence is None or other.sequence is None else other.sequence - one.sequence
 
 
 def _key(block: Block) -> tuple[int, int]:

@@ -19,7 +19,8 @@ class Sender:
     """Takes the rows of a channel from the outbox and hands them to `deliver`, oldest first.
 
     `deliver` raises OSError where the other side did not take it; it is tried again, ever more rarely up to every five
-    minutes. It looks while `may` says so: of several processes on one store one tells.
+    minutes, also after an error that nobody foresaw, which the log tells in full. It looks while `may` says so: of
+    several processes on one store one tells.
     """
 
     def __init__(
@@ -51,9 +52,13 @@ class Sender:
                     self._deliver(row, message)
                     self._store.delivered([row])
                     self.delivered += 1
-            except (OSError, StoreDown) as error:
+            except Exception as error:
                 self.failures += 1
                 wait = min(_LONGEST_WAIT_S, _LOOK_S * 2.0 ** min(self.failures, 10))
-                _log.warning("%s: an alarm was not taken (%s); trying again", self._channel, type(error).__name__)
+                expected = isinstance(error, OSError | StoreDown)
+                _log.warning(
+                    "%s: an alarm was not taken (%s); trying again", self._channel, type(error).__name__,
+                    exc_info=not expected,
+                )  # fmt: skip
             else:
                 self.failures = 0

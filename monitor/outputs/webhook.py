@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import http.client
 import json
 import time
 import urllib.error
@@ -21,7 +22,7 @@ _TIMEOUT_S = 10.0
 
 
 class WebhookDelivery:
-    """Posts to a URL. Calling it raises OSError where the answer is not 2xx."""
+    """Posts to a URL. Calling it raises OSError where the answer is not 2xx, or none of HTTP."""
 
     def __init__(self, url: str, secret: str) -> None:
         self._url, self._secret = url, secret
@@ -38,8 +39,11 @@ class WebhookDelivery:
             "X-Signature": signature(self._secret, stamp, body),
         }
         request = urllib.request.Request(self._url, body, headers, method="POST")
-        with self._opener.open(request, timeout=_TIMEOUT_S):
-            pass
+        try:
+            with self._opener.open(request, timeout=_TIMEOUT_S):
+                pass
+        except http.client.HTTPException as error:
+            raise ConnectionError(f"the answer is no HTTP ({type(error).__name__})") from None
 
 
 def signature(secret: str, stamp: str, body: bytes) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import pyarrow.parquet as pq
 from sqlalchemy import delete, func, insert, select
 
 from indexer_cli.places.local import whole_file
+from monitor.intake.blocks import NANO
 from monitor.store.schema import ARCHIVE, EXPLANATION, MACHINE, RAW, TURN
 from monitor.store.store import Store
 
@@ -23,6 +25,15 @@ FILE_TURNS = 256
 """Turns of a file: 8 MB of an 8.2 s turn at 1 kHz."""
 
 FOLDER = "turns"
+
+DAY_NS = 24 * 3600 * NANO
+
+
+def keep(store: Store, folder: Path, raw_days: float, turn_days: float) -> None:
+    """Forget what is older than so many days, then archive: on a full disk only the first makes room."""
+    now = time.time_ns()
+    expire(store, now - round(raw_days * DAY_NS), now - round(turn_days * DAY_NS))
+    archive(store, folder)
 
 
 def archive(store: Store, folder: Path, file_turns: int = FILE_TURNS) -> int:

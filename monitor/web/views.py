@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
+from monitor.analysis.trend import Trend
 from monitor.plan import Plan
 from monitor.store import Store
 from monitor.store.archive import record_of
@@ -27,10 +28,7 @@ def trends(store: Store, machine: str, plan: Plan) -> dict[str, Any] | None:
     for mode, by_name in body.get("trends", {}).items():
         told[mode] = {}
         for name, trend in by_name.items():
-            points = list(trend.get("points", []))
-            if trend.get("open"):
-                points.append(np.mean(trend["open"], axis=0).tolist())
-            columns = np.array(points, dtype=float).reshape(-1, 4).T.tolist()
+            columns = Trend(plan.window, trend).history.T.tolist()
             told[mode][name] = dict(zip(("time", "value", "low", "high"), columns, strict=True))
     return {"machine": machine, "modes": told, "limits": limits(plan)}
 

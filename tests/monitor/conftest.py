@@ -34,6 +34,7 @@ class Running:
     api: Api
     diagnoser: FakeDiagnoser
     sent: int = 0
+    considered: int = 0
 
     def send(self, turns: int, level: float = 1.0, machine: str = "press-1", **more) -> None:
         """So many turns more of a machine; returns when they are committed."""

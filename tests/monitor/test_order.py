@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from monitor.intake.blocks import NANO
-from monitor.intake.order import HOLD, Order
+from monitor.intake.order import HOLD, SET_BACK, Order
 from monitor.intake.states import States
 from tests.monitor.fakes import block
 
@@ -90,6 +90,30 @@ def test_a_sender_that_counts_from_0_again_goes_on(order):
     order.offer(numbered(7))
     (placed,) = order.offer(replace(numbered(8), sequence=0))
     assert placed.block.sequence == 0
+
+
+def test_a_sender_that_counts_from_0_again_with_its_clock_set_back_goes_on(order, states):
+    for place in range(20):
+        order.offer(numbered(place))
+    back = [numbered(place, start_ns=numbered(place).start_ns - 3600 * NANO) for place in range(60)]
+    told = [order.offer(one) for one in back]
+    assert told[: SET_BACK - 1] == [None] * (SET_BACK - 1) and all(len(one or []) == 1 for one in told[SET_BACK - 1 :])
+    assert states.count("clock_step") == 1 and states.count("gap") == 0
+
+
+def test_what_waited_when_a_numbered_clock_was_set_back_is_used_first(order):
+    for place in (0, 1, 2, 3, 5):
+        order.offer(numbered(place))
+    back = [numbered(place, start_ns=numbered(place).start_ns - 3600 * NANO) for place in range(SET_BACK)]
+    assert order.offer(back[0]) is None and order.offer(back[1]) is None
+    assert [one.block.sequence for one in order.offer(back[2])] == [5, 2] and not order.waiting
+
+
+def test_numbers_tell_blocks_that_come_too_late_from_a_clock_that_was_set_back(order, states):
+    for place in (0, *range(4, 4 + HOLD)):
+        order.offer(numbered(place))
+    assert [order.offer(numbered(place)) for place in (1, 2, 3)] == [None] * 3
+    assert states.count("late") == 3 and "clock_step" not in states.active
 
 
 def test_a_recording_that_begins_is_no_gap(order, states):

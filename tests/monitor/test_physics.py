@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from pyarrow.lib import ArrowInvalid
 
 import monitor.physics as physics
 from monitor.physics import Physics, Question, answer_to
@@ -43,7 +44,12 @@ def watched(tmp_path, monkeypatch):
     def make(every_h=1000.0):
         made = Physics(one.store, tmp_path, LOAD, (FAST,), every_h, told.append)
         made.start()
-        one.engine._changed = made.consider
+
+        def consider(change):
+            made.consider(change)
+            one.considered = change.summary["turns"]
+
+        one.engine._changed = consider
         return made
 
     yield one, make, told
@@ -64,7 +70,8 @@ def test_a_machine_is_looked_at_at_first_and_when_an_alarm_is_raised(watched):
     monitor.send(4, 1.0)
     wait_for(lambda: one.answers == 1)
     monitor.send(3, 1.0)
-    assert len(FakeWorker.asked) == 1, "nothing has moved"
+    wait_for(lambda: monitor.considered == 7)
+    assert len(FakeWorker.asked) == 1 and not one.waiting, "nothing has moved"
     monitor.send(6, 5.0)
     wait_for(lambda: one.answers == 2)
     question = FakeWorker.asked[-1]
@@ -90,6 +97,24 @@ def test_it_is_asked_again_after_its_time_and_remembers_when_that_was(watched, t
     time.sleep(0.3)
     assert len(FakeWorker.asked) == asked, "the store knows that it was looked at just now"
     again.stop()
+
+
+def test_a_record_that_cannot_be_read_ends_nothing(watched, monkeypatch):
+    monitor, make, _ = watched
+    tried = []
+
+    def truncated(*_):
+        tried.append(True)
+        raise ArrowInvalid("Parquet magic bytes not found in footer")
+
+    one = make()
+    with monkeypatch.context() as patched:
+        patched.setattr(physics, "record_of", truncated)
+        monitor.send(4, 1.0)
+        wait_for(lambda: tried)
+    monitor.send(6, 5.0)
+    wait_for(lambda: one.answers == 1)
+    one.stop()
 
 
 def test_the_stream_does_not_wait_and_what_waits_is_bounded(watched):

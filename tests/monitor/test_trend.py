@@ -7,6 +7,7 @@ from monitor.analysis.baseline import LEARNED, Baseline
 from monitor.analysis.finding import Size
 from monitor.analysis.remaining import ALIKE, remaining_time
 from monitor.analysis.trend import POINTS, Trend
+from monitor.store.codec import finite, pack, unpack
 
 
 def test_one_strange_turn_does_not_move_the_trend():
@@ -35,6 +36,16 @@ def test_a_trend_comes_back_from_the_store_as_it_was():
         size = Size(*rng.normal(size=3))
         assert trend.add(1.8e9 + place / 3, size) == again.add(1.8e9 + place / 3, size)
     np.testing.assert_array_equal(trend.history, again.history)
+
+
+@pytest.mark.parametrize("kept", [lambda body: unpack(pack(body)), finite], ids=["now", "by an earlier version"])
+def test_an_interval_without_end_comes_back_from_the_store(kept):
+    trend = Trend(5)
+    for place in range(100):
+        trend.add(float(place), Size(1.0, 0.5, np.inf))
+    again = Trend(5, kept(trend.to_dict()))
+    assert again.add(100.0, Size(1.0, 0.5, 2.0)) == Size(1.0, 0.5, np.inf) == trend.add(100.0, Size(1.0, 0.5, 2.0))
+    np.testing.assert_array_equal(again.history, trend.history)
 
 
 def wear(ratio: float, noise: float, seed: int, seen: float, alike: float = ALIKE) -> tuple[np.ndarray, float]:

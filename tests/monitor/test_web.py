@@ -1,6 +1,8 @@
 """The interface: who may what, what is told, and that nothing a caller sends breaks it."""
 
 import json
+import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -8,8 +10,12 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
 from indexer_env.errors import ParameterError
+from indexer_env.signal import Signal
+from indexer_records.conditions import RecordConditions
+from monitor.analysis.finding import Size
 from monitor.settings import Access
 from tests.monitor.conftest import running
+from tests.monitor.fakes import RATE, FakeDiagnoser, samples
 
 OPERATOR, VIEWER, SECRET = "operator-token-0123", "viewer-token-012345", "proxy-secret-012345"
 ACK = {"action": "acknowledge", "note": "seen"}
@@ -48,6 +54,30 @@ def test_the_fleet_tells_what_is_wrong_and_the_turn_is_one_call_away(client, mon
     peak = max(range(len(turn["spectrum"]["order"])), key=lambda k: turn["spectrum"]["amplitude"][k])
     assert turn["spectrum"]["order"][peak] == 20.0
     assert client.get("/api/events").json()["events"][0]["kind"] == "raised"
+
+
+def test_an_interval_without_end_is_null_on_the_page_and_survives_a_restart(client, monitor, tmp_path, monkeypatch):
+    sizes = {"backlash_deg": Size(5.0, 0.5, math.inf)}
+    finding = replace(
+        FakeDiagnoser().diagnose_turn(Signal(samples(5.0, 0, 100), RATE), RecordConditions()), sizes=sizes
+    )
+    monkeypatch.setattr(FakeDiagnoser, "diagnose_turn", lambda *_: finding)
+    monitor.send(5)
+    monitor.engine.stop()
+    again = running(tmp_path)
+    again.sent = monitor.sent
+    again.send(5)
+    again.engine.stop()
+    again.store.close()
+
+    def strict(path):
+        return json.loads(client.get(path).text, parse_constant=pytest.fail)
+
+    trend = strict("/api/machines/press-1/trends")["modes"]["60 rpm"]["backlash_deg"]
+    assert trend["high"] == [None] * 10 and trend["low"] == [0.5] * 10
+    assert strict("/api/machines/press-1/turns/10")["sizes"]["backlash_deg"] == [5.0, 0.5, None]
+    assert strict("/api/fleet")["machines"][0]["last"]["sizes"]["backlash_deg"] == [5.0, 0.5, None]
+    assert strict("/api/events")["events"][0]["high"] is None
 
 
 def test_an_alarm_is_acknowledged_with_a_note_once(client, monitor):
