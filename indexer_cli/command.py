@@ -132,6 +132,14 @@ def check_flag(command: str, key: str, value: object) -> None:
         raise refuse(command, key, "true or false", value)
 
 
+def _bare(word: str, given: list[str]) -> str:
+    """What to do about a word without =, among the words given: a value lacks its key, or a key its value."""
+    at = given.index(word) if word in given else len(given)
+    if at + 1 < len(given) and "." in word and "=" not in given[at + 1]:
+        return f"write {word}={given[at + 1]}"
+    return f"write the key in front of it, KEY={word}"
+
+
 def explain(error: Exception, config_name: str, config: DictConfig | None = None) -> str:
     """One sentence for an error of the project, of Hydra's composition or of OmegaConf, which names parameters by their
     keys in the composed configuration, where there is one."""
@@ -155,7 +163,7 @@ def _explained(error: Exception, config_name: str) -> str:
         if "=" in sys.argv[1:] or any(len(word) > 1 and word[0] == "=" for word in sys.argv[1:]):
             remedy = "leave out the spaces beside ="
         elif "=" not in str(error.override):
-            remedy = f"write the key in front of it, KEY={error.override}"
+            remedy = _bare(str(error.override), sys.argv[1:])
         return f"the command line must hold KEY=VALUE pairs, got {error.override!r}; {remedy}."
     if isinstance(error, MissingMandatoryValue):
         key = error.full_key or _one_line(str(error)).rsplit(" ", 1)[-1]

@@ -72,13 +72,14 @@ class Service:
         self._settings, self._say = settings, say
         # A turn's network is far too small to be shared out among cores.
         torch.set_num_threads(1)
+        if settings.source == "demo":
+            settings = self._settings = self._with_demo(settings)
+        # what cannot be used leaves no folder behind
+        diagnoser, settings = _diagnoser(settings)
         try:
             settings.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise refuse("monitor", "out", f"a folder ({error.strerror})", str(settings.out)) from None
-        if settings.source == "demo":
-            settings = self._settings = self._with_demo(settings)
-        diagnoser, settings = _diagnoser(settings)
         try:
             self._store = Store(settings.store)
         except StoreDown as error:

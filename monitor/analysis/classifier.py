@@ -45,7 +45,7 @@ class ClassifierDiagnoser:
             part = next((part for part in model.parts if isinstance(part, Severity)), None)
             if part is None:
                 remedy = "train it on data that state the size of each fault, with the part severity"
-                raise refuse("monitor", "model", "a model that tells sizes of faults", list(model.left_out), remedy)
+                raise refuse("monitor", "model", "a model that tells sizes of faults", "one without severity", remedy)
             if model.channels != 1:
                 raise refuse("monitor", "model", "a model of one channel", model.channels)
             mode = mode_of(model)

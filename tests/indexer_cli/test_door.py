@@ -250,6 +250,8 @@ def test_flags_and_a_lone_word_may_stand_anywhere(call, tmp_path, monkeypatch):
     assert call("new", "out=mine.yaml", "machine")[0] == 0 and (tmp_path / "mine.yaml").is_file()
     code, _, err = call("simulate", "record")
     assert code == 2 and err.endswith("KEY=VALUE pairs, got 'record'; write the key in front of it, KEY=record.\n")
+    code, _, err = call("simulate", "faults.backlash_deg", "10", "out=x")
+    assert code == 2 and err.endswith("got 'faults.backlash_deg'; write faults.backlash_deg=10.\n")
     for spaced in (("out", "=", "x"), ("out", "=x")):
         code, _, err = call("simulate", *spaced)
         assert code == 2 and err.endswith("KEY=VALUE pairs, got 'out'; leave out the spaces beside =.\n")
