@@ -115,9 +115,10 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
     given = ["source=broker", "model=m", f"out={tmp_path}/kept"]
     with pytest.raises(ParameterError, match="sensor_radius=NUMBER"):
         Service(settings_of(config(*given)))
+    assert not (tmp_path / "kept").exists()
     (tmp_path / "file").touch()
     with pytest.raises(ParameterError, match=r"monitor\.out must be a folder"):
-        Service(settings_of(config(*given, f"out={tmp_path}/file")))
+        Service(settings_of(config(*given, "sensor_radius=0.3", f"out={tmp_path}/file")))
 
 
 def test_monitors_that_share_a_store_ask_the_broker_under_names_of_their_own():
