@@ -202,11 +202,9 @@ def remains_of(
         common = left.mean(axis=(0, 1))
         common *= _kept(common, chance / (count * stations))
         own = left.mean(axis=0) - common
-        share = _kept(own, chance / count) if count > 1 else 0.0
-        fixed.append(common + share * own)
-        # what is taken off as a station's own takes chance with it
-        freedom = 1.0 - share * (2.0 - share) / count
-        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]) / math.sqrt(freedom))
+        own *= _kept(own, chance / count) if count > 1 else 0.0
+        fixed.append(common + own)
+        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]))
     rows = np.concatenate(rest)
     amplitude = np.sqrt((np.abs(np.fft.rfft(rows, axis=1)) ** 2).mean(axis=0))
     noise = float(rows.std())
@@ -215,9 +213,8 @@ def remains_of(
 
 
 def _chance(left: np.ndarray) -> float:
-    """Variance of a cell by chance: among a station's turns, or, of one turn, among its stations."""
-    rows = left if len(left) > 1 else left[0]
-    return float(rows.var(axis=0, ddof=1).mean())
+    """Variance of a cell among the cam turns of a record."""
+    return float((left.reshape(-1, left.shape[2])).var(axis=0, ddof=1).mean())
 
 
 def _kept(mean: np.ndarray, variance: float) -> float:

@@ -97,15 +97,3 @@ def test_what_is_left_follows_the_nearer_record():
     left = remains_of(turns, points, 0.002, sound)
     share = [float((left.at(p) * shape).sum() / (shape**2).sum()) for p in points]
     assert share[0] < 0.2 and share[1] > 0.8
-
-
-@pytest.mark.parametrize("count", [2, 3, 10])
-def test_how_stations_differ_is_no_noise(count):
-    """Seed 7: stations ten times the noise apart, one record."""
-    rng, sound = np.random.default_rng(7), healthy()
-    point = OperatingPoint(1350.0 * RPM, 10.0)
-    own = rng.standard_normal((CELLS.stations, CELLS.count)) * 10.0 * NOISE
-    turns = sound.turn(point) + own + NOISE * rng.standard_normal((count, CELLS.stations, CELLS.count))
-    remains = remains_of([turns], [point], 1e-6, sound)
-    assert remains.noise == pytest.approx(NOISE, rel=0.1)
-    assert np.abs(remains.fixed[0] - own).max() < 5.0 * NOISE
