@@ -16,7 +16,7 @@ from twin.corrected import Corrected, corrected
 from twin.learn import View
 from twin.turns import Healthy
 
-_OUTSIDE = 0.02
+OUTSIDE = 0.02
 """Share of the range by which an operating point may lie outside it [-]; of its middle where it is one point."""
 
 DEAD, CLIPPED = 0.02, 0.002
@@ -72,7 +72,7 @@ class Gate:
             ("motor speed", conditions.motor_speed, self.view.speeds, "rpm", RPM),
             ("load", conditions.load_torque, self.view.loads, "N m", 1.0),
         ):
-            slack = _OUTSIDE * max(abs(middle), half)
+            slack = OUTSIDE * max(abs(middle), half)
             if abs(value - middle) > self._half(what, half) + slack:
                 low, high = ((middle + sign * self._half(what, half)) / factor for sign in (-1.0, 1.0))
                 raise SignalError(

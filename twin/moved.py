@@ -11,6 +11,7 @@ from discrepancy.grades import NAMED
 from discrepancy.indexer.parameters import read
 from indexer_env.machine import Machine
 from twin.calibrate import Calibrated, Finding
+from twin.gate import OUTSIDE
 
 _CHANCE = 0.01
 """Probability of so large a change, were it chance, below which the machine has moved."""
@@ -20,9 +21,6 @@ _SD_OF_95 = 2.0 * 1.96
 
 _ALIKE = 0.1
 """Relative difference of noise, and of the pulse's accuracy, up to which thresholds taken from simulated turns hold."""
-
-_OUTSIDE = 0.02
-"""Part of a range's middle by which new records may lie outside the range of before."""
 
 _NAMED = 2.0
 """Standard deviations of a change from which on a parameter is named."""
@@ -113,5 +111,5 @@ def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 
 
 def _within(now: Sequence[float], before: Sequence[float]) -> bool:
-    slack = _OUTSIDE * 0.5 * abs(sum(before))
+    slack = OUTSIDE * 0.5 * abs(sum(before))
     return before[0] - slack <= now[0] and now[1] <= before[1] + slack
