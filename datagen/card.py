@@ -77,7 +77,8 @@ def write_card(
 
     samples = _one_row_of_each_class(place, manifest)
     for row in samples:
-        place.publish(_picture_name(row), picture(row))
+        heading = f"class {row['class']}: {row['class_name']} (item {row['item']})"
+        place.publish(_picture_name(row), picture(row, heading))
     about = {"name": title(manifest), "description": _description(manifest)}
     if not _is_measured(manifest):
         about["license"] = f"https://spdx.org/licenses/{LICENCE.upper()}.html"

@@ -21,7 +21,7 @@ HIGHEST = 200.0
 """End of the spectrum's axis [Hz]: twice what the paper uses (section 4.2)."""
 
 
-def picture(row: Mapping[str, Any]) -> bytes:
+def picture(row: Mapping[str, Any], title: str) -> bytes:
     """PNG of a row's record over time and of its power spectral density (Welch's mean of Hann windows of one second).
 
     The same row gives the same bytes with the same version of Matplotlib.
@@ -47,7 +47,7 @@ def picture(row: Mapping[str, Any]) -> bytes:
     for axes in (over_time, spectrum):
         axes.grid(visible=True, linewidth=0.3, color="#bbbbbb")
         axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"class {row['class']}: {row['class_name']} (item {row['item']})", fontsize=10)
+    figure.suptitle(title, fontsize=10)
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=110, metadata={"Software": None})
     return out.getvalue()

@@ -86,7 +86,7 @@ class _Lines(Advance):
         if before:
             self._show(earlier=True)
         else:
-            _log.info("%s: %d %s", title, total, noun)
+            _log.info("%s: %d %s", title, total, noun if total != 1 else noun.removesuffix("s"))
 
     def _show(self, earlier: bool) -> None:
         now = time.monotonic()

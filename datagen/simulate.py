@@ -56,7 +56,8 @@ def _write(row: dict[str, Any], record: np.ndarray, out: Path, overwrite: bool) 
             record_csv(record, row["sample_rate"], row["unit"], signals), encoding="utf-8"
         )
         (folder / "record.json").write_bytes(as_json(truth_of(row)))
-        (folder / "record.png").write_bytes(picture({**row, RECORD: record}))
+        heading = f"{row['machine_name']}: {row['class_name']}"
+        (folder / "record.png").write_bytes(picture({**row, RECORD: record}, heading))
 
 
 def _say(row: dict[str, Any], record: np.ndarray, out: Path) -> dict[str, Any]:

@@ -12,8 +12,6 @@ import sys
 import time
 
 import numpy as np
-import paho.mqtt.client as mqtt
-from paho.mqtt.enums import CallbackAPIVersion
 
 from indexer_env import Faults, load_machine, load_sensor, simulate
 
@@ -28,6 +26,13 @@ def turns(count: int) -> np.ndarray:
 
 def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:
     """Send them."""
+    try:
+        import paho.mqtt.client as mqtt
+        from paho.mqtt.enums import CallbackAPIVersion
+    except ImportError:
+        raise SystemExit(
+            "error: this example needs the package paho-mqtt; install the extra with pip install -e '.[monitor]'."
+        ) from None
     client = mqtt.Client(CallbackAPIVersion.VERSION2, "logger")
     try:
         client.connect(host, int(port))

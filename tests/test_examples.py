@@ -1,6 +1,7 @@
 """The example programs run and make what they promise."""
 
 import runpy
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,12 @@ def test_a_mistake_is_said_in_one_sentence(typed, said, tmp_path, monkeypatch: p
     monkeypatch.setattr("sys.argv", [program, *(str(tmp_path) if word == "OUT" else word for word in words)])
     with pytest.raises(SystemExit, match=f"^error: {said}"):
         runpy.run_path(str(EXAMPLES / f"{program}.py"), run_name="__main__")
+
+
+def test_the_logger_says_what_to_install_where_it_has_no_client(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
+    with pytest.raises(SystemExit, match=r"^error: this example needs the package paho-mqtt; install .*\[monitor\]"):
+        runpy.run_path(str(EXAMPLES / "send_turns.py"))["main"]()
 
 
 def test_the_logger_sends_turns_of_the_machine_that_the_monitor_s_model_is_taught() -> None:

@@ -14,6 +14,8 @@ from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder
 from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError
+from indexer_env.units import RPM
+from twin.advice import beforehand
 from twin.settings import Settings
 
 _log = logging.getLogger(__name__)
@@ -54,7 +56,11 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
 
     names = {field.name for field in dataclasses.fields(Settings)}
     settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
-    return made(Maker(bench_of(config), settings, job_folder("twin", config["out"]), overwrite=config["overwrite"]))
+    bench = bench_of(config)
+    maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
+    for sentence in beforehand([one.operating_point.motor_speed / RPM for one in bench.experiments]):
+        _console().print(sentence)
+    return made(maker)
 
 
 def made(maker: Any) -> dict[str, Any]:
@@ -63,12 +69,16 @@ def made(maker: Any) -> dict[str, Any]:
 
     started, spent = time.perf_counter(), time.process_time()
     check = maker.make(lambda stage: _log.info("%d of %d: %s", STAGES.index(stage) + 1, len(STAGES), _STAGES[stage]))
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = _console()
     for sentence in (*maker.sentences(), check.reason):
         console.print(sentence)
     seconds, cpu = time.perf_counter() - started, time.process_time() - spent
     console.print(f"written {maker.out} in {seconds:.0f} s, {cpu:.0f} s of processor time; see report.html")
     return {"trusted": check.trusted}
+
+
+def _console() -> Console:
+    return Console(highlight=False, soft_wrap=True, markup=False)
 
 
 main = hydra_command("twin")(run)

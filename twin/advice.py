@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from twin.card import span
@@ -19,14 +19,8 @@ _FEW = 3
 
 def advice(about: Mapping[str, Any]) -> list[str]:
     """Sentences, the one that helps most first."""
-    found = []
     speeds, loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
-    slowest, fastest = span([rpm for rpm, _ in about["recorded"]])
-    if slowest == fastest:
-        found.append(
-            "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the "
-            "twin diagnoses at this speed alone."
-        )
+    found = beforehand([rpm for rpm, _ in about["recorded"]])
     if about["calibration"]["scale_spread"] > _SCALE:
         share = 196.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
@@ -55,6 +49,17 @@ def advice(about: Mapping[str, Any]) -> list[str]:
         f"±{196.0 * about['settings']['housing_uncertainty']:.0f} % (95 %)."
     )
     return found
+
+
+def beforehand(recorded: Sequence[float]) -> list[str]:
+    """Sentences on records at these motor speeds [rpm] that can be said before the twin is made."""
+    slowest, fastest = span(recorded)
+    if slowest != fastest:
+        return []
+    return [
+        "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the twin "
+        "diagnoses at this speed alone."
+    ]
 
 
 def _best(about: Mapping[str, Any]) -> str | None:

@@ -235,4 +235,6 @@ def _value(key: str, cell: str, place: str) -> Any:
     try:
         return float(cell)
     except ValueError:
+        if _si(key) not in {field.name for field in dataclasses.fields(Conditions)}:
+            return cell
         raise SignalError(f"{place}: {key} must be a number, got {cell!r}; correct the cell.") from None

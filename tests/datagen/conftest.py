@@ -28,14 +28,14 @@ SHORT = Run(samples=300, warmup_turns=1)
 
 @pytest.fixture(scope="session", autouse=True)
 def pictures_drawn_once() -> Iterator[None]:
-    """Hundreds of data sets are made of the same few rows, and a picture depends on its row alone."""
+    """Hundreds of data sets are made of the same few rows, and a picture depends on its row and title alone."""
     real, kept = pictures.picture, {}
 
-    def picture(row: dict[str, Any]) -> bytes:
-        shown = ("class", "class_name", "item", "sample_rate", "unit", "quantity", "source_channel")
-        key = (np.asarray(row[RECORD]).tobytes(), *(str(row.get(name)) for name in shown))
+    def picture(row: dict[str, Any], title: str) -> bytes:
+        shown = ("sample_rate", "unit", "quantity", "source_channel")
+        key = (np.asarray(row[RECORD]).tobytes(), title, *(str(row.get(name)) for name in shown))
         if key not in kept:
-            kept[key] = real(row)
+            kept[key] = real(row, title)
         return kept[key]
 
     with pytest.MonkeyPatch.context() as patch:

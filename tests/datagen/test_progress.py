@@ -52,3 +52,9 @@ def test_what_was_done_before_is_no_part_of_the_pace(caplog, monkeypatch):
         advance.now("tidying up")
     pace = "work: 7 of 9 cases, 6 cases/min, 0:00:20 left"
     assert caplog.messages == ["work: 9 cases", "work: 5 of 9 cases are done", pace, "tidying up"]
+
+
+def test_a_single_one_is_counted_in_the_singular(caplog):
+    with caplog.at_level(logging.INFO, module.__name__), progress("work", 1, "cases"):
+        pass
+    assert caplog.messages == ["work: 1 case"]

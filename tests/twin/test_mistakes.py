@@ -12,6 +12,7 @@ from discrepancy.indexer import Experiment
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine
 from indexer_env.errors import ParameterError
 from tests.monitor.twins import twin_folder
+from twin import __main__ as command
 from twin import diagnose
 from twin.advice import advice
 from twin.make import Bench, Maker
@@ -65,6 +66,17 @@ def about(**changes):
 def test_what_to_record_next_follows_from_what_is_open(changes, said):
     assert not any(said in sentence for sentence in advice(about()))
     assert any(said in sentence for sentence in advice(about(**changes)))
+
+
+@pytest.mark.parametrize(("speeds", "said"), [((150.0, 150.1), True), ((150.0, 170.0), False)])
+def test_records_at_one_speed_are_told_before_the_work_begins(monkeypatch, tmp_path, capsys, speeds, said):
+    points = [SimpleNamespace(operating_point=OperatingPoint(speed, 2.0)) for speed in speeds]
+    monkeypatch.setattr(command, "bench_of", lambda config: SimpleNamespace(experiments=points))
+    monkeypatch.setattr("twin.make.Maker", lambda *args, **kwargs: None)
+    monkeypatch.setattr(command, "made", lambda maker: print("the work begins"))
+    command.run({"out": str(tmp_path / "twin"), "overwrite": False})
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "the work begins" and any("Record at a second speed" in one for one in lines[:-1]) == said
 
 
 @pytest.mark.parametrize(

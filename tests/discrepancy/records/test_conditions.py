@@ -58,6 +58,7 @@ def test_speed_and_load_are_needed_here(speed, load, name: str) -> None:
             "file,moter_speed,load_torque\na.csv,1,2\nc.csv,1,2\n",
             r"no parameter 'moter_speed'; did you mean 'motor_speed'",
         ),
+        ("file,motion\na.csv,there\nc.csv,back\n", r"a\.csv has no parameter 'motion'; its parameters are"),
         ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
         ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
         ("file,motor_speed_rpm,load_torque\na.csv,-9,2\nc.csv,1,2\n", r"a\.csv\.motor_speed_rpm must .* 0 rpm, got -9"),
