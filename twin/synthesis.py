@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from indexer_env import Machine, make_effect
-from indexer_env.effects import Effect
+from indexer_env import Machine, Sensor, make_effect
+from indexer_env.effects import EFFECTS, Effect, SensorEffect
 from twin.components import Components
 from twin.faults import Fault
 from twin.nuisance import Nuisance
@@ -94,11 +94,15 @@ class Synthesis:
 
 
 def effect_of(
-    fault: Fault, size: float, machine: Machine, phase: float, station: int, on: Machine | None = None
-) -> Effect:
+    fault: Fault, size: float, machine: Machine, phase: float, station: int, on: Machine | None = None,
+    sensor: Sensor | None = None,
+) -> Effect:  # fmt: skip
     """The effect that a fault of this size of `machine`'s largest is, on top of what the healthy machine, or another
-    one, `on`, has of it."""
-    there = next((effect for effect in (on or machine).effects if effect.name == fault.effect), None)
+    one, `on`, or its sensor has of it."""
+    there: Effect | None = next((effect for effect in (on or machine).effects if effect.name == fault.effect), None)
+    kind = EFFECTS[fault.effect]
+    if sensor is not None and issubclass(kind, SensorEffect):
+        there = kind.of_sensor(sensor)
     given: dict[str, Any] = {} if there is None else dict(vars(there))
     given[fault.parameter] = float(given.get(fault.parameter, 0.0)) + fault.value(size, machine)
     for name, law in fault.others.items():

@@ -183,7 +183,7 @@ class Work:
         phase = dict(zip(self.phased, t[f : self.own.start].tolist(), strict=True))
         for place, size in enumerate(t[self.sizes].tolist()):
             if size != 0.0:
-                effect = effect_of(self.of.faults[place], size, sound, phase.get(place, 0.0), station, on=own[0])
+                effect = effect_of(self.of.faults[place], size, sound, phase.get(place, 0.0), station, *own[:2])
                 if isinstance(effect, MachineEffect):
                     machine = machine.with_effects(effect)
                 elif isinstance(effect, SensorEffect):

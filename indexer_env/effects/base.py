@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import MutableMapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from indexer_env.checks import check_integer, check_number
 
@@ -134,6 +134,11 @@ class SensorEffect(Effect):
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         """The sensor with the effect in its chain."""
         raise TypeError(f"{type(self).__name__} must define extend_sensor().")
+
+    @classmethod
+    def of_sensor(cls, sensor: Sensor) -> Self | None:
+        """The effect that a sensor has, where adding to it differs from adding the effect itself; None: nothing."""
+        return None
 
 
 _E = TypeVar("_E", bound=Effect)

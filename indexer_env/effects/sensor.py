@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from indexer_env.effects.base import SensorEffect, Sought, ladder, parameter, register
 
@@ -96,6 +96,12 @@ class SensorBracketResonance(SensorEffect):
             return sensor
         frequency = 1.0 / (6.283185307179586 * self.inverse_square**0.5)
         return dataclasses.replace(sensor, bracket_hz=frequency, bracket_damping=self.damping)
+
+    @classmethod
+    def of_sensor(cls, sensor: Sensor) -> Self | None:
+        if sensor.bracket_hz is None:
+            return None
+        return cls(1.0 / (6.283185307179586 * sensor.bracket_hz) ** 2, sensor.bracket_damping)
 
 
 @register

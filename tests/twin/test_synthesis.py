@@ -9,7 +9,7 @@ import threading
 import numpy as np
 import pytest
 
-from indexer_env import OperatingPoint, Run, make_effect, simulate
+from indexer_env import OperatingPoint, Run, Sensor, make_effect, simulate
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, MACHINE, NOISE, WEIGHTS, healthy, record, synthesis, view
 from twin import refine as module
@@ -112,6 +112,21 @@ def test_a_fault_comes_on_top_of_what_the_machine_has():
     rubbing = MACHINE.with_effects(make_effect("friction.coulomb", torque=5.0))
     fault = FAULTS["friction"]
     assert effect_of(fault, 0.1, rubbing, 0.0, 0).torque == pytest.approx(5.0 + fault.value(0.1, rubbing))
+
+
+def test_a_loose_sensor_comes_on_top_of_the_bracket_that_it_stands_on():
+    softer, fault = Sensor(bracket_hz=60.0, bracket_damping=0.05), FAULTS["sensor_loose"]
+    found = effect_of(fault, 0.1, MACHINE, 0.0, 0, sensor=softer)
+    assert found.inverse_square == pytest.approx(1.0 / (2.0 * np.pi * 60.0) ** 2 + fault.value(0.1, MACHINE))
+    assert found.damping == 0.05
+    assert effect_of(fault, 0.1, MACHINE, 0.0, 0, sensor=Sensor()).inverse_square == fault.value(0.1, MACHINE)
+    plain = synthesis(("sensor_loose",))
+    on_bracket = dataclasses.replace(plain, healthy=dataclasses.replace(plain.healthy, sensor=softer))
+    nothing, stations = np.zeros((1, on_bracket.components.count)), np.zeros(1, dtype=int)
+    work = Work(on_bracket, nothing, [POINT], np.ones((1, 1), dtype=bool), stations)
+    unknowns = np.zeros(work.free.shape[1])
+    unknowns[0] = 0.1
+    assert work._machine(unknowns, 0)[1].bracket_hz == pytest.approx(found.extend_sensor(softer).bracket_hz)
 
 
 def test_the_twin_names_by_synthesis_and_refuses_what_it_cannot_make():
