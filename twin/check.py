@@ -49,6 +49,7 @@ class Check:
 def checked(
     turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], files: Sequence[str], healthy: Healthy, view: View,
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, weights: Weights, false_alarms: float, own: bool,
+    stations_known: bool = True,
 ) -> Check:  # fmt: skip
     """The check on turns (k, stations, cells) of each record; `own`: they are those that were fitted."""
     from scipy.stats import binom
@@ -86,9 +87,10 @@ def checked(
         )
     if off:
         said = f"{off[0]['file']} is predicted to {off[0]['level']:.1f} times the noise"
-        return Check(
-            False, f"Not to be trusted: {said}; the drawing, or what was stated of the record, is wrong.", rows
-        )
+        why = "the drawing, or what was stated of the record, is wrong"
+        if not stations_known:
+            why += ", or stations differ, as by an imbalance, and nothing tells them: record a once-per-turn pulse"
+        return Check(False, f"Not to be trusted: {said}; {why}.", rows)
     sound = sum(row["alarm"] <= 0.0 and row["novelty"] <= 1.0 for row in rows)
     found = f"All {count} {where} come out healthy, not novel and as predicted."
     if sound < count:

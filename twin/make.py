@@ -272,18 +272,9 @@ class Maker:
         points = [e.operating_point for e in held]
         files = [e.signal.source for e in held]
         return checked(
-            turns,
-            points,
-            files,
-            self.healthy,
-            self.view,
-            self.networks,
-            self.judge,
-            self.synthesis,
-            self.weights,
-            self.settings.false_alarms,
-            own,
-        )
+            turns, points, files, self.healthy, self.view, self.networks, self.judge, self.synthesis, self.weights,
+            self.settings.false_alarms, own, not self.bench.start_compared,
+        )  # fmt: skip
 
     def _report(self, calibration: dict[str, Any]) -> None:
         from twin.report import page

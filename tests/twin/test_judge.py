@@ -172,12 +172,15 @@ def test_a_range_that_is_one_point_is_looked_at_once():
     assert len(points_of((1200.0, 1500.0), (2.0, 20.0))) == 5
 
 
-def checked_with(network: Fixed, offset: float = 0.0, own: bool = False, weights: Weights = WEIGHTS):
+def checked_with(
+    network: Fixed, offset: float = 0.0, own: bool = False, weights: Weights = WEIGHTS, stations_known: bool = True
+):
     point = OperatingPoint(1400.0 * RPM, 5.0)
     turn = healthy().turn(point) + offset
     return checked(
-        [turn[None]], [point], ["a.csv"], healthy(), view(), [network], JUDGE, synthesis(), weights, 0.01, own
-    )
+        [turn[None]], [point], ["a.csv"], healthy(), view(), [network], JUDGE, synthesis(), weights, 0.01, own,
+        stations_known,
+    )  # fmt: skip
 
 
 def test_each_way_to_fail_the_check_has_its_sentence():
@@ -188,7 +191,9 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
     easy = dataclasses.replace(WEIGHTS, quiet=8000.0)
     off = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy)
-    assert not off.trusted and "predicted to 3.0 times the noise" in off.reason
+    assert not off.trusted and "predicted to 3.0 times the noise" in off.reason and "stations" not in off.reason
+    unknown = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy, stations_known=False)
+    assert "record a once-per-turn pulse" in unknown.reason
 
 
 def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays(monkeypatch):
