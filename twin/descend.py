@@ -1,9 +1,10 @@
 """Levenberg and Marquardt's method on many turns at once.
 
-Every step takes fresh derivatives by all unknowns: those by the machine's own parameters change with the sizes, and a
-fit with old ones stops on the way along the valley in which a size and a stiffness make up for each other. What has
-come to rest leaves, so that simulations go to the turns that are hard. A turn that is not explained then is started
-again from about the best fit, as play leaves several minima.
+Steps go by secants (Broyden 1965). Derivatives by all unknowns are taken anew where such a step does not gain or comes
+to rest: those by the machine's own parameters change with the sizes, and a fit with old ones stops on the way along the
+valley in which a size and a stiffness make up for each other. What has come to rest leaves, so that simulations go to
+the turns that are hard. A turn that is not explained then is started again from about the best fit, as play leaves
+several minima.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _EXPLAINED = 1.5
 _AGAIN, _ROUNDS = 6, 2
 """Starts about the best fit, and how often."""
 
-_FIRST, _GO_ON, _STEPS = 3, 2, 7
+_FIRST, _GO_ON, _STEPS = 4, 2, 9
 """Steps of all these starts; how many of each turn then go on, and for how many steps more."""
 
 _SIZES, _OWN = 0.1, 0.7
@@ -64,11 +65,12 @@ def descended(work: Work, t: np.ndarray, at: np.ndarray, steps: int) -> Descent:
     t, count = t.copy(), work.m.shape[1]
     sizes = np.arange(u) < len(work.of.faults)
     now, slopes, curvature = work.at(t, at), np.zeros((n, count, u)), np.zeros((n, u, u))
-    damping, failed, fresh = np.full(n, 1e-2), np.zeros(n, dtype=int), np.zeros(n, dtype=bool)
+    damping, failed = np.full(n, 1e-2), np.zeros(n, dtype=int)
+    stale, secant = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
     live = np.arange(n)
     for _ in range(steps):
-        old = live[~fresh[live]]
-        slopes[old], fresh[old] = work.slopes(t[old], at[old], now.part(old)), True
+        old = live[stale[live]]
+        slopes[old], stale[old], secant[old] = work.slopes(t[old], at[old], now.part(old)), False, False
         part = now.part(live)
         weighted = part.weight @ slopes[live]
         curvature[live] = slopes[live].transpose(0, 2, 1) @ weighted + np.diag(work.prior)
@@ -78,15 +80,29 @@ def descended(work: Work, t: np.ndarray, at: np.ndarray, steps: int) -> Descent:
         new[sizes & (np.abs(new) < LEAST)] = 0.0
         then = work.at(new, at[live])
         better, gain = then.q < part.q, count * (part.q - then.q)
-        won, lost = live[better], live[~better]
+        won, lost, by_secant = live[better], live[~better], secant[live]
+        slopes[won] += _broyden(work, slopes[won], new[better] - t[won], then.m[better] - part.m[better])
+        # a fault that comes or goes changes all derivatives; a secant that does not gain, or rests, proves nothing
+        stale[won] = ((new[better] != 0.0) != (t[won] != 0.0))[:, sizes].any(axis=1)
+        stale[live[by_secant & (~better | (gain < _REST))]] = True
+        secant[won] = True
         t[won] = new[better]
         now.put(won, then.part(np.flatnonzero(better)))
-        damping[won], failed[won], fresh[won] = damping[won] / 5.0, 0, False
-        damping[lost], failed[lost] = damping[lost] * 8.0, failed[lost] + 1
-        live = live[~(better & (gain < _REST)) & (failed[live] < _TRIES)]
+        damping[won], failed[won] = damping[won] / 5.0, 0
+        cautious = lost[~by_secant[~better]]
+        damping[cautious], failed[cautious] = damping[cautious] * 8.0, failed[cautious] + 1
+        live = live[~(better & (gain < _REST) & ~by_secant) & (failed[live] < _TRIES)]
         if not len(live):
             break
     return Descent(at, t, now.q, curvature * count)
+
+
+def _broyden(work: Work, slopes: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """What makes slopes (n, k, u) agree with the change of the modes (n, k) in a step (n, u), least of all matrices in
+    units of the strides."""
+    scaled = step / work.stride**2
+    missed = change - np.einsum("nku,nu->nk", slopes, step)
+    return missed[:, :, None] * (scaled / np.maximum((scaled * step).sum(axis=1), 1e-12)[:, None])[:, None]
 
 
 def _step(

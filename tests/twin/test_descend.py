@@ -55,7 +55,7 @@ def test_a_size_is_found_at_the_end_of_a_curved_valley():
 
 
 def test_old_derivatives_would_stop_on_the_way(monkeypatch):
-    """The test above fails where the derivatives of the first step are kept."""
+    """The test above fails where the derivatives of the first step are kept and no secant mends them."""
     truth = np.array([[0.8, 0.3]])
     work: Any = Curve(valley, valley(truth).tolist())
     first: list[np.ndarray] = []
@@ -67,7 +67,29 @@ def test_old_derivatives_would_stop_on_the_way(monkeypatch):
         return first[0][: len(t)]
 
     monkeypatch.setattr(work, "slopes", kept)
+    monkeypatch.setattr(module, "_broyden", lambda work, slopes, *step: np.zeros_like(slopes))
     assert descended(work, np.array([[0.1, 0.0]]), np.array([0]), 15).q[0] > 0.1
+
+
+def test_slopes_agree_with_the_step_after_a_secant():
+    """Seed 3."""
+    rng, work = np.random.default_rng(3), Curve(valley, [[0.0, 0.0]])
+    slopes, step, change = rng.normal(size=(4, 5, 2)), rng.normal(size=(4, 2)), rng.normal(size=(4, 5))
+    mended = slopes + module._broyden(work, slopes, step, change)  # type: ignore[arg-type]
+    assert np.einsum("nku,nu->nk", mended, step) == pytest.approx(change)
+    across = np.stack([-step[:, 1], step[:, 0]], axis=1) * work.stride**2
+    assert np.einsum("nku,nu->nk", mended - slopes, across) == pytest.approx(np.zeros((4, 5)), abs=1e-9)
+
+
+def test_secants_save_derivatives_and_the_last_ones_are_fresh():
+    truth = np.array([[0.8, 0.3]])
+    work: Any = Curve(valley, valley(truth).tolist())
+    taken: list[np.ndarray] = []
+    fresh = work.slopes
+    work.slopes = lambda t, at, now: (taken.extend(t), fresh(t, at, now))[1]
+    found = descended(work, np.array([[0.1, 0.0]]), np.array([0]), 15)
+    assert found.t[0] == pytest.approx(truth[0], abs=1e-2)
+    assert len(taken) < 0.5 * len(work.simulated) and taken[-1] == pytest.approx(found.t[0], abs=1e-3)
 
 
 def test_what_has_come_to_rest_is_not_simulated_again():
