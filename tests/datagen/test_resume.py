@@ -35,7 +35,7 @@ ONE = LocalExecutor(workers=1)
 def plain_pictures():
     """Data cards whose pictures take no time: some hundred data sets are made here."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("datagen.pictures.picture", lambda row: f"picture of item {row['item']}".encode())
+        patch.setattr("datagen.pictures.picture", lambda row, title: f"picture of item {row['item']}".encode())
         yield
 
 
