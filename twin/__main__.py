@@ -15,7 +15,6 @@ from indexer_cli.job_paths import job_folder
 from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError
 from indexer_env.units import RPM
-from twin.advice import beforehand
 from twin.settings import Settings
 
 _log = logging.getLogger(__name__)
@@ -52,6 +51,7 @@ def in_words(sentence: str, key: str) -> str:
 
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin.yaml."""
+    from twin.advice import beforehand
     from twin.make import Maker
 
     names = {field.name for field in dataclasses.fields(Settings)}

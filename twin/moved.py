@@ -22,6 +22,8 @@ _SD_OF_95 = 2.0 * 1.96
 _ALIKE = 0.1
 """Relative difference of noise, and of the pulse's accuracy, up to which thresholds taken from simulated turns hold."""
 
+_STILL = "The machine has not moved since"
+
 _NAMED = 2.0
 """Standard deviations of a change from which on a parameter is named."""
 
@@ -82,7 +84,7 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
     elif since:
         sentence = f"The machine has moved since: {', '.join(told[n] for n in far[:3]) or 'many parameters a little'}."
     else:
-        sentence = "The machine has not moved since."
+        sentence = f"{_STILL}."
     return {"since": since, "sentence": sentence, "chance": chance, "changes": changes}
 
 
@@ -95,7 +97,7 @@ def gone_on(
         return {**about, "moved": moved}, False
     other = _differing(before, about)
     end = f"{' and '.join(other)} differ{'s' * (len(other) == 1)}, so all is learned anew" if other else ""
-    sentence = f"{moved['sentence'].rstrip('.')}; {end or 'the networks are kept'}."
+    sentence = f"{_STILL}; {end or 'the networks are kept'}."
     told = {**about, "moved": {**moved, "sentence": sentence}}
     return told if other else {**told, "range": before["range"]}, not other
 

@@ -99,9 +99,10 @@ def effect_of(
 ) -> Effect:  # fmt: skip
     """The effect that a fault of this size of `machine`'s largest is, on top of what the healthy machine, or another
     one, `on`, or its sensor has of it."""
-    there: Effect | None = next((effect for effect in (on or machine).effects if effect.name == fault.effect), None)
-    kind = EFFECTS[fault.effect]
-    if sensor is not None and issubclass(kind, SensorEffect):
+    kind, there = EFFECTS[fault.effect], None
+    if not issubclass(kind, SensorEffect):
+        there = next((effect for effect in (on or machine).effects if effect.name == fault.effect), None)
+    elif sensor is not None:
         there = kind.of_sensor(sensor)
     given: dict[str, Any] = {} if there is None else dict(vars(there))
     given[fault.parameter] = float(given.get(fault.parameter, 0.0)) + fault.value(size, machine)

@@ -137,7 +137,7 @@ class SensorEffect(Effect):
 
     @classmethod
     def of_sensor(cls, sensor: Sensor) -> Self | None:
-        """The effect that a sensor has, where adding to it differs from adding the effect itself; None: nothing."""
+        """What a sensor has of an effect that can grow on it; None: nothing, or an effect that does not."""
         return None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
@@ -60,7 +61,7 @@ class SensorLowpass(SensorEffect):
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         if self.is_null:
             return sensor
-        return dataclasses.replace(sensor, lowpass_hz=1.0 / (6.283185307179586 * self.time_constant), lowpass_order=2)
+        return dataclasses.replace(sensor, lowpass_hz=1.0 / (math.tau * self.time_constant), lowpass_order=2)
 
 
 @register
@@ -94,14 +95,14 @@ class SensorBracketResonance(SensorEffect):
     def extend_sensor(self, sensor: Sensor) -> Sensor:
         if self.is_null:
             return sensor
-        frequency = 1.0 / (6.283185307179586 * self.inverse_square**0.5)
+        frequency = 1.0 / (math.tau * self.inverse_square**0.5)
         return dataclasses.replace(sensor, bracket_hz=frequency, bracket_damping=self.damping)
 
     @classmethod
     def of_sensor(cls, sensor: Sensor) -> Self | None:
         if sensor.bracket_hz is None:
             return None
-        return cls(1.0 / (6.283185307179586 * sensor.bracket_hz) ** 2, sensor.bracket_damping)
+        return cls(1.0 / (math.tau * sensor.bracket_hz) ** 2, sensor.bracket_damping)
 
 
 @register
