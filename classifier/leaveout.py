@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import torch
 from matplotlib.figure import Figure
-from rich.console import Console
 
 from classifier.dataset import Dataset, load_dataset
 from classifier.evaluate import score
@@ -28,6 +27,7 @@ from classifier.trainers import make_trainer
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
 from indexer_env.errors import IndexerError, SignalError, refuse
 
@@ -159,7 +159,7 @@ def run(config: dict[str, Any]) -> None:
         return train(rest, features, trainer, seed=seed, restarts=config["restarts"], parts=(), **config["net"])
 
     learners = {MLP: mlp(trained), LOGISTIC: logistic(features), CNN: cnn(features)}
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     if line := told(choice, features, dataset):
         console.print(line)
     found, without = splits(dataset, groups_of(dataset, config["by"]))

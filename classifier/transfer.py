@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import torch
 from matplotlib.figure import Figure
-from rich.console import Console
 
 from classifier.codes import CodeBook
 from classifier.dataset import SUBSETS, Dataset, load_dataset
@@ -27,6 +26,7 @@ from classifier.trainers import Examples, Trainer, make_trainer
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
 from indexer_env.errors import SignalError, refuse
 
@@ -205,7 +205,7 @@ def run(config: dict[str, Any]) -> None:
 
     rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
     table = markdown(rows, ((WRONG, 2), (F1, 3)))
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     console.print(table)
     tuned = learner.tuned(0)
     for text in tuned.shortcomings():

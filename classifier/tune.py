@@ -13,7 +13,6 @@ from typing import Any
 
 import torch
 import yaml
-from rich.console import Console
 
 from classifier.dataset import Dataset, load_dataset
 from classifier.job import Job
@@ -23,6 +22,7 @@ from classifier.train import Result
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.checks import check_choice, check_integer, check_number, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.presets import config_dir
@@ -48,7 +48,7 @@ def run(config: dict[str, Any]) -> None:
     dataset = load_dataset(path_given("tune", "data", config["data"]))
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config["seed"]))
-    console, rows, best = Console(highlight=False, soft_wrap=True, markup=False), [], None
+    console, rows, best = plain_console(), [], None
     for number in range(config["trials"]):
         trial, started = study.ask(), time.perf_counter()
         settings = {path: propose(trial, path, space) for path, space in search.items()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
-from rich.console import Console
 from rich.table import Table
 
 from datagen.executors import make_executor
@@ -15,7 +14,7 @@ from datagen.quantities import path_of
 from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_place
-from indexer_cli.words import counted
+from indexer_cli.words import counted, plain_console
 from indexer_env.errors import refuse
 
 
@@ -50,7 +49,7 @@ def _refuse_idle(order: Order) -> None:
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     table = Table(title=f"{manifest['campaign']}, seed {manifest['seed']}", title_justify="left")
     table.add_column("class")
     table.add_column("records", justify="right")

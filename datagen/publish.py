@@ -12,7 +12,6 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
-from rich.console import Console
 
 from datagen.campaign import SUBSETS
 from datagen.card import PublishedFiles, write_card
@@ -22,6 +21,7 @@ from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.places import Place, open_place
+from indexer_cli.words import plain_console
 
 FILES = (CROISSANT, CARD, PICTURES, SHARD_FOLDER)
 """What the command leaves."""
@@ -77,7 +77,7 @@ def main(config: dict[str, Any]) -> dict[str, int]:
     data = place_given("publish", "data", config["data"])
     out = check_output_folder(job_folder("publish", config["out"]), FILES, config["overwrite"])
     records = publish(open_place(data), out, config["overwrite"])
-    Console(highlight=False, soft_wrap=True, markup=False).print(
+    plain_console().print(
         f"written {out}: " + ", ".join(f"{count} records in {name}" for name, count in records.items())
     )
     return records

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from datagen.example import record_csv, truth_of
 from datagen.order import Order, order_from
@@ -16,6 +15,7 @@ from datagen.store import as_json
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.errors import ParameterError
 
 FILES = ("record.csv", "record.json", "record.png")
@@ -63,7 +63,7 @@ def _write(row: dict[str, Any], record: np.ndarray, out: Path, overwrite: bool) 
 def _say(row: dict[str, Any], record: np.ndarray, out: Path) -> dict[str, Any]:
     unit, seconds = row["unit"], len(record) / row["sample_rate"]
     rms, peak = float(np.sqrt(np.mean(np.square(record, dtype=float)))), float(np.abs(record).max())
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     console.print(f"{row['machine_name']}, {row['class_name']}: {len(record)} samples in {seconds:.4g} s")
     console.print(f"acceleration {rms:.4g} {unit} rms, {peak:.4g} {unit} at most")
     if not row["warmup_settled"]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from rich.console import Console
-
 from discrepancy.chain import STAGES, run_chain
 from discrepancy.criteria import Criteria
 from discrepancy.stages import stages
@@ -14,6 +12,7 @@ from discrepancy.subjects.base import Subject
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
 from indexer_env.errors import refuse
 
@@ -55,7 +54,7 @@ def run(config: dict[str, Any]) -> None:
         with output_folder(out, FILES, config["overwrite"]) as folder:
             for name, text in report_files(outcome).items():
                 (folder / name).write_text(text, encoding="utf-8")
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
     left = () if outcome.left is None else outcome.left.sentences
     for sentence in (*left, *outcome.of_records, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):

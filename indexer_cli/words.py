@@ -1,8 +1,15 @@
-"""Words of what commands say."""
+"""What commands say: words, and the console that says them."""
 
 from __future__ import annotations
+
+from rich.console import Console
 
 
 def counted(number: int, one: str, many: str | None = None) -> str:
     """A number with its noun: "1 file", "2 files"; `many` where the plural is not `one` with an s."""
     return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def plain_console() -> Console:
+    """Standard output as text that no terminal cuts or colours; a unit in brackets is no markup."""
+    return Console(highlight=False, soft_wrap=True, markup=False)

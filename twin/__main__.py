@@ -7,11 +7,10 @@ import logging
 import time
 from typing import Any
 
-from rich.console import Console
-
 from discrepancy.subjects.from_config import indexer_subject
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder
+from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError
 from indexer_env.units import RPM
@@ -59,7 +58,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     bench = bench_of(config)
     maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
     for sentence in beforehand([one.operating_point.motor_speed / RPM for one in bench.experiments]):
-        _console().print(sentence)
+        plain_console().print(sentence)
     return made(maker)
 
 
@@ -69,16 +68,12 @@ def made(maker: Any) -> dict[str, Any]:
 
     started, spent = time.perf_counter(), time.process_time()
     check = maker.make(lambda stage: _log.info("%d of %d: %s", STAGES.index(stage) + 1, len(STAGES), _STAGES[stage]))
-    console = _console()
+    console = plain_console()
     for sentence in (*maker.sentences(), check.reason):
         console.print(sentence)
     seconds, cpu = time.perf_counter() - started, time.process_time() - spent
     console.print(f"written {maker.out} in {seconds:.0f} s, {cpu:.0f} s of processor time; see report.html")
     return {"trusted": check.trusted}
-
-
-def _console() -> Console:
-    return Console(highlight=False, soft_wrap=True, markup=False)
 
 
 main = hydra_command("twin")(run)

@@ -8,12 +8,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from rich.console import Console
-
 from discrepancy.records.reading import Record, read_records
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError, SignalError
 from indexer_records.conditions import Pulse
@@ -68,7 +67,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
         out = check_output_folder(job_folder("twin", config["out"]), FILES, config["overwrite"])
     twin = Twin.load(path_given("twin", "twin", config["twin"]))
     answer, each = diagnosed(twin, records_of(config, "signal"), physics=config["physics"])
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     if not twin.about["check"]["trusted"]:
         console.print(f"Caution: {twin.about['check']['reason']}")
     for sentence in (answer.headline, *answer.remarks):

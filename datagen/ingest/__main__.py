@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from datagen.ingest.publish import ingest
@@ -13,7 +12,7 @@ from datagen.ingest.sources import sources_of
 from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
-from indexer_cli.words import counted
+from indexer_cli.words import counted, plain_console
 
 
 @hydra_command("ingest")
@@ -33,7 +32,7 @@ def main(config: dict[str, Any]) -> None:
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     table = Table(title=counted(manifest["files"], "file"), title_justify="left")
     table.add_column("class")
     table.add_column("turns", justify="right")

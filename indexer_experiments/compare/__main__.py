@@ -6,12 +6,12 @@ import time
 from typing import Any
 
 import torch
-from rich.console import Console
 
 from classifier.results import RESULT_FILES, Row, chosen_methods, differences, markdown, write_results
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.words import plain_console
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import IndexerError
 from indexer_experiments.compare.study import Setting, Study
@@ -34,7 +34,7 @@ def run(config: dict[str, Any]) -> None:
     data = path_given("compare", "data", config["data"])
     torch.set_num_threads(config["threads"])
 
-    console = Console(highlight=False, soft_wrap=True, markup=False)  # units stand in brackets
+    console = plain_console()
     rows: list[Row] = []
     for seed in range(config["seeds"]):
         rows += study.run(Setting(seed, config["records"], data, methods))

@@ -6,11 +6,11 @@ import logging
 from typing import Any
 
 import torch
-from rich.console import Console
 from rich.table import Table
 
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder
+from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 from indexer_experiments.study.claims import CLAIMS, chosen
@@ -32,7 +32,7 @@ def main(config: dict[str, Any]) -> None:
     open_study(lab)
     # A line for each of a hundred data sets would say less than the claims' own.
     logging.getLogger("datagen").setLevel(logging.WARNING)
-    console = Console(highlight=False, soft_wrap=True, markup=False)
+    console = plain_console()
     found = {claim.key: finding for claim in CLAIMS.values() if (finding := stored(claim, lab.folder)) is not None}
     for claim in claims:
         if claim.key not in found:
