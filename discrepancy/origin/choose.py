@@ -166,16 +166,11 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     return Origin(first, share, tuple(others), beside)
 
 
-def explained(residue: Residue, forms: Sequence[Form], scan: Scan) -> dict[tuple[str, str], float]:
-    """Sum of squares that causes of each joint and kind explain, in the sum of most evidence; none that is not more
-    likely than noise by the margin."""
-    _, sums = _sums(residue, forms, scan)
-    best = max(sums, key=lambda one: one.evidence, default=None)
-    found: dict[tuple[str, str], float] = {}
-    if best is not None and best.evidence >= MARGIN:
-        for form, energy in zip(best.forms, _energies(residue, best), strict=True):
-            found[form.joint, form.kind] = found.get((form.joint, form.kind), 0.0) + energy
-    return found
+def explained(residue: Residue, forms: Sequence[Form]) -> float:
+    """The largest sum of squares that one of the forms explains alone; those that are not more likely than noise by
+    the margin explain nothing."""
+    likely = (_Sum((form,), (scale,), won, residue) for won, scale, form in _ranked(residue, forms) if won >= MARGIN)
+    return max((_energies(residue, one)[0] for one in likely), default=0.0)
 
 
 _Row = tuple[float, float, Form]

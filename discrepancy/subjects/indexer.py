@@ -194,7 +194,7 @@ class IndexerSubject(Subject):
         if effect not in _BUMPS:
             return 0.0, ""
         assert isinstance(model, IndexerModel)
-        return missed_at(model, place, without, "output", "phase"), "cam's phase"
+        return missed_at(model, place, without, "phase"), "cam's phase"
 
     def forms(self) -> tuple[Form, ...]:
         """All tables of the library; none beside one that the machine has."""
