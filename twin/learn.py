@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from indexer_env import OperatingPoint
 from twin.data import Turns
-from twin.network import NETWORKS, Told, mean_turn
+from twin.network import NETWORKS, Told
 from twin.turns import Remains, shift_shapes
 
 _BATCH = 256
@@ -26,9 +26,6 @@ _DECAY = 1e-2
 
 _RESIDUAL = 0.5
 """How much of what healthy records left comes and goes from turn to turn, as share of itself."""
-
-_NOTHING = 1e-6
-"""Stands for 0 where a logarithm is taken; in units of the noise."""
 
 _WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3}
 """Weights of the losses beside the faults' own."""
@@ -207,13 +204,12 @@ def _loss(told: Told, feed: Feed, rows: Tensor) -> Tensor:
 
 
 def said(network: nn.Module, x: Tensor, conditions: Tensor) -> dict[str, np.ndarray]:
-    """What a network says of many turns, as arrays by name; `strength` is the rms of the mean turn."""
+    """What a network says of many turns, as arrays by name."""
     parts: dict[str, list[np.ndarray]] = {}
     with torch.no_grad():
         for some, those in zip(x.split(256), conditions.split(256), strict=True):
             told = network(some, those)
             found = {"faults": told.faults, "any": told.any, "size": told.size, "spread": told.spread.clamp(-6.0, 1.0)}
-            found["strength"] = mean_turn(some).pow(2).mean(dim=1).sqrt().clamp(min=_NOTHING)
             if told.station is not None:
                 found["station"] = told.station
             for name, value in found.items():

@@ -9,6 +9,7 @@ few are then fitted together with the machine's own parameters, whose prior is t
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -52,11 +53,14 @@ class Fits:
         Sizes and their standard deviations; 0 and infinite where a fault was not thought possible.
     left : ndarray (n,)
         q at the sizes.
+    rattling : ndarray (n,)
+        How much the cam turns of the measured turn differ by chance: tr C_chance over tr C_noise.
     """
 
     size: np.ndarray
     error: np.ndarray
     left: np.ndarray
+    rattling: np.ndarray
 
 
 def fitted(
@@ -82,7 +86,8 @@ def fitted(
             advance(len(found.left))
     finally:
         pool.shutdown(cancel_futures=True)
-    return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("size", "error", "left")))
+    names = (field.name for field in dataclasses.fields(Fits))
+    return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _keep(file: Path, found: Fits) -> None:
@@ -124,7 +129,7 @@ def _fitted(of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told
         fit = descended(work, fit.t, fit.at, _JOINT)
     fit = again(work, fit.part(fit.best()))
     errors = np.array([_errors(c, work.free[k])[:f] for c, k in zip(fit.curvature, fit.at, strict=True)])
-    return Fits(fit.t[:, :f], errors, fit.q)
+    return Fits(fit.t[:, :f], errors, fit.q, np.einsum("nii->n", chance) / np.trace(of.covariance))
 
 
 def _subsets(count: int) -> Iterable[tuple[float, ...]]:

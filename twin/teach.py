@@ -131,7 +131,7 @@ def weights_by_control(
     with progress("weighing", len(seen), "turns") as advance:
         fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)
     quiet, _, _ = noisy(networks, sound, view, seed + 5)
-    weights = weights_of(told, fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)
+    weights = weights_of(fits, control.there[seen], control.size[seen], synthesis.unexplained(quiet), coverage)
     # without an alarm nothing is named
     logits = np.full(control.there.shape, -np.inf)
     logits[seen] = weights.logits(fits)

@@ -208,7 +208,7 @@ class Twin:
             strange = self.weights.oddness(synthesis.unexplained(x))
             return dataclasses.replace(networks, strange=float(strange[0]))
         fits = fitted(synthesis, x, [point], told)
-        strange = float(self.weights.strangeness(told["strength"], fits.left)[0])
+        strange = float(self.weights.strangeness(fits)[0])
         logits = self.weights.logits(fits)[0]
         return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 

@@ -21,7 +21,7 @@ from twin.refine import POSSIBLE, Fits
 ACCEPTED = 0.99
 """Share of healthy turns like the simulated ones that do not count as novel."""
 
-_COMMON, _FAR = 0.95, 3.0
+_COMMON, _FAR = 0.95, 2.5
 """A fitted turn is novel from so many times as far above the median as this quantile of ln of what is left. Some
 hundred turns tell no higher quantile: one fit in a wrong minimum would decide it."""
 
@@ -43,7 +43,8 @@ class Weights:
     reach : ndarray (faults, 2)
         Half width of a size's interval over its standard deviation: named alone, and beside others.
     usual : ndarray (2,)
-        ln of the usual remainder of a fit as a line over ln of the turn's strength.
+        ln of the usual remainder of a fit as a line over ln(1 + rattling): where the cam turns of the measured turn
+        differ by chance, a simulated one differs from it by more of the same.
     strange : float
         ln by which a remainder must exceed the usual one.
     quiet : float
@@ -75,18 +76,13 @@ class Weights:
         """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
         return np.where(np.isfinite(fits.error), evidence(fits) @ self.name, 2.0 * POSSIBLE)
 
-    def strangeness(self, strength: np.ndarray, left: np.ndarray) -> np.ndarray:
+    def strangeness(self, fits: Fits) -> np.ndarray:
         """rms of a fit's remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
-        return np.sqrt(left / np.exp(np.polyval(self.usual, _log(strength)) + self.strange))
+        return np.sqrt(fits.left / np.exp(np.polyval(self.usual, np.log1p(fits.rattling)) + self.strange))
 
     def oddness(self, left: np.ndarray) -> np.ndarray:
         """The same of turns (n,) without alarm, which are not fitted."""
         return np.sqrt(left / self.quiet)
-
-
-def _log(strength: np.ndarray) -> np.ndarray:
-    """ln of a turn's strength; all turns weaker than the noise are alike."""
-    return np.log(np.maximum(strength, 1.0))
 
 
 def spread(fits: Fits) -> np.ndarray:
@@ -102,12 +98,9 @@ def evidence(fits: Fits) -> np.ndarray:
     return np.stack([np.ones_like(size), np.arcsinh(size / spread(fits))], axis=2)
 
 
-def weights_of(
-    told: Mapping[str, np.ndarray], fits: Fits, there: np.ndarray, size: np.ndarray,
-    sound_left: np.ndarray, coverage: float,
-) -> Weights:  # fmt: skip
-    """From faulty turns (strength, fits, truth) and the remainders of healthy ones, each kind for itself: so that the
-    many healthy ones do not decide what may be left of faulty ones."""
+def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.ndarray, coverage: float) -> Weights:
+    """From faulty turns (fits, truth) and the remainders of healthy ones, each kind for itself: so that the many
+    healthy ones do not decide what may be left of faulty ones."""
     possible = np.isfinite(fits.error)
     x, y = evidence(fits)[possible], there[possible]
     scale = np.maximum(x.std(axis=0), 1.0)
@@ -117,9 +110,9 @@ def weights_of(
         return float((np.logaddexp(0.0, z) - y * z).mean() + _RIDGE * (w[1:] ** 2).sum() / len(y))
 
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
-    strength, left = _log(told["strength"]), np.log(fits.left)
-    usual = np.polyfit(strength, left, 1)
-    strange, quiet = _far(left - np.polyval(usual, strength)), _limit(sound_left)
+    rattling, left = np.log1p(fits.rattling), np.log(fits.left)
+    usual = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
+    strange, quiet = _far(left - np.polyval(usual, rattling)), _limit(sound_left)
     found = Weights(name, np.zeros(0), usual, strange, quiet)
     named = found.logits(fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
