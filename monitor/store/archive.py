@@ -7,6 +7,7 @@ in between leaves them twice, never not at all, and the next run replaces the fi
 from __future__ import annotations
 
 import hashlib
+import logging
 import re
 import time
 from pathlib import Path
@@ -20,6 +21,8 @@ from indexer_cli.places.local import whole_file
 from monitor.intake.blocks import NANO
 from monitor.store.schema import ARCHIVE, EXPLANATION, MACHINE, RAW, TURN
 from monitor.store.store import Store
+
+_log = logging.getLogger(__name__)
 
 FILE_TURNS = 256
 """Turns of a file: 8 MB of an 8.2 s turn at 1 kHz."""
@@ -58,11 +61,16 @@ def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
 
 
 def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
-    """Record, rate [Hz] and unit of a turn in a file."""
+    """Record, rate [Hz] and unit of a turn in a file; None where it is not there, or the file is damaged, which the log
+    tells."""
     path = Path(file)
     if not path.is_file():
         return None
-    table = pq.read_table(path, filters=[("number", "=", number)])
+    try:
+        table = pq.read_table(path, filters=[("number", "=", number)])
+    except (OSError, pa.ArrowException) as error:
+        _log.warning("turn %d cannot be shown, as %s is damaged: %s", number, path, error)
+        return None
     if not table.num_rows:
         return None
     row = table.to_pylist()[0]

@@ -179,7 +179,7 @@ def test_an_operator_s_act_is_committed_with_his_name(url):
     assert store.summary("m")["alarms"]["backlash_deg"]["acknowledged"]
 
 
-def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path):
+def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path, caplog):
     store, engine = make(url)
     for second in range(30):
         send(engine, 100 * second, 100 * second + 100, level=1.0 + 3.0 * (second > 20))
@@ -191,7 +191,9 @@ def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path):
         assert after is not None and (after[0] == record).all(), number
     assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
     (file,) = (tmp_path / "turns").rglob("*.parquet")
-    assert archived(str(file), 999) is None
+    assert archived(str(file), 999) is None and not caplog.records
+    file.write_bytes(file.read_bytes()[:-20])
+    assert record_of(store, "m", 3) is None and f"as {file} is damaged" in caplog.text
     expire(store, 2**62, 0)
     assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
     expire(store, 0, 2**62)
