@@ -49,7 +49,7 @@ class Check:
 def checked(
     turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], files: Sequence[str], healthy: Healthy, view: View,
     networks: Sequence[nn.Module], judge: Judge, synthesis: Synthesis, weights: Weights, false_alarms: float, own: bool,
-    stations_known: bool = True,
+    stations_known: bool,
 ) -> Check:  # fmt: skip
     """The check on turns (k, stations, cells) of each record; `own`: they are those that were fitted."""
     from scipy.stats import binom

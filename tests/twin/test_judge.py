@@ -204,7 +204,7 @@ def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays
     point, any_fault = OperatingPoint(1400.0 * RPM, 5.0), np.where(np.arange(10) == 0, 5.0, -5.0)
     monkeypatch.setattr("twin.check.ensemble", lambda networks, x, conditions: {"any": any_fault})
     given = [healthy().turn(point)[None].repeat(10, axis=0)], [point], ["a.csv"], healthy(), view(), [], JUDGE
-    found = checked(*given, synthesis(), Odd(**vars(WEIGHTS)), 0.01, True)
+    found = checked(*given, synthesis(), Odd(**vars(WEIGHTS)), 0.01, True, True)
     assert found.trusted and "8 of 10 healthy turns that were fitted come out healthy" in found.reason
     assert "None was held out" in found.reason
 
