@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places, predicts
 from discrepancy.model import NONE, Model
@@ -36,9 +37,12 @@ class Written:
     remarks: tuple[str, ...]
 
 
-def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point) -> Written:
+def written(
+    model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, criteria: Criteria
+) -> Written:
     """What is accepted, with parameters at a bound at nominal and the others fitted again; the nominal machine where
-    that one predicts a record held out better. `held` is a place on the records held out, of what is accepted."""
+    that one predicts a record held out better, or where no effect is named and much of what it leaves remains. `held`
+    is a place on the records held out, of what is accepted."""
     place, remarks = accepted, ()
     if bounds_hit:
         hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
@@ -58,7 +62,25 @@ def written(model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: 
     with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
     for g in np.unique(held_out.groups):
         mine = held_out.groups == g
-        if with_it.squares[mine].sum() > without.squares[mine].sum():
-            why = f"it predicts record {int(g) + 1} of those held out worse than the nominal machine does"
+        samples = float(held_out.counts[mine].sum())
+        left, open_ = (float(one.squares[mine].sum()) / samples - 1.0 for one in (with_it, without))
+        why = _against(
+            left, open_, bool(accepted.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria
+        )
+        if why:
             return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
     return Written(place, "", remarks)
+
+
+def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:
+    """What speaks against a calibrated machine, given the mean squares above the noise that it and the nominal machine
+    leave of a record; "" where nothing does. Where no effect is named, what is missing has bent the parameters towards
+    it, and at another speed or load they may predict worse than the nominal ones."""
+    if left > open_:
+        return f"it predicts {record} worse than the nominal machine does"
+    if named or left <= max(criteria.at_noise, (1.0 - criteria.closes) * open_):
+        return ""
+    return (
+        f"it closes {100.0 * (1.0 - left / open_):.0f} % of the gap that the nominal machine leaves of {record}, where "
+        f"one in which no effect is named needs {100.0 * criteria.closes:.0f} %"
+    )
