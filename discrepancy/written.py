@@ -10,6 +10,7 @@ import numpy as np
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places, predicts
+from discrepancy.judging import counted
 from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -38,11 +39,12 @@ class Written:
 
 
 def written(
-    model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, criteria: Criteria
-) -> Written:
+    model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, floor: float,
+    criteria: Criteria,
+) -> Written:  # fmt: skip
     """What is accepted, with parameters at a bound at nominal and the others fitted again; the nominal machine where
     that one predicts a record held out better, or where no effect is named and much of what it leaves remains. `held`
-    is a place on the records held out, of what is accepted."""
+    is a place on the records held out, of what is accepted, `floor` the mean square there that does not repeat."""
     place, remarks = accepted, ()
     if bounds_hit:
         hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
@@ -60,10 +62,13 @@ def written(
         (held,) = held_places([place], held_out, [held])
     (without,) = held_places([nominal], held_out, [held])
     with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
+    kept = counted(with_it, without, held_out, 1.0 - criteria.closes)
     for g in np.unique(held_out.groups):
-        mine = held_out.groups == g
+        mine = kept & (held_out.groups == g)
+        if not mine.any():
+            continue
         samples = float(held_out.counts[mine].sum())
-        left, open_ = (float(one.squares[mine].sum()) / samples - 1.0 for one in (with_it, without))
+        left, open_ = (float(one.squares[mine].sum()) / samples / floor - 1.0 for one in (with_it, without))
         why = _against(
             left, open_, bool(accepted.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria
         )
@@ -73,9 +78,9 @@ def written(
 
 
 def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:
-    """What speaks against a calibrated machine, given the mean squares above the noise that it and the nominal machine
-    leave of a record; "" where nothing does. Where no effect is named, what is missing has bent the parameters towards
-    it, and at another speed or load they may predict worse than the nominal ones."""
+    """What speaks against a calibrated machine, given the mean squares that it and the nominal machine leave of a
+    record, above what does not repeat and over it; "" where nothing does. Where no effect is named, what is missing has
+    bent the parameters towards it, and at another speed or load they may predict worse than the nominal ones."""
     if left > open_:
         return f"it predicts {record} worse than the nominal machine does"
     if named or left <= max(criteria.at_noise, (1.0 - criteria.closes) * open_):

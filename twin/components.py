@@ -58,15 +58,16 @@ class Components:
         freedom, k, each = x.shape[1] - 1 - len(self.patterns), self.mean_axes.shape[1], self.station_axes.shape[1]
         found = np.zeros((len(x), self.count, self.count))
         found[:, :k, :k] = _square(rest @ self.mean_axes) / freedom
-        if len(self.patterns):
+        if len(self.patterns) and each:
             own = _square(rest @ self.station_axes) / freedom
             for first in range(k, self.count, each):
                 found[:, first : first + each, first : first + each] = own
         return found
 
     def mean_only(self) -> Components:
-        """Those of the mean cam turn."""
-        return dataclasses.replace(self, patterns=self.patterns[:0])
+        """Those of the mean cam turn. What the stations differ by along the patterns is no chance either: cosine and
+        sine span the same from whichever station a turn begins."""
+        return dataclasses.replace(self, station_axes=self.station_axes[:, :0])
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Its arrays by name, for a file."""

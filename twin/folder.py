@@ -40,7 +40,8 @@ _HELD: dict[str, tuple[str, ...]] = {
     "settings": ("faults", "matters", "coverage"), "networks": (), "cells": ("stations", "count", "rate"), "shift": (),
     "range": ("motor_speed_rpm", "load_torque"), "load_factor": (), "noise": (), "sample_noise": (), "unit": (),
     "calibration": ("findings", "spread"), "judge": ("alarm", "reach"),
-    "weights": ("name", "reach", "usual", "strange", "quiet"), "detection": (), "check": ("trusted", "reason", "turns"),
+    "weights": ("name", "reach", "slope", "rattled", "strange", "quiet"), "detection": (),
+    "check": ("trusted", "reason", "turns"),
 }  # fmt: skip
 """What a diagnosis reads of twin.yaml."""
 

@@ -42,18 +42,21 @@ class Weights:
         Of the logistic law: its constant, and what asinh(size over spread) counts.
     reach : ndarray (faults, 2)
         Half width of a size's interval over its standard deviation: named alone, and beside others.
-    usual : ndarray (2,)
-        ln of the usual remainder of a fit as a line over ln(1 + rattling): where the cam turns of the measured turn
-        differ by chance, a simulated one differs from it by more of the same.
+    slope : float
+        By which ln of a fit's usual remainder rises with ln(1 + rattling), at least 0: where the cam turns of the
+        measured turn differ by chance, a simulated one differs from it by more of the same.
+    rattled : float
+        The largest rattling of the turns that the slope is from; it holds for no larger one.
     strange : float
-        ln by which a remainder must exceed the usual one.
+        ln of the remainder above which a turn that does not rattle is strange.
     quiet : float
         Remainder of a turn without alarm, which is not fitted, above which it is strange.
     """
 
     name: np.ndarray
     reach: np.ndarray
-    usual: np.ndarray
+    slope: float
+    rattled: float
     strange: float
     quiet: float
 
@@ -67,7 +70,8 @@ class Weights:
         return cls(
             np.array(given["name"]),
             np.array(given["reach"]),
-            np.array(given["usual"]),
+            given["slope"],
+            given["rattled"],
             given["strange"],
             given["quiet"],
         )
@@ -78,7 +82,8 @@ class Weights:
 
     def strangeness(self, fits: Fits) -> np.ndarray:
         """rms of a fit's remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
-        return np.sqrt(fits.left / np.exp(np.polyval(self.usual, np.log1p(fits.rattling)) + self.strange))
+        rattling = np.log1p(np.minimum(fits.rattling, self.rattled))
+        return np.sqrt(fits.left / np.exp(self.slope * rattling + self.strange))
 
     def oddness(self, left: np.ndarray) -> np.ndarray:
         """The same of turns (n,) without alarm, which are not fitted."""
@@ -111,12 +116,13 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
 
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
     rattling, left = np.log1p(fits.rattling), np.log(fits.left)
-    usual = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
-    strange, quiet = _far(left - np.polyval(usual, rattling)), _limit(sound_left)
-    found = Weights(name, np.zeros(0), usual, strange, quiet)
+    line = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
+    slope = max(float(line[0]), 0.0)
+    told = slope, float(fits.rattling.max()), _far(left - slope * rattling), _limit(sound_left)
+    found = Weights(name, np.zeros(0), *told)
     named = found.logits(fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
-    return Weights(name, reaches(error, named & there, named, coverage), usual, strange, quiet)
+    return Weights(name, reaches(error, named & there, named, coverage), *told)
 
 
 def _far(values: np.ndarray) -> float:

@@ -46,13 +46,13 @@ def origin_at(model: IndexerModel, place: Point) -> Origin | None:
 
 
 def missed_at(model: IndexerModel, place: Point, without: Point, kind: str) -> float:
-    """Share that a free function of what a kind of cause varies with, at any joint, still explains of what is left at
-    a place, of this and of what the place closes that `without` leaves: how far the law of an effect of that kind falls
-    short of a free function."""
+    """Share that a cause of a kind, at any joint, still explains of what is left at a place, of this and of what the
+    place closes that `without` leaves: how far the law of an effect of that kind falls short of a free function. 0
+    where a cause of another kind explains what is left better."""
     setting = setting_of(model, place)
     residue = Residue(setting.laid)
     forms, _ = forms_of(setting, residue)
-    left = explained(residue, [form for form in forms if form.kind == kind])
+    left = explained(residue, forms, kind)
     before = Residue(setting_of(model, without).laid, residue.colour)
     closes = max(float(before.y @ before.y) - float(residue.y @ residue.y), 0.0)
     return left / max(left + closes, 1e-300)

@@ -166,11 +166,14 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     return Origin(first, share, tuple(others), beside)
 
 
-def explained(residue: Residue, forms: Sequence[Form]) -> float:
-    """The largest sum of squares that one of the forms explains alone; those that are not more likely than noise by
-    the margin explain nothing."""
-    likely = (_Sum((form,), (scale,), won, residue) for won, scale, form in _ranked(residue, forms) if won >= MARGIN)
-    return max((_energies(residue, one)[0] for one in likely), default=0.0)
+def explained(residue: Residue, forms: Sequence[Form], kind: str) -> float:
+    """The largest sum of squares that one form of a kind explains alone; 0 where one of another kind is more likely, or
+    none is more likely than noise by the margin."""
+    ranked = _ranked(residue, forms)
+    if ranked[0][0] < MARGIN or ranked[0][2].kind != kind:
+        return 0.0
+    likely = (row for row in ranked if row[0] >= MARGIN and row[2].kind == kind)
+    return max(_energies(residue, _Sum((form,), (scale,), won, residue))[0] for won, scale, form in likely)
 
 
 _Row = tuple[float, float, Form]

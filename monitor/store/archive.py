@@ -61,20 +61,19 @@ def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
 
 
 def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
-    """Record, rate [Hz] and unit of a turn in a file; None where it is not there, or the file is damaged, which the log
-    tells."""
+    """Record, rate [Hz] and unit of a turn in a file; None where it is not there or cannot be read, which the log tells."""
     path = Path(file)
     if not path.is_file():
         return None
     try:
-        table = pq.read_table(path, filters=[("number", "=", number)])
-    except (OSError, pa.ArrowException) as error:
-        _log.warning("turn %d cannot be shown, as %s is damaged: %s", number, path, error)
+        table = pq.read_table(path, filters=[("number", "=", number)], page_checksum_verification=True)
+        if not table.num_rows:
+            return None
+        row = table.to_pylist()[0]
+        return np.array(row["record"], dtype=np.float32), float(row["rate"]), str(row["unit"])
+    except (OSError, pa.ArrowException, LookupError, ValueError) as error:
+        _log.warning("the record of turn %d cannot be read from %s: %s", number, path, error)
         return None
-    if not table.num_rows:
-        return None
-    row = table.to_pylist()[0]
-    return np.array(row["record"], dtype=np.float32), float(row["rate"]), str(row["unit"])
 
 
 def record_of(store: Store, machine: str, number: int) -> tuple[np.ndarray, float, str] | None:
@@ -108,7 +107,7 @@ def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> i
     path = folder / FOLDER / folder_name(machine) / f"{numbers[0]:09d}-{numbers[-1]:09d}.parquet"
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as temporary:
-        pq.write_table(table, temporary, compression="zstd")
+        pq.write_table(table, temporary, compression="zstd", write_page_checksum=True)
     with store.transaction() as connection:
         connection.execute(
             insert(ARCHIVE).values(

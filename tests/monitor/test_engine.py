@@ -192,8 +192,13 @@ def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path, capl
     assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
     (file,) = (tmp_path / "turns").rglob("*.parquet")
     assert archived(str(file), 999) is None and not caplog.records
-    file.write_bytes(file.read_bytes()[:-20])
-    assert record_of(store, "m", 3) is None and f"as {file} is damaged" in caplog.text
+    whole = file.read_bytes()
+    turned = bytearray(whole)
+    turned[len(whole) // 2] ^= 1
+    for damaged in (whole[:-20], bytes(turned)):
+        file.write_bytes(damaged)
+        caplog.clear()
+        assert record_of(store, "m", 3) is None and f"cannot be read from {file}" in caplog.text
     expire(store, 2**62, 0)
     assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
     expire(store, 0, 2**62)

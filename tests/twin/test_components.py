@@ -35,10 +35,18 @@ def test_what_follows_a_pattern_is_no_scatter():
     shape = np.cos(np.arange(CELLS.count) / 4.0)
     x = 100.0 * (along.patterns[0][:, None] * shape + 2.0 * along.patterns[1][:, None] * shape + shape)[None]
     assert np.abs(along.scatter(x)).max() < 1e-12 * np.abs(along.of(x)).max() ** 2
-    assert np.trace(along.mean_only().scatter(x)[0]) > 100.0
+    assert along.mean_only().of(x).shape == (1, 6)
+    assert np.abs(along.mean_only().scatter(x)).max() < 1e-12 * np.abs(along.of(x)).max() ** 2
     mean, first, second = along.of(x).reshape(3, 6)
     assert np.allclose(2.0 * first, second)
     assert np.allclose(mean, np.sqrt(CELLS.stations) * first)
+
+
+def test_what_an_imbalance_does_is_no_scatter_from_whichever_station_a_turn_begins():
+    along = dataclasses.replace(components(6, 2), patterns=patterns_of(WEIGHED, ALIKE)).mean_only()
+    x = 100.0 * (along.patterns[0][:, None] * np.cos(np.arange(CELLS.count) / 4.0))[None]
+    for first in range(8):
+        assert np.abs(along.scatter(np.roll(x, first, axis=1))).max() < 1e-20
 
 
 def test_a_machine_or_a_fault_table_with_an_imbalance_has_the_patterns_of_the_tables_angle():

@@ -67,7 +67,7 @@ def test_parts_are_fitted_side_by_side_and_keep_their_order(monkeypatch):
 
     def at_once(of, x, points, told):
         both.wait()
-        return Fits(x[:, 0], x[:, 0], x[:, 0, 0], x[:, 0, 0])
+        return Fits(x[:, 0], x[:, 0], x[:, 0, 0], 10.0 + x[:, 0, 0])
 
     monkeypatch.setattr(module, "_fitted", at_once)
     monkeypatch.setattr(module, "TOGETHER", 1)
@@ -281,6 +281,27 @@ def test_few_fits_in_a_wrong_minimum_do_not_decide_what_is_strange(bad):
     weights = weights_of(dataclasses.replace(fits, left=left), there, size, np.ones(200), 0.9)
     limit = 1.0 / weights.strangeness(dataclasses.replace(fits, left=np.ones(120)))[0] ** 2
     assert left[bad:].max() < limit < 60.0
+
+
+def test_how_much_a_turn_rattles_is_what_its_cam_turns_differ_by_beyond_noise():
+    rng = np.random.default_rng(0)
+    calm = turn({"crack": 0.3})
+    rattling = calm + 30.0 * rng.standard_normal((1, 8, 1)) * np.sin(np.arange(CELLS.count) / 3.0)
+    said = told([3.0, -9.0, -9.0], [0.3, 0.1, 0.1])
+    still, loud = (fitted(synthesis(), x, [POINT], said).rattling[0] for x in (calm, rattling))
+    assert still < 1.0 and loud > 20.0
+
+
+def test_what_turns_may_leave_that_rattle_more_than_any_seen_is_not_extrapolated():
+    """Five seeds: how little the turns rattle says nothing of what is left of them."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        fits, there, size = drawn(rng, 160)
+        rattling, left = np.abs(0.1 * rng.standard_normal(160)), np.exp(0.5 * rng.standard_normal(160))
+        fits = dataclasses.replace(fits, rattling=rattling, left=left)
+        weights = weights_of(fits, there, size, np.ones(200), 0.9)
+        asked = dataclasses.replace(fits, rattling=np.full(160, 1000.0), left=np.full(160, 20.0))
+        assert 1.0 < weights.strangeness(asked)[0] < 3.0
 
 
 def test_only_a_turn_that_rattles_may_leave_as_much_as_turns_that_rattle():
