@@ -153,8 +153,8 @@ def to_do(outcome: Outcome) -> str:
     """What to do next, in a sentence or two."""
     question = outcome.question
     if question is None:
-        held_back = outcome.answer.written.held_back
-        return f"Nothing is open. machine.yaml is the {'nominal machine' if held_back else 'machine as the records show it'}."
+        which = "nominal machine" if outcome.answer.written.held_back else "machine as the records show it"
+        return f"Nothing is open. machine.yaml is the {which}."
     grows = "Record at another speed and under another load, and see with which of them the remainder grows"
     if len(question.rivals) < 2:
         return f"{grows}: no effect of the library predicts it, so no measurement could be chosen by simulation."
