@@ -61,7 +61,8 @@ def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
 
 
 def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
-    """Record, rate [Hz] and unit of a turn in a file; None where it is not there or cannot be read, which the log tells."""
+    """Record, rate [Hz] and unit of a turn in a file; None where it is not there, or cannot be read, which the log
+    tells."""
     path = Path(file)
     if not path.is_file():
         return None
