@@ -14,6 +14,10 @@ import numpy as np
 SHORTEST_FLAT = 3
 """Samples in a row at the same extreme value that count as clipped; a sampled peak has two at most by chance."""
 
+_CUT = 5.0
+"""Times as many samples at the extreme value as at the next one from which on it is a limit: twice the √2 + 1 of the
+flattest peak that a quantiser can make of a parabola."""
+
 _ONE_VALUE = 0.9
 """Share of a record in one run above which it is one of one value, be this its largest or not: a table that indexes
 leaves the limit of a sensor within every cam turn."""
@@ -53,6 +57,16 @@ def is_dead(clipped_share: float, constant_share: float, most: float) -> bool:
     at its limits: a run longer than all flat tops together lies at none of them; of a record of one value it cannot be
     told."""
     return constant_share > most and (constant_share > clipped_share or constant_share > _ONE_VALUE)
+
+
+def is_clipped(record: np.ndarray, clipped_share: float, most: float) -> bool:
+    """Whether a sensor's limit cuts more than the share `most` [-] of a record (n,) off. A quantiser of few bits holds
+    the top of a smooth peak too, but then the value next to it at least √2 - 1 times as long, as a parabola stays: a
+    limit is passed on a slope."""
+    if clipped_share <= most:
+        return False
+    counts = np.unique(np.asarray(record, dtype=np.float32), return_counts=True)[1]
+    return len(counts) < 3 or counts[0] > _CUT * counts[1] or counts[-1] > _CUT * counts[-2]
 
 
 def _shares(record: np.ndarray, held: np.ndarray) -> dict[str, float]:

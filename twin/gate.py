@@ -11,7 +11,7 @@ from discrepancy.records.conditions import Conditions
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_env.units import RPM
-from indexer_records.quality import is_dead, quality_columns
+from indexer_records.quality import is_clipped, is_dead, quality_columns
 from twin.corrected import Corrected, corrected
 from twin.learn import View
 from twin.turns import Healthy
@@ -53,7 +53,7 @@ class Gate:
         quality = quality_columns(signal.values[None])[0]
         if is_dead(**quality, most=DEAD):
             raise SignalError(f"{name} must vary throughout, got one value on end; check the sensor and its cable.")
-        if quality["clipped_share"] > CLIPPED:
+        if is_clipped(signal.values, quality["clipped_share"], CLIPPED):
             share = quality["clipped_share"]
             raise SignalError(f"{name} must stay inside the sensor's range, got {share:.1%} of it at flat tops.")
         self._check_point(name, conditions)

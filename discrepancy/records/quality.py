@@ -10,7 +10,7 @@ from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_env.units import RPM
 from indexer_records.measured import RATE_TOLERANCE
-from indexer_records.quality import is_dead, quality_columns
+from indexer_records.quality import is_clipped, is_dead, quality_columns
 
 _DEAD = 0.02
 """Share of a record in one run of equal samples at which its sensor counts as dead for that time; a dwell of a machine
@@ -78,7 +78,7 @@ def _check_sensor(record: Record) -> None:
             f"{record.name} must vary throughout, got one value for {time:.3g} s on end; check the sensor and its "
             "cable."
         )
-    if shares["clipped_share"] > _CLIPPED:
+    if is_clipped(record.signal.values, shares["clipped_share"], _CLIPPED):
         raise SignalError(
             f"{record.name} must stay inside the sensor's range, got {shares['clipped_share']:.2%} of its samples at "
             "flat tops; choose a larger range and record again."
