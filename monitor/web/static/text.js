@@ -98,7 +98,7 @@ export const T = {
   send: "Save", cancel: "Cancel", noteLabel: "Note (optional)", noteNeeded: "Note",
   trend: "Trend", noTrend: "No turn was diagnosed yet.", healthyTurn: "healthy turn", thisTurn: "this turn",
   record: "Acceleration over the turn", spectrum: "Amplitude by order (cycles a turn)",
-  noRecord: "The samples of this turn are no longer kept.", noReference: "No healthy turn of this speed was kept to compare with.",
+  noRecord: "The samples of this turn are no longer kept, or cannot be read: see the log.", noReference: "No healthy turn of this speed was kept to compare with.",
   bands: "What spoke for the verdict", notDiagnosed: "Not diagnosed",
   signIn: "Sign in", token: "Token", signInHelp: "This monitor asks for a token. Whoever started it has set one.",
   failed: "The monitor's engine has stopped; see its log.", missing: "There is nothing here.", notFound: "Back to all machines",
