@@ -8,6 +8,7 @@ beside others (Mondrian).
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -118,11 +119,11 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
     rattling, left = np.log1p(fits.rattling), np.log(fits.left)
     line = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
     slope = max(float(line[0]), 0.0)
-    told = slope, float(fits.rattling.max()), _far(left - slope * rattling), _limit(sound_left)
-    found = Weights(name, np.zeros(0), *told)
+    strange, quiet = _far(left - slope * rattling), _limit(sound_left)
+    found = Weights(name, np.zeros(0), slope, float(fits.rattling.max()), strange, quiet)
     named = found.logits(fits) > 0.0
     error = np.abs(fits.size - size) / spread(fits)
-    return Weights(name, reaches(error, named & there, named, coverage), *told)
+    return dataclasses.replace(found, reach=reaches(error, named & there, named, coverage))
 
 
 def _far(values: np.ndarray) -> float:
