@@ -49,6 +49,11 @@ class Start:
         pairs = zip(columns, self.values, strict=True)
         return np.array([np.searchsorted(sorted(set(column)), v - 1e-9 * abs(v)) for column, v in pairs])
 
+    def smaller(self, other: Start) -> bool:
+        """Whether its size lies between that of another one and none."""
+        own, size = self.values[0], other.values[0]
+        return 0.0 <= own * size < size**2
+
     def beside(self, other: Start) -> bool:
         """Whether two starts stand side by side in every list of one effect."""
         same = self.effect.name == other.effect.name and self.effect.fixed == other.effect.fixed

@@ -53,7 +53,8 @@ def race(
     `in_time`, of those that have been fitted until then, one at least.
 
     A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart. It finds
-    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right.
+    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right. Sizes
+    next to nothing, which promise nearly what none does, are no starts.
     """
     around = Linearised(model, base, CAUTION)
     worst = np.argsort(-base.squares / model.counts)[: criteria.windows]
@@ -81,8 +82,10 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     z = np.where(problem.known, 0.0, place.z[: -len(last.parameters)])
     rest = problem.searched(problem.point(z, model.states_for(base, place.states)))
     of_each: dict[float, Start] = {}
-    for start in sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised):
-        of_each.setdefault(start.values[0], start)
+    ranked = sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised)
+    for start in ranked:
+        if not start.smaller(ranked[0]):
+            of_each.setdefault(start.values[0], start)
     begun = [_unmoved(start, rest) for start in list(of_each.values())[: criteria.fits]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
 
@@ -113,11 +116,13 @@ def _best_of_each(starts: Sequence[Start], count: int) -> list[Start]:
 
 
 def _apart(starts: Sequence[Start]) -> list[Start]:
-    """The most promising starts of each effect, `_WIDE` of them, no two of one choice and of sizes side by side."""
+    """The most promising starts of each effect, `_WIDE` of them, no two of one choice and of sizes side by side. Of one
+    choice, too, none is smaller than a more promising one."""
     found: list[Start] = []
     for start in sorted(starts, key=_promised):
         mine = [other for other in found if other.effect.name == start.effect.name]
-        near = [o for o in mine if o.effect.fixed == start.effect.fixed and abs(o.rungs[0] - start.rungs[0]) <= 1]
+        like = [other for other in mine if other.effect.fixed == start.effect.fixed]
+        near = any(abs(other.rungs[0] - start.rungs[0]) <= 1 or start.smaller(other) for other in like)
         if len(mine) < _WIDE and not near:
             found.append(start)
     return found

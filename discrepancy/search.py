@@ -60,7 +60,7 @@ class Search:
         while self.in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
-            if grown is current and self._leaves(current, self.criteria.much):
+            if self._leaves(current, self.criteria.much) and not self._closes_half(grown, current):
                 tried = self._ranked([*tried, *self._added(current, wide=True)])
                 grown = self._grown(current, tried)
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
@@ -116,6 +116,12 @@ class Search:
         """Whether a set leaves so much in mean square above the noise, over the noise's."""
         return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= least
 
+    def _closes_half(self, grown: Fitted, current: Fitted) -> bool:
+        """Whether a set leaves less than half of what another leaves above the noise."""
+        noise = self.model.tolerated
+        left, before = (one.place.level(self.model) ** 2 / noise - 1.0 for one in (grown, current))
+        return left < _HALF_WAY * before
+
     def wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
         """Whether a set is better than another by the margin, or by a share of it."""
         own, others = scores((one, other), self.model)
@@ -127,9 +133,12 @@ class Search:
         return sorted(by_score, key=by_score.__getitem__)
 
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
-        """The set with one more effect, for the effects that lead the race, best first."""
+        """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
+        that win something and leave much, begin anew."""
         found = self._finished(current, self._raced(current, wide=wide), None)
-        if found and self._leaves(found[0], self.criteria.much) and self.wins(found[0], current, _HALF_WAY):
+        if not found or not self._leaves(found[0], self.criteria.much):
+            return found
+        if wide or self.wins(found[0], current, _HALF_WAY):
             return self._ranked([self._restarted(one) for one in found])
         return found
 

@@ -2,9 +2,10 @@
 
 For each machine a bench is written, the twin made of it as a user would, and records of all combinations of crack,
 loose base and play of any size diagnosed, a few also by physics; further records have a fault that is in no table. The
-paper's network is asked beside, taught on the same turns. Other rows are asked for by methods=twin,oracle,nominal,
-point,unextended,transfer: the true machine, machines of the drawing ±10 % without a fit, no posterior, nothing added
-that the drawing lacks, and a network of the drawing that goes on learning from labelled records of the machine.
+paper's network is asked beside, taught on the same turns. Physics is also asked about all records that networks and
+synthesis misname. Other rows are asked for by methods=twin,oracle,nominal,point,unextended,transfer: the true machine,
+machines of the drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks, and a network of the
+drawing that goes on learning from labelled records of the machine.
 
 Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
 goes on where it was, and only=0,1 makes a part of it. The table holds all rows that are there.
@@ -22,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.twin.judging import PHYSICS, at_stated_size, by_physics, judged, ways_of
+from benchmarks.twin.judging import AGAIN, PHYSICS, REFINED, at_stated_size, by_physics, judged, misnamed, ways_of
 from benchmarks.twin.pipelines import make_twin, of_paper
 from benchmarks.twin.records import records_of
 from benchmarks.twin.table import Judged, markdown, summary
@@ -64,7 +65,10 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
         ways[OF_PAPER] = of_paper(twin)
     found = judged(ways, truth, records, work / "rows.jsonl")
     if method == "twin":
-        found[PHYSICS] = by_physics(twin, truth, records[: settings["physics"]])
+        physics = settings["physics"]
+        found[PHYSICS] = by_physics(twin, truth, records[:physics])
+        if physics and REFINED in found:
+            found[AGAIN] = by_physics(twin, truth, misnamed(records, found[REFINED]))
         found[next(iter(ways))] += at_stated_size(twin, truth, settings["at_size"], np.random.default_rng(seed))
     shutil.rmtree(work)
     about = twin.about

@@ -23,6 +23,9 @@ from twin.twin import Twin
 NETWORKS, REFINED, PHYSICS = "networks", "networks and synthesis", "networks, synthesis and physics"
 """Ways to judge a record."""
 
+AGAIN = "physics, of what networks and synthesis misname"
+"""The row of the records of which physics would have to mend the answer."""
+
 
 def ways_of(twin: Twin) -> dict[str, Twin]:
     """The twin with and without synthesis."""
@@ -59,6 +62,11 @@ def by_physics(twin: Twin, truth: Truth, records: Sequence[Recorded]) -> list[Ju
         answer = answer_of(seen, found, twin.machine, twin.matters)
         rows.append(row_of(one, answer.faults, answer.verdict, twin, truth, time.process_time() - begun))
     return rows
+
+
+def misnamed(records: Sequence[Recorded], rows: Sequence[Judged]) -> list[Recorded]:
+    """The records with known faults, or none, that rows misname."""
+    return [one for one, row in zip(records, rows, strict=True) if row.wrong and not row.left_out]
 
 
 def at_stated_size(twin: Twin, truth: Truth, count: int, rng: np.random.Generator) -> list[Judged]:

@@ -64,19 +64,21 @@ class Judged:
 
 
 COUNTS = (
-    "misnamed", "misnamed above", "healthy called faulty", "intervals hold", "alone", "beside others",
+    "misnamed", "misnamed above", "healthy called faulty", "healthy named", "intervals hold", "alone", "beside others",
     "detected at the stated size", "left out refused",
 )  # fmt: skip
 """Columns; see `flags`."""
 
 
 def flags(rows: Sequence[Judged]) -> dict[str, list[bool]]:
-    """What is counted in each column, record by record; of intervals, fault by fault."""
+    """What is counted in each column, record by record; of intervals, fault by fault. A healthy record is called faulty
+    by the verdict, which no fault below its smallest stated size makes, and named where any fault is told."""
     known = [row for row in rows if not row.left_out and row.at_size is None]
     return {
         "misnamed": [row.wrong for row in known],
         "misnamed above": [row.refused or row.true != row.large for row in known if row.above and row.true],
-        "healthy called faulty": [bool(row.named) or row.refused for row in known if not row.true],
+        "healthy called faulty": [bool(row.large) or row.refused for row in known if not row.true],
+        "healthy named": [bool(row.named) or row.refused for row in known if not row.true],
         "intervals hold": [one for row in known for one in row.held],
         "alone": [one for row in known if len(row.named) == 1 for one in row.held],
         "beside others": [one for row in known if len(row.named) > 1 for one in row.held],

@@ -110,8 +110,9 @@ class BaseLooseness(MachineEffect):
         default=0.05,
         low=0.0,
         high=1.0,
-        # bolted steel has 0.02 to 0.15 (Newmark and Hall, Earthquake spectra and design, 1982)
-        sought=Sought("-", (0.05,), 0.05, 0.0, 0.3),
+        # bolted steel has 0.02 to 0.15 (Newmark and Hall, Earthquake spectra and design, 1982): what damps more is no
+        # loose base
+        sought=Sought("-", (0.05,), 0.05, 0.0, 0.15),
     )
     backlash: float = parameter("backlash (total play) of the screws g3", "rad", default=0.0, low=0.0, high=0.05)
 

@@ -7,6 +7,7 @@ import json
 import numpy as np
 
 from benchmarks.twin import records
+from benchmarks.twin.judging import misnamed
 from benchmarks.twin.records import drawn, records_of
 from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.truth import Truth
@@ -20,6 +21,18 @@ def test_a_slight_false_name_counts_among_all_records_but_not_in_the_headline():
     assert found["misnamed"] == 0.5 and found["misnamed above"] == 0.0
     refused = summary([Judged(CRACK, CRACK, CRACK, True, True)])
     assert refused["misnamed"] == refused["misnamed above"] == 1.0
+
+
+def test_a_healthy_record_with_a_slight_false_name_is_named_but_not_called_faulty():
+    rows = [Judged(NONE, CRACK, NONE, False, True), Judged(NONE, CRACK, CRACK, False, True)]
+    found = summary([*rows, Judged(NONE, NONE, NONE, True, True), Judged(NONE, NONE, NONE, False, True)])
+    assert found["healthy called faulty"] == 0.5 and found["healthy named"] == 0.75
+
+
+def test_physics_is_asked_about_what_is_misnamed_but_not_about_strangers():
+    none = Judged(NONE, CRACK, CRACK, False, True)
+    rows = [none, Judged(CRACK, CRACK, CRACK, False, True), Judged(NONE, CRACK, CRACK, False, True, left_out=True)]
+    assert misnamed(["a", "b", "c"], rows) == ["a"]  # type: ignore[list-item, comparison-overlap]
 
 
 def test_intervals_are_counted_in_both_groups():

@@ -1,7 +1,6 @@
 """Stepwise selection and the race for starts: each step is needed by a case that goes wrong without it. Seed 5."""
 
 import time
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -9,13 +8,12 @@ import pytest
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import autocorrelation_time
-from discrepancy.linearised import neighbours
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import race, restarted
+from discrepancy.race import race
 from discrepancy.search import Search
-from tests.discrepancy.toy import Chord, Stateless
+from tests.discrepancy.toy import Chord
 from tests.discrepancy.toy import effect as effect_like
 
 
@@ -214,200 +212,3 @@ def test_noise_with_a_memory_tells_less(memory: float, expected: float) -> None:
     for k in range(1, rows.shape[1]):
         rows[:, k] += memory * rows[:, k - 1]
     assert autocorrelation_time(rows, np.full(12, 1500)) == pytest.approx(expected, rel=0.15)
-
-
-def effect(name: str, *starts: float) -> Hypothesis:
-    return Hypothesis(name, (Parameter(f"{name}.size", "-", 0.0, 1.0, -90.0, 90.0),), {}, tuple((s,) for s in starts))
-
-
-class Shaken(Stateless):
-    """y = 4 sin(5 (1 + rate) x + s) in 8 windows of 60 samples, noise 1, the start state s of each window unknown.
-
-    An effect `shake` changes the rate, so that every window starts elsewhere: linearised around the states of the base
-    it promises little. An effect `patch` adds to two windows that are not among the worst.
-    """
-
-    def __init__(self, rate: float, patch: float, spoilt: float = 0.0) -> None:
-        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
-        self.counts, self.groups = np.full(8, 60), np.zeros(8, dtype=np.int64)
-        self.x = np.linspace(0.0, 24.0, 480).reshape(8, 60)
-        self.patch = np.cos(9.0 * self.x) * np.isin(np.arange(8), (6, 7))[:, None]
-        self.y = 4.0 * np.sin(5.0 * (1.0 + rate) * self.x + 0.4) + patch * self.patch
-        self.y += spoilt * np.sin(13.0 * self.x) * (np.arange(8) < 3)[:, None]
-        self.y += np.random.default_rng(5).standard_normal((8, 60))
-        self.library = {
-            "shake": (effect("shake", 0.02, 0.05, 0.1),),
-            "patch": (effect("patch", 3.0, 9.0),),
-            "wave": (effect("wave", 2.0, 3.0, 5.0),),
-        }
-
-    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return self.library
-
-    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        points, x = jobs.points[jobs.point], self.x[jobs.window]
-        size = dict(zip(hypothesis.names, points[:, 1:].T, strict=True))
-        rate = size.get("shake", np.zeros(len(points)))[:, None]
-        made = 0.1 * points[:, :1] + 4.0 * np.sin(5.0 * (1.0 + rate) * x + jobs.states)
-        if "patch" in size:
-            made = made + size["patch"][:, None] * self.patch[jobs.window]
-        if "wave" in size:
-            made = made + size["wave"][:, None] * np.sin(5.0 * x + 2.0)
-        return made - self.y[jobs.window]
-
-    def local_count(self, hypothesis: Hypothesis) -> int:
-        return 1
-
-    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
-        return np.linspace(-np.pi, np.pi, 13)[:, None]
-
-
-def base(model: Shaken) -> Point:
-    problem = Problem(model, NONE)
-    return problem.searched(problem.point(np.zeros(1), np.zeros((8, 1))))
-
-
-@pytest.mark.parametrize("judged", [True, False])
-def test_the_worst_windows_see_what_the_linearisation_overlooks(judged: bool, monkeypatch) -> None:
-    if not judged:
-        monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [s.promised for s in starts])
-    model = Shaken(0.1, 0.0)
-    found = race(model, base(model), [h for of in model.library.values() for h in of], Criteria(fits=1))
-    assert (found[0].hypothesis.name == "shake") == judged
-
-
-@pytest.mark.parametrize("judged", [True, False])
-def test_the_linearisation_sees_what_spares_the_worst_windows(judged: bool, monkeypatch) -> None:
-    if not judged:
-        monkeypatch.setattr(racing, "_promised", lambda start: 0.0)
-        monkeypatch.setattr(racing, "_in_turns", lambda a, b: list(a)[:1])
-    model = Shaken(0.0, 5.0, spoilt=20.0)
-    found = race(model, base(model), [h for of in model.library.values() for h in of], Criteria(fits=2))
-    assert (found[0].hypothesis.name == "patch") == judged
-
-
-@pytest.mark.parametrize(
-    ("value", "ladder", "expected"),
-    [
-        (2.0, [1.0, 2.0, 8.0], [2.0**0.5, 4.0]),
-        (0.0, [-1.0, 0.0, 1.0], [-0.5, 0.5]),
-        (8.0, [1.0, 2.0, 8.0], [4.0]),
-        (3.0, [3.0], [3.0 * 0.5**0.5, 3.0 * 2.0**0.5]),
-        (8.0 * (1.0 - 1e-15), [1.0, 2.0, 8.0], [4.0]),
-    ],
-)
-def test_proposals_lie_halfway_to_the_neighbours(value: float, ladder: list, expected: list) -> None:
-    assert neighbours(value, ladder) == pytest.approx(expected)
-
-
-class Waves(Stateless):
-    """y = 5 sin(rate x) in 4 windows of 50 samples, noise 1; the library's list of rates has a gap at the true one."""
-
-    def __init__(self, rate: float) -> None:
-        self.parameters = (Parameter("offset", "-", 0.0, 0.1, known=True),)
-        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
-        self.x = np.linspace(0.0, 10.0, 200).reshape(4, 50)
-        self.y = 5.0 * np.sin(rate * self.x) + np.random.default_rng(4).standard_normal((4, 50))
-        rates = Parameter("wave.rate", "rad/s", 2.0, 1.0, 0.5, 20.0)
-        self.wave = Hypothesis("wave", (rates,), {}, ((2.0,), (4.2,), (8.0,)))
-
-    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        points = jobs.points[jobs.point]
-        made = 0.1 * points[:, :1] - self.y[jobs.window]
-        if hypothesis.parameters:
-            rate = np.array([self.wave.parameters[0].value(z) for z in points[:, 1]])
-            made = made + 5.0 * np.sin(rate[:, None] * self.x[jobs.window])
-        return made
-
-
-@pytest.mark.parametrize("proposes", [True, False])
-def test_a_place_in_a_gap_of_the_list_is_found_by_proposals(proposes: bool, monkeypatch) -> None:
-    if not proposes:
-        monkeypatch.setattr(racing, "_proposals", lambda around, leader: [])
-    model = Waves(2.9)
-    start = Problem(model, NONE).point(np.zeros(1), np.zeros((4, 0)))
-    (place,) = race(model, start, [model.wave], Criteria())
-    assert (place.level(model) < 1.2) == proposes
-
-
-def test_a_race_whose_time_is_over_fits_one_start() -> None:
-    model = Chord({"tone": 10.0}, 5)
-    base = Problem(model, NONE).point(np.zeros(1), np.zeros((8, 0)))
-    effects = [h for hypotheses in model.hypotheses().values() for h in hypotheses]
-    for in_time, count in ((lambda: True, len(effects)), (lambda: False, 1)):
-        assert len(race(model, base, effects, Criteria(), in_time=in_time)) == count
-
-
-@pytest.mark.parametrize("wide", [True, False])
-def test_before_it_gives_up_the_search_fits_effects_from_sizes_apart(wide: bool, monkeypatch) -> None:
-    """Both judges of a race prefer the largest rate, and the smallest is right."""
-    much = 1.0 if wide else 1e9
-    monkeypatch.setattr(racing, "_proposals", lambda around, leader: [])
-    monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [-start.values[0] for start in starts])
-    monkeypatch.setattr(racing, "_promised", lambda start: -start.values[0])
-    model = Waves(2.0)
-    monkeypatch.setattr(model, "hypotheses", lambda residual=None: {"wave": (model.wave,)}, raising=False)
-    found = Search(model, Criteria(margin=4.0, fits=1, much=much)).run().best
-    assert (found.name == "wave") == wide and (found.place.level(model) < 1.2) == wide
-
-
-@pytest.mark.parametrize("restarts", [True, False])
-def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch) -> None:
-    if not restarts:
-        monkeypatch.setattr(Search, "_restarted", lambda self, fitted: fitted)
-    model = Bent(9.0)
-    monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
-    found = Search(model, Criteria(margin=4.0)).run().best.place
-    assert (found.level(model) < 3.3) == restarts
-
-
-def test_all_rivals_begin_anew(monkeypatch) -> None:
-    """The best of a race stands before the right one, which is stuck."""
-    model = Bent(9.0)
-    beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
-    monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
-    search = Search(model, Criteria(margin=4.0))
-    first, second = search._added(search.fits.begun)
-    assert (first.name, second.name) == ("wave", "beat") and first.place.level(model) < 3.3
-
-
-def test_an_effect_begins_anew_from_the_nominal_machine() -> None:
-    """The machine is bent by three standard deviations, from where its own motion, too, does not find back."""
-    model = Bent(9.0, slips=True)
-    place = Problem(model, model.wave).point(np.array([0.0, 3.0, 2.0]), np.zeros((4, 0)))
-    assert restarted(model, place, Criteria()).level(model) < 1.2
-
-
-class Bent(Stateless):
-    """y = 5 sin(rate x) + 4 sin(2 x), noise 1, in 4 windows of 50 samples: fits of the rate stop at the next hill. A
-    machine that `slips` moves by 4 sin((2 + 0.7 slip) x) of its own."""
-
-    def __init__(self, rate: float, slips: bool = False) -> None:
-        self.slips = slips
-        self.parameters = (
-            Parameter("offset", "-", 0.0, 0.1, known=True), Parameter("slip", "-", 0.0, 1.0, known=True),
-        )  # fmt: skip
-        self.counts, self.groups = np.full(4, 50), np.zeros(4, dtype=np.int64)
-        self.x = np.linspace(0.0, 10.0, 200).reshape(4, 50)
-        self.y = 5.0 * np.sin(rate * self.x) + 4.0 * np.sin(2.0 * self.x)
-        self.y += np.random.default_rng(4).standard_normal((4, 50))
-        self.wave = Hypothesis("wave", (Parameter("wave.rate", "rad/s", 0.0, 1.0, 0.0, 20.0),), {}, ((2.0,), (9.1,)))
-        self.beat = Hypothesis("beat", (Parameter("beat.size", "-", 0.0, 1.0),), {}, ((3.0,),))
-
-    def stuck(self) -> Point:
-        problem = Problem(self, self.wave)
-        return problem.point(np.array([0.0, 0.0, 2.0]), np.zeros((4, 0)))
-
-    def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
-        return {"wave": (self.wave,), "beat": (self.beat,)}
-
-    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        points = jobs.points[jobs.point]
-        made = 0.1 * points[:, :1] - self.y[jobs.window]
-        if self.slips:
-            made = made + 4.0 * np.sin((2.0 + 0.7 * points[:, 1:2]) * self.x[jobs.window])
-        if hypothesis.name == "wave":
-            made = made + 5.0 * np.sin(points[:, 2:] * self.x[jobs.window])
-        if hypothesis.name == "beat":
-            made = made + points[:, 2:] * np.sin(2.0 * self.x[jobs.window])
-        return made
