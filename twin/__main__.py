@@ -35,7 +35,7 @@ def bench_of(config: dict[str, Any]) -> Any:
     """
     from twin.make import Bench
 
-    keys = ("machine", "sensor", "records", "held_out", "known", "pulse")
+    keys = ("machine", "sensor", "records", "held_out", "known", "pulse", "check_motion")
     try:
         return Bench(indexer_subject({**{key: config[key] for key in keys}, "measured": config["healthy"]}))
     except IndexerError as error:

@@ -68,7 +68,10 @@ def make_twin(method: str, truth: Truth, work: Path, **more: Any) -> Twin:
         drawing["uncertainty"] = {"table_inertia": _KNOWN, "cam_inertia": _KNOWN, "follower_inertia": _KNOWN} | {
             f"{joint}.{name}": _KNOWN for joint in ("input_joint", "output_joint") for name in ("stiffness", "damping")
         }
-    keys = {"sensor": load_yaml("sensor", "ideal"), "records": None, "held_out": [], "known": {}, "pulse": {}}
+    keys = {
+        "sensor": load_yaml("sensor", "ideal"), "records": None, "held_out": [], "known": {}, "pulse": {},
+        "check_motion": True,
+    }  # fmt: skip
     bench = Bench(indexer_subject({**keys, "machine": drawing, "measured": str(work / "bench")}))
     settings = Settings(faults=FAULTS, **more)
     maker = _Fixed(bench, settings, work / "twin")

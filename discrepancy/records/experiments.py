@@ -76,8 +76,12 @@ class Experiments:
     notes: tuple[str, ...]
 
 
-def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Experiments:
+def experiments(
+    records: Sequence[Record], machine: Machine, sensor: Sensor, *, check_motion: bool = True
+) -> Experiments:
     """Checked experiments of records, divided into those to fit and those to hold out.
+
+    Without `check_motion` a record that looks more like another motion law, or motion share, is taken all the same.
 
     Raises
     ------
@@ -88,7 +92,7 @@ def experiments(records: Sequence[Record], machine: Machine, sensor: Sensor) -> 
     """
     made, notes = [], []
     for record, noise in zip(records, _noises(records), strict=True):
-        experiment, said = _checked(record, machine, sensor, noise)
+        experiment, said = _checked(record, machine, sensor, noise, check_motion)
         made.append(experiment)
         notes += said
     kept = [record.conditions.held_out for record in records]
@@ -165,7 +169,9 @@ def _thinned(record: Record, sensor: Sensor, noise: _Noise) -> tuple[Record, _No
     return dataclasses.replace(record, signal=thin, conditions=conditions), estimate
 
 
-def _checked(record: Record, machine: Machine, sensor: Sensor, noise: _Noise) -> tuple[Experiment, list[str]]:
+def _checked(
+    record: Record, machine: Machine, sensor: Sensor, noise: _Noise, check_motion: bool
+) -> tuple[Experiment, list[str]]:
     measured_at = record.signal.sample_rate
     record, estimate = _thinned(record, sensor, noise)
     signal, stated = record.signal, record.conditions
@@ -199,7 +205,8 @@ def _checked(record: Record, machine: Machine, sensor: Sensor, noise: _Noise) ->
         raise slower
     _check_likeness(record, match, sensor)
     if match.likeness < _ALIKE:
-        _check_motion(record, match, likest_other(signal, machine.reduction * speed, machine, point, sensor))
+        other = likest_other(signal, machine.reduction * speed, machine, point, sensor)
+        notes += _check_motion(record, match, other, check_motion)
     if slower is not None:
         notes.append(f"{record.name} repeats itself only after several cam turns, as a machine may that is shaken hard")
     if record.pulses is None or len(record.pulses) < 2:
@@ -233,14 +240,17 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
         )
 
 
-def _check_motion(record: Record, match: Match, other: tuple[str, float]) -> None:
+def _check_motion(record: Record, match: Match, other: tuple[str, float], refuses: bool) -> list[str]:
     words, likeness = other
-    if 1.0 - likeness < _NEARER * (1.0 - match.likeness):
+    if 1.0 - likeness >= _NEARER * (1.0 - match.likeness):
+        return []
+    both = f"likeness {match.likeness:.3f} in the first orders of the cam and {likeness:.3f} with {words}"
+    if refuses:
         raise SignalError(
-            f"{record.name} must look more like the nominal machine than like one with another motion, got likeness "
-            f"{match.likeness:.3f} in the first orders of the cam and {likeness:.3f} with {words}; correct motion_law "
-            "or motion_share."
+            f"{record.name} must look more like the nominal machine than like one with another motion, got {both}; "
+            "correct motion_law or motion_share, or set check_motion=false if they are right."
         )
+    return [f"{record.name} looks more like a machine with another motion ({both}); the stated one is taken"]
 
 
 def _guess(level: float, sensor: Sensor) -> str:

@@ -11,6 +11,7 @@ from discrepancy.records.machine import nominal_machine
 from discrepancy.records.quality import check_records
 from discrepancy.records.reading import Record, read_records
 from discrepancy.subjects.indexer import IndexerSubject
+from indexer_cli.command import check_flag
 from indexer_cli.job_paths import path_given
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError, refuse
@@ -26,6 +27,7 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
     ParameterError, SignalError, SimulationError
         What keeps the records or the machine from being used, before any fit.
     """
+    check_flag("discrepancy", "check_motion", config["check_motion"])
     machine, uncertainty = nominal_machine(config["machine"])
     sensor = from_mapping(Sensor, config["sensor"], "sensor")
     table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
@@ -33,7 +35,8 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
     records = read_records(_measured(config["measured"]), table, config["known"], pulse, _texts("held_out", config))
     check_records(records, machine)
     sensor = _with_radius(sensor, records)
-    return IndexerSubject(machine, sensor, experiments(records, machine, sensor), uncertainty)
+    given = experiments(records, machine, sensor, check_motion=config["check_motion"])
+    return IndexerSubject(machine, sensor, given, uncertainty)
 
 
 def _measured(given: Any) -> str | Sequence[str]:

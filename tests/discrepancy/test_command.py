@@ -22,6 +22,7 @@ def run(run_command):
         (["measured=gone", "out=x", "machine=gone.yaml"], "There is no machine preset or YAML file 'gone.yaml'"),
         (["measured=gone", "out=x", "seed=-1"], "seed must be a whole number >= 0"),
         (["measured=gone", "out=x", "seconds=-1"], "seconds must be"),
+        (["measured=gone", "out=x", "check_motion=maybe"], "check_motion must be true or false, got 'maybe'"),
         (["measured=gone"], "out must be given"),
     ],
 )
