@@ -34,6 +34,9 @@ _BURSTS = np.geomspace(8.0, 90.0, 24)
 _MOST = 12
 """Bursts that are looked at, in all records."""
 
+_OWN = 0.1
+"""ln of a frequency over the table's own up to which the two are one: frequencies are looked at that far apart."""
+
 _TURN = 2.0 * math.pi
 
 
@@ -172,7 +175,8 @@ class Scan:
 
     # ---- bursts
     def _bursts(self, before: np.ndarray, residue: Residue) -> list[Form]:
-        """Blows to the floor: what rings at one frequency after some moments, and falls asleep."""
+        """Blows: what rings at one frequency after some moments, and falls asleep. As the table rings by itself it is
+        the table that was hit."""
         best: tuple[float, list[tuple[int, int]], float, float] = (0.0, [], 0.0, 0.0)
         moments = math.log(float(self.laid.inside.sum()))
         high = 0.4 / float(self.laid.step.max())
@@ -195,7 +199,10 @@ class Scan:
             part = np.zeros((*inside.shape, 2))
             part[inside] = np.stack([fading * np.cos(angle), fading * np.sin(angle)], axis=1)
             columns[mine, :, 2 * k : 2 * k + 2] = part
-        return [Form("base", "time", f"blows to the base, which rings at {f:.2g} Hz", residue.clean(columns), price)]
+        machine = self.setting.machine
+        own = math.sqrt(machine.output_joint.stiffness / machine.table_inertia) / _TURN
+        where, hit = ("output", "table") if abs(math.log(f / own)) < _OWN else ("base", "base")
+        return [Form(where, "time", f"blows to the {hit}, which rings at {f:.2g} Hz", residue.clean(columns), price)]
 
     def _rung(
         self, before: np.ndarray, residue: Residue, frequency: float, damping: float, moments: float

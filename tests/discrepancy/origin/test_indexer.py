@@ -162,6 +162,11 @@ def blows(scene: Scene) -> np.ndarray:
     return out
 
 
+def jams(scene: Scene) -> np.ndarray:
+    """Chips that get into the table's bearing for 20 ms."""
+    return scene.at(sum((np.abs(scene.time - moment) < 0.01).astype(float) for moment in (1.3, 4.1, 6.6)), "table")
+
+
 def whipping_cable(scene: Scene) -> np.ndarray:
     return scene.resonance(55.0, 0.04, 2)
 
@@ -181,6 +186,7 @@ def rocking_floor(scene: Scene) -> np.ndarray:
         (inverter, "input", ("frequency",)),
         (loose_plug, "sensor", ("time",)),
         (blows, "base", ("time",)),
+        (jams, "output", ("time",)),
         (rocking_floor, "base", ("station",)),
     ],
 )
