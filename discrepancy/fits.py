@@ -38,6 +38,7 @@ class Fits:
         # kept with the set itself, so that no other one takes its identity
         self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
         self._whole: dict[int, tuple[Fitted, Fitted]] = {}
+        self._careful: dict[int, tuple[Fitted, Point]] = {}
 
     @functools.cached_property
     def begun(self) -> Fitted:
@@ -62,9 +63,12 @@ class Fits:
 
     def careful(self, fitted: Fitted) -> Point:
         """A set's place where what is known of the machine has the weight that it has in a race."""
-        problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
-        place = problem.adopted(fitted.place)
-        return fit(problem, place, steps=_SHORT).place if fitted.effects else place
+        if id(fitted) not in self._careful:
+            problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
+            place = problem.adopted(fitted.place)
+            place = fit(problem, place, steps=_SHORT).place if fitted.effects else place
+            self._careful[id(fitted)] = fitted, place
+        return self._careful[id(fitted)][1]
 
     def own(self, place: Point) -> Point:
         """A place of a race with the cost that it has outside, where priors have their own weight."""

@@ -13,6 +13,7 @@ import logging
 import math
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from discrepancy.criteria import Criteria
 from discrepancy.fits import Fits
@@ -33,6 +34,32 @@ _FOR_SEARCH = 0.5
 """Share of the time given after which no further fit begins: the one under way and the judgement take the rest."""
 
 
+@dataclass(frozen=True, eq=False)
+class Race:
+    """What a race found.
+
+    Attributes
+    ----------
+    start : float
+        Cost of the set without one more effect.
+    places : list of Point
+        The best place of each effect that leads, best first, their costs like the start's: what is known of the machine
+        weighs as in a race. With its own weight the machine takes up most of what is missing, whatever stands beside
+        it.
+    """
+
+    start: float
+    places: list[Point]
+
+    def without(self, name: str) -> Race:
+        """The same but for one effect."""
+        return Race(self.start, [place for place in self.places if place.hypothesis.names[-1] != name])
+
+    def rival(self, place: Point, leading: float) -> bool:
+        """Whether a place wins half of what one that costs `leading` does."""
+        return self.start - place.cost >= _HALF_WAY * (self.start - leading)
+
+
 class Search:
     """Floating selection on one model's records.
 
@@ -46,7 +73,7 @@ class Search:
     def __init__(self, model: Model, criteria: Criteria) -> None:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
         self.fits = Fits(model, self.model)
-        self._races: dict[tuple[str, str], list[Point]] = {}
+        self._races: dict[tuple[str, str], Race] = {}
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
         self._end = time.process_time() + _FOR_SEARCH * given
@@ -135,7 +162,7 @@ class Search:
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
         that win something and leave much, begin anew."""
-        found = self._finished(current, self._raced(current, wide=wide), None)
+        found = self._finished(self._raced(current, wide=wide))
         if not found or not self._leaves(found[0], self.criteria.much):
             return found
         if wide or self.wins(found[0], current, _HALF_WAY):
@@ -148,39 +175,33 @@ class Search:
         place = self.fits.own(restarted(self.model, fitted.place, self.criteria))
         return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 
-    def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> list[Point]:
+    def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> Race:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
-        `instead` of one: the best place of each that leads the race, best first."""
+        `instead` of one."""
         key = key_of(base.place.hypothesis)
         known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
         if known is None:
             careful = self.fits.careful(base)
             library = self._listed(careful)
-            leaders = {place.hypothesis.names[-1] for places in self._races.values() for place in places}
+            leaders = {place.hypothesis.names[-1] for known in self._races.values() for place in known.places}
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}
             others = [h for name in asked if name not in own for h in library[name]]
-            known = self._races[key, instead] = race(
-                self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time
-            )
-        return [place for place in known if place.hypothesis.names[-1] != instead]
+            places = race(self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time)
+            known = self._races[key, instead] = Race(careful.cost, places)
+        return known.without(instead)
 
-    def _finished(self, base: Fitted, places: Sequence[Point], best: Fitted | None) -> list[Fitted]:
-        """The leading places of a race fitted to the end, best first; those that, after their few steps, win less than
-        half of what the best set wins over the base are no rivals."""
+    def _finished(self, raced: Race, best: Fitted | None = None) -> list[Fitted]:
+        """The leading places of a race fitted to the end, best first; those that win less than half of what the leading
+        one does, or a set that is known, are no rivals."""
+        known = [self.fits.careful(best)] if best else []
+        leading = min((place.cost for place in (*raced.places[:1], *known)), default=math.inf)
         found: list[Fitted] = []
-        for place in places[: self.criteria.rivals]:
-            against = best or next(iter(found), None)
-            if against is not None and not (self.in_time() and self._rivals(place, against, base)):
+        for place in raced.places[: self.criteria.rivals]:
+            if (best or found) and not (self.in_time() and raced.rival(place, leading)):
                 continue
             found = self._ranked([*found, self.fits.fit(place)])
         return found
-
-    def _rivals(self, place: Point, best: Fitted, base: Fitted) -> bool:
-        """Whether a place of a race wins half of what the best set does."""
-        raced = Fitted(place, False, self.fits.price(place.hypothesis), best.dispersion)
-        own, least, most = scores((raced, best, base), self.model)
-        return most - own >= _HALF_WAY * (most - least)
 
     def _floated(self, fitted: Fitted) -> Fitted:
         """The set after what it does not need is dropped and what does worse than another effect is exchanged, until
@@ -209,7 +230,7 @@ class Search:
         effect, base = fitted.effects[k], self.fits.without(fitted, k)
         if not self.in_time():
             return ()
-        found = self._finished(base, self._raced(base, effect.name), fitted)
+        found = self._finished(self._raced(base, effect.name), fitted)
         near = (more_than(one, base) for one in found if not self.wins(fitted, one))
         names = {*base.place.hypothesis.names, *self._barred, *near}
         alikes = [name for name in effect.alike if alike and name not in names]
