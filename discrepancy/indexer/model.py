@@ -198,8 +198,8 @@ class IndexerModel(Model):
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
-        sensors, number_of = numbered([sensor for _, sensor in extended], self.sensor)
-        sensor_of = number_of[jobs.point]
+        clock = self._of_records.value("clock", jobs.points[jobs.point], self.windows.record[jobs.window])
+        sensors, sensor_of = numbered([sensor for _, sensor in extended], self.sensor, jobs.point, clock)
         for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
                 # one sensor's jobs stand side by side

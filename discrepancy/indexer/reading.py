@@ -29,19 +29,36 @@ def has_filters(sensor: Sensor) -> bool:
     return sensor.bracket_hz is not None or sensor.lowpass_hz is not None
 
 
-@functools.lru_cache(maxsize=64)
+def by_clock(sensor: Sensor, fast: float) -> Sensor:
+    """A sensor with its filters as a clock sees them whose rate is higher by so much, relatively, than it says."""
+    if not has_filters(sensor) or fast == 0.0:
+        return sensor
+    seen = {name: getattr(sensor, name) for name in ("bracket_hz", "lowpass_hz")}
+    return dataclasses.replace(sensor, **{name: hz / (1.0 + fast) for name, hz in seen.items() if hz is not None})
+
+
+@functools.lru_cache(maxsize=256)
 def _designed(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
     """The same: to design them takes as long as to filter ten windows."""
     return tuple(sensor.sections(sample_rate))
 
 
-def numbered(sensors: Sequence[Sensor], usual: Sensor) -> tuple[list[Sensor], np.ndarray]:
-    """The different ones among sensors (p,), and the number of each one's among them (p,)."""
+def numbered(
+    sensors: Sequence[Sensor], usual: Sensor, point: np.ndarray, clock: np.ndarray
+) -> tuple[list[Sensor], np.ndarray]:
+    """The different ones among sensors (p,) of points as the records' clocks see them, and the number of each job's.
+
+    `point` and `clock` (n,) are a job's point, and by how much its record's rate is higher than stated, relatively.
+    """
     numbers: dict[Sensor | None, int] = {}
     # to hash a sensor takes as long as to read a window, and most are the usual one itself
     own = (None if sensor is usual else sensor for sensor in sensors)
-    found = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])
-    return [sensor or usual for sensor in numbers], found
+    number = np.array([numbers.setdefault(sensor, len(numbers)) for sensor in own])[point]
+    different = [sensor or usual for sensor in numbers]
+    if not any(has_filters(sensor) for sensor in different):
+        return different, number
+    pairs, number = np.unique(np.stack([number, clock]), axis=1, return_inverse=True)
+    return [by_clock(different[int(k)], fast) for k, fast in pairs.T.tolist()], number.ravel()
 
 
 def bounded(rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
