@@ -227,3 +227,23 @@ def test_a_search_keeps_the_rate_for_which_the_filters_of_a_sensor_are_designed(
 
 def states(model: IndexerModel) -> np.ndarray:
     return np.zeros((len(model.counts), model.local_count(NONE)))
+
+
+@pytest.mark.parametrize("effect", ["sensor.bracket_resonance", "sensor.lowpass"])
+def test_filters_are_seen_by_the_records_clock(effect: str) -> None:
+    """A clock found to be 0.3 % fast is the same as a rate and a speed stated so much higher."""
+    fast, values = 1.003, np.sin(0.1 * np.arange(8200.0))
+    models = []
+    for rate in (1.0, fast):
+        signal = Signal(values, rate * 1000.0, unit="rad/s^2")
+        point = OperatingPoint(motor_speed=rate * OperatingPoint().motor_speed)
+        models.append(IndexerModel(load_machine("reference"), [Experiment(signal, point, noise=1.0)]))
+    rows = []
+    for model, clock in zip(models, (fast - 1.0, 0.0), strict=True):
+        parameters = [p.coordinate(clock if p.name.endswith("clock") else p.nominal) for p in model.parameters]
+        law = model.hypotheses()[effect][0]
+        size = {"sensor.bracket_resonance": (6e-6, 0.03), "sensor.lowpass": (4e-3,)}[effect]
+        z = np.concatenate([parameters, law.coordinates(size)])[None]
+        jobs = Jobs(z, np.zeros(len(model.counts), dtype=int), np.arange(len(model.counts)), states(model))
+        rows.append(model.residuals(law, jobs))
+    np.testing.assert_allclose(rows[0], rows[1], atol=1e-6 * np.abs(rows[1]).max())
