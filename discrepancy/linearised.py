@@ -50,9 +50,9 @@ class Start:
         return np.array([np.searchsorted(sorted(set(column)), v - 1e-9 * abs(v)) for column, v in pairs])
 
     def smaller(self, other: Start) -> bool:
-        """Whether its size lies between that of another one and none."""
+        """Whether it differs from another one in size alone, or little else, and lies between that and none."""
         own, size = self.values[0], other.values[0]
-        return 0.0 <= own * size < size**2
+        return 0.0 <= own * size < size**2 and bool((np.abs(self.rungs - other.rungs)[1:] <= 1).all())
 
     def beside(self, other: Start) -> bool:
         """Whether two starts stand side by side in every list of one effect."""

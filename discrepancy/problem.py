@@ -63,7 +63,8 @@ class Problem:
         self.movable[list(held)] = False
         self.known = np.array([p.known for p in self.parameters])
         self.of_machine = ~np.array([p.of_record for p in self.parameters])
-        self.precision = self.known * np.where(self.of_machine, caution, 1.0)
+        # a play that is held while starts race costs what it costs in the end, so that sets held elsewhere compare
+        self.precision = self.known * np.where(self.of_machine & ~np.array(fixed), caution, 1.0)
         bounds = np.array([p.bounds for p in self.parameters])
         self.low, self.high = bounds[:, 0], bounds[:, 1]
         self.all = np.arange(len(model.counts))

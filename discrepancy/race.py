@@ -53,8 +53,8 @@ def race(
     `in_time`, of those that have been fitted until then, one at least.
 
     A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart. It finds
-    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right. Sizes
-    next to nothing, which promise nearly what none does, are no starts.
+    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right. Next
+    to nothing all promise as much as none, so that sizes below the most promising one say nothing new.
     """
     around = Linearised(model, base, CAUTION)
     worst = np.argsort(-base.squares / model.counts)[: criteria.windows]

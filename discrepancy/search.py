@@ -26,8 +26,11 @@ from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
 _log = logging.getLogger(__name__)
 
 _HALF_WAY = 0.5
-"""Share of the best effect's gain below which another one, after its few steps in the race, is no rival; and of the
-margin below which a set that was fitted to the end is not worth a better start."""
+"""Share of the margin below which a set that was fitted to the end is not worth a better start."""
+
+_HALF = 0.5
+"""Share of what the leading effect wins in a race below which another one is no rival; and of what is left that an
+effect must close so that no wide race looks for a better one."""
 
 
 _FOR_SEARCH = 0.5
@@ -51,13 +54,25 @@ class Race:
     start: float
     places: list[Point]
 
+    @property
+    def names(self) -> list[str]:
+        """The effects that lead."""
+        return [place.hypothesis.names[-1] for place in self.places]
+
+    def beside(self, other: Race) -> Race:
+        """The best place of each effect of two races from one start."""
+        best: dict[str, Point] = {}
+        for place in sorted((*self.places, *other.places), key=lambda place: place.cost):
+            best.setdefault(place.hypothesis.names[-1], place)
+        return Race(self.start, list(best.values()))
+
     def without(self, name: str) -> Race:
         """The same but for one effect."""
         return Race(self.start, [place for place in self.places if place.hypothesis.names[-1] != name])
 
     def rival(self, place: Point, leading: float) -> bool:
         """Whether a place wins half of what one that costs `leading` does."""
-        return self.start - place.cost >= _HALF_WAY * (self.start - leading)
+        return self.start - place.cost >= _HALF * (self.start - leading)
 
 
 class Search:
@@ -87,9 +102,11 @@ class Search:
         while self.in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
             tried = self._added(current)
             grown = self._grown(current, tried)
-            if self._leaves(current, self.criteria.much) and not self._closes_half(grown, current):
-                tried = self._ranked([*tried, *self._added(current, wide=True)])
-                grown = self._grown(current, tried)
+            hard = self._leaves(current, self.criteria.much) and not self._closes_half(grown, current)
+            if hard and self.in_time():
+                tried = self._of_each([*tried, *self._added(current, wide=True)])
+                other = self._grown(current, tried)
+                grown = self._ranked([grown, other])[0] if other is not current else grown
             _log.debug("%s: %s after %s", current.name, grown.name, ", ".join(one.effects[-1].name for one in tried))
             if grown is current:
                 break
@@ -144,10 +161,11 @@ class Search:
         return fitted.place.level(self.model) ** 2 / self.model.tolerated - 1.0 >= least
 
     def _closes_half(self, grown: Fitted, current: Fitted) -> bool:
-        """Whether a set leaves less than half of what another leaves above the noise."""
-        noise = self.model.tolerated
-        left, before = (one.place.level(self.model) ** 2 / noise - 1.0 for one in (grown, current))
-        return left < _HALF_WAY * before
+        """Whether a set leaves less than half of what another leaves above the noise, what is known of the machine
+        weighing as in a race: with its own weight the machine takes up most of what is missing."""
+        levels = (self.fits.careful(one).level(self.model) for one in (grown, current))
+        left, before = (level**2 / self.model.tolerated - 1.0 for level in levels)
+        return left < _HALF * before
 
     def wins(self, one: Fitted, other: Fitted, share: float = 1.0) -> bool:
         """Whether a set is better than another by the margin, or by a share of it."""
@@ -158,6 +176,13 @@ class Search:
         """Sets by their scores, the best first."""
         by_score = dict(zip(sets, scores(sets, self.model), strict=True)) if sets else {}
         return sorted(by_score, key=by_score.__getitem__)
+
+    def _of_each(self, sets: Sequence[Fitted]) -> list[Fitted]:
+        """Sets by their scores, the best first, the best of each alone."""
+        best: dict[str, Fitted] = {}
+        for one in self._ranked(sets):
+            best.setdefault(key_of(one.place.hypothesis), one)
+        return list(best.values())
 
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
@@ -183,12 +208,14 @@ class Search:
         if known is None:
             careful = self.fits.careful(base)
             library = self._listed(careful)
-            leaders = {place.hypothesis.names[-1] for known in self._races.values() for place in known.places}
+            leaders = {name for known in self._races.values() for name in known.names[: self.criteria.fits]}
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}
             others = [h for name in asked if name not in own for h in library[name]]
             places = race(self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time)
-            known = self._races[key, instead] = Race(careful.cost, places)
+            known = Race(careful.cost, places)
+            before = self._races.get((key, instead))
+            self._races[key, instead] = known if before is None else known.beside(before)
         return known.without(instead)
 
     def _finished(self, raced: Race, best: Fitted | None = None) -> list[Fitted]:

@@ -13,9 +13,10 @@ from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.windows import cut
-from discrepancy.records.experiments import Experiments, experiments
+from discrepancy.records.experiments import INSIST, Experiments, experiments
 from discrepancy.records.reading import Record
 from indexer_env.effects import EFFECTS
+from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
@@ -76,7 +77,10 @@ def checked(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Expe
     """The records as experiments of this machine, the second half of each held out; raises a sentence where they are
     none. Their start angles must be known."""
     halves = [half for record in records for half in _halves(record, machine)]
-    return experiments(halves, machine, sensor)
+    try:
+        return experiments(halves, machine, sensor)
+    except SignalError as error:
+        raise SignalError(str(error).replace(INSIST, "")) from None
 
 
 def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:

@@ -199,7 +199,7 @@ class IndexerModel(Model):
         a window's end, and its sum of squares (k,)."""
         extended = self._extended(hypothesis, jobs.points)
         clock = self._of_records.value("clock", jobs.points[jobs.point], self.windows.record[jobs.window])
-        sensors, sensor_of = numbered([sensor for _, sensor in extended], self.sensor, jobs.point, clock)
+        sensors, sensor_of = numbered([s for _, s in extended], self.sensor, jobs.point, clock, self.sample_rate)
         for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
                 # one sensor's jobs stand side by side

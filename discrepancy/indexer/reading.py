@@ -10,10 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.indexer.nuisance import without_nuisance
+from indexer_env.filters import BRACKET_LIMIT
 from indexer_env.sensors import Sensor
 
 ReadAs = Callable[[Sensor, np.ndarray, np.ndarray], np.ndarray]
 """Sensor, true accelerations (k, samples), windows (k,) -> what is read of them."""
+
+_BELOW = 1.0 - 1e-6
+"""Share of the highest frequency of a filter up to which a clock may move one."""
 
 _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
@@ -29,12 +33,17 @@ def has_filters(sensor: Sensor) -> bool:
     return sensor.bracket_hz is not None or sensor.lowpass_hz is not None
 
 
-def by_clock(sensor: Sensor, fast: float) -> Sensor:
-    """A sensor with its filters as a clock sees them whose rate is higher by so much, relatively, than it says."""
+def by_clock(sensor: Sensor, fast: float, rate: float) -> Sensor:
+    """A sensor with its filters as a clock sees them whose rate is higher by so much, relatively, than the stated one
+    [Hz]; a frequency at the very limit of that rate stays there."""
     if not has_filters(sensor) or fast == 0.0:
         return sensor
-    seen = {name: getattr(sensor, name) for name in ("bracket_hz", "lowpass_hz")}
-    return dataclasses.replace(sensor, **{name: hz / (1.0 + fast) for name, hz in seen.items() if hz is not None})
+    seen = {}
+    for name, limit in (("bracket_hz", BRACKET_LIMIT), ("lowpass_hz", 0.5)):
+        hz = getattr(sensor, name)
+        if hz is not None:
+            seen[name] = min(hz / (1.0 + fast), max(hz, _BELOW * limit * rate))
+    return dataclasses.replace(sensor, **seen)
 
 
 @functools.lru_cache(maxsize=256)
@@ -44,11 +53,12 @@ def _designed(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
 
 
 def numbered(
-    sensors: Sequence[Sensor], usual: Sensor, point: np.ndarray, clock: np.ndarray
+    sensors: Sequence[Sensor], usual: Sensor, point: np.ndarray, clock: np.ndarray, rate: float
 ) -> tuple[list[Sensor], np.ndarray]:
     """The different ones among sensors (p,) of points as the records' clocks see them, and the number of each job's.
 
-    `point` and `clock` (n,) are a job's point, and by how much its record's rate is higher than stated, relatively.
+    `point` and `clock` (n,) are a job's point, and by how much its record's rate is higher than the stated `rate` [Hz],
+    relatively.
     """
     numbers: dict[Sensor | None, int] = {}
     # to hash a sensor takes as long as to read a window, and most are the usual one itself
@@ -58,7 +68,7 @@ def numbered(
     if not any(has_filters(sensor) for sensor in different):
         return different, number
     pairs, number = np.unique(np.stack([number, clock]), axis=1, return_inverse=True)
-    return [by_clock(different[int(k)], fast) for k, fast in pairs.T.tolist()], number.ravel()
+    return [by_clock(different[int(k)], fast, rate) for k, fast in pairs.T.tolist()], number.ravel()
 
 
 def bounded(rows: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -13,6 +13,8 @@ from discrepancy.indexer.causes import Setting, forms_of, setting_of
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.origin import Form, Origin, Residue, explained, origin_of
 from discrepancy.place import Point
+from indexer_env.effects.joint import BaseLooseness
+from indexer_env.machine import Machine
 
 _LOW, _HIGH = 5.0, 60.0
 """Hz between which lines are looked for: below, a line is no line over a record; above, a table hardly moves."""
@@ -199,8 +201,7 @@ class Scan:
             part = np.zeros((*inside.shape, 2))
             part[inside] = np.stack([fading * np.cos(angle), fading * np.sin(angle)], axis=1)
             columns[mine, :, 2 * k : 2 * k + 2] = part
-        machine = self.setting.machine
-        own = math.sqrt(machine.output_joint.stiffness / machine.table_inertia) / _TURN
+        own = _own_frequency(self.setting.machine)
         where, hit = ("output", "table") if abs(math.log(f / own)) < _OWN else ("base", "base")
         return [Form(where, "time", f"blows to the {hit}, which rings at {f:.2g} Hz", residue.clean(columns), price)]
 
@@ -229,6 +230,12 @@ class Scan:
                 won[max(0, best - apart) : best + apart] = 0.0
         found = sorted(found, reverse=True)[:_MOST]
         return sum(won for won, _, _ in found), [(record, moment) for _, record, moment in found]
+
+
+def _own_frequency(machine: Machine) -> float:
+    """That of the table on the output joint, and on a loose base in series [Hz]."""
+    loose = [effect.compliance for effect in machine.effects if isinstance(effect, BaseLooseness)]
+    return 1.0 / (_TURN * math.sqrt(machine.table_inertia * (1.0 / machine.output_joint.stiffness + sum(loose))))
 
 
 @functools.lru_cache(maxsize=1024)

@@ -44,6 +44,9 @@ _ALIKE, _NEARER = 0.995, 0.5
 """Below the first another motion law or share may be the record's: one whose likeness falls short of 1 by less than the
 second times as much. Another law makes it 0.95 to 0.992, strong effects 0.98; most leave it above 0.997."""
 
+INSIST = ", or set check_motion=false if they are right"
+"""What a command adds to a sentence that takes a record for one of another motion, if it lets a user insist."""
+
 _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
 
@@ -248,7 +251,7 @@ def _check_motion(record: Record, match: Match, other: tuple[str, float], refuse
     if refuses:
         raise SignalError(
             f"{record.name} must look more like the nominal machine than like one with another motion, got {both}; "
-            "correct motion_law or motion_share, or set check_motion=false if they are right."
+            f"correct motion_law or motion_share{INSIST}."
         )
     return [f"{record.name} looks more like a machine with another motion ({both}); the stated one is taken"]
 

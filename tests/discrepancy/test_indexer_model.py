@@ -10,6 +10,7 @@ from discrepancy.fit import fit
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.advance import steps_per_sample
 from discrepancy.indexer.parameters import read, torque_power
+from discrepancy.indexer.reading import by_clock, numbered
 from discrepancy.model import NONE, Jobs, together
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
@@ -247,3 +248,17 @@ def test_filters_are_seen_by_the_records_clock(effect: str) -> None:
         jobs = Jobs(z, np.zeros(len(model.counts), dtype=int), np.arange(len(model.counts)), states(model))
         rows.append(model.residuals(law, jobs))
     np.testing.assert_allclose(rows[0], rows[1], atol=1e-6 * np.abs(rows[1]).max())
+
+
+def test_jobs_in_any_order_get_the_sensor_of_their_own_point_and_clock() -> None:
+    usual, slow = Sensor(), Sensor(lowpass_hz=50.0)
+    point, clock = np.array([1, 0, 1, 1, 0]), np.array([0.003, 0.003, 0.0, 0.003, 0.0])
+    sensors, number = numbered([usual, slow], usual, point, clock, 1000.0)
+    seen = [sensors[k].lowpass_hz for k in number]
+    assert seen == pytest.approx([50.0 / 1.003, None, 50.0, 50.0 / 1.003, None])
+
+
+def test_a_filter_at_the_limit_of_the_rate_stays_below_it() -> None:
+    seen = by_clock(Sensor(lowpass_hz=498.0), -0.006, 1000.0)
+    assert seen.lowpass_hz is not None and 499.9 < seen.lowpass_hz < 500.0
+    assert seen.sections(1000.0)

@@ -182,6 +182,16 @@ def test_a_wide_race_begins_at_no_size_below_the_most_promising_one() -> None:
     assert sizes_of(racing._apart(promising(1.2, 1.1, 1.0, 2.0, 3.0, 9.0, 20.0))) == [4.0, 16.0, 64.0]
 
 
+def test_a_smaller_size_elsewhere_is_a_start_of_its_own() -> None:
+    """Sizes 1 and 4 at two phases far apart: the smaller one is nearer to nothing only at the phase of the other."""
+    size, phase = Parameter("wave.size", "N", 0.0, 1.0), Parameter("wave.phase", "rad", 0.0, 1.0)
+    places = tuple((size, phase) for size in (1.0, 2.0, 4.0) for phase in (0.0, 1.0, 2.0, 3.0))
+    wave = Hypothesis("wave", (size, phase), {}, places)
+    nowhere = Problem(Chord({}, 5), NONE).point(np.zeros(1), np.zeros((8, 0)))
+    large, same, other = (Start(wave, values, nowhere, 1.0) for values in ((4.0, 0.0), (1.0, 0.0), (1.0, 3.0)))
+    assert same.smaller(large) and not other.smaller(large) and not large.smaller(same)
+
+
 def test_an_effect_begins_anew_at_no_size_below_the_most_promising_one(monkeypatch) -> None:
     starts, begun = promising(1.1, 1.0, 3.0, 2.0), []
     monkeypatch.setattr(racing.Linearised, "starts", lambda self, effect, values: starts)
