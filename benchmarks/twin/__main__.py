@@ -3,9 +3,11 @@
 For each machine a bench is written, the twin made of it as a user would, and records of all combinations of crack,
 loose base and play of any size diagnosed, a few also by physics; further records have a fault that is in no table. The
 paper's network is asked beside, taught on the same turns. Physics is also asked about all records that networks and
-synthesis misname. Other rows are asked for by methods=twin,oracle,nominal,point,unextended,transfer: the true machine,
-machines of the drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks, and a network of the
-drawing that goes on learning from labelled records of the machine.
+synthesis misname: a row of records chosen by that, which tells how many of them it mends and no share of all.
+
+Other rows are asked for by methods=twin,oracle,nominal,point,unextended,transfer: the true machine, machines of the
+drawing ±10 % without a fit, no posterior, nothing added that the drawing lacks, and a network of the drawing that goes
+on learning from labelled records of the machine.
 
 Records of the truth go to OUT/truth and rows to OUT/rows, a file for each machine and method; a run that was stopped
 goes on where it was, and only=0,1 makes a part of it. The table holds all rows that are there.
