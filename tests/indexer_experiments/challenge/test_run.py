@@ -162,7 +162,8 @@ def test_what_the_first_look_misses_is_found(play: str, number: int, name: str, 
     """Seed 900. The height of a profile error looks alike with the other sign beside it; a transmission error shakes
     the cam in its play, so the linearisation ranks it last but five, and a ripple of its order is the same motion."""
     case = solve_case(Order(88, 900, "single", play, gap=(3.0, 10.0)), number)
-    assert (case["names"], case["alike"]) == ([name], alike), case["reason"]
+    # of equal motions either may be told first
+    assert len(case["names"]) == 1 and case["names"][0] in (name, *alike) and case["alike"] == alike, case["reason"]
     assert case["outcome"] == ("ambiguous" if len(alike) > 1 else "right")
 
 
