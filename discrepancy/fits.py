@@ -35,10 +35,10 @@ class Fits:
         self.whole, self.model = whole, model
         self._library = model.hypotheses()
         self._best: dict[str, Fitted] = {}
-        # kept with the set itself, so that no other one takes its identity
-        self._smaller: dict[tuple[int, int], tuple[Fitted, Fitted]] = {}
-        self._whole: dict[int, tuple[Fitted, Fitted]] = {}
-        self._careful: dict[int, tuple[Fitted, Point]] = {}
+        # a fitted set is its own key, by identity
+        self._smaller: dict[tuple[Fitted, int], Fitted] = {}
+        self._whole: dict[Fitted, Fitted] = {}
+        self._careful: dict[Fitted, Point] = {}
 
     @functools.cached_property
     def begun(self) -> Fitted:
@@ -63,12 +63,11 @@ class Fits:
 
     def careful(self, fitted: Fitted) -> Point:
         """A set's place where what is known of the machine has the weight that it has in a race."""
-        if id(fitted) not in self._careful:
+        if fitted not in self._careful:
             problem = Problem(self.model, fitted.place.hypothesis, caution=CAUTION)
             place = problem.adopted(fitted.place)
-            place = fit(problem, place, steps=_SHORT).place if fitted.effects else place
-            self._careful[id(fitted)] = fitted, place
-        return self._careful[id(fitted)][1]
+            self._careful[fitted] = fit(problem, place, steps=_SHORT).place if fitted.effects else place
+        return self._careful[fitted]
 
     def own(self, place: Point) -> Point:
         """A place of a race with the cost that it has outside, where priors have their own weight."""
@@ -97,9 +96,9 @@ class Fits:
     def without(self, fitted: Fitted, k: int) -> Fitted:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
         make an effect look needed."""
-        if (id(fitted), k) not in self._smaller:
-            self._smaller[id(fitted), k] = fitted, self._refitted_without(fitted, k)
-        return self._smaller[id(fitted), k][1]
+        if (fitted, k) not in self._smaller:
+            self._smaller[fitted, k] = self._refitted_without(fitted, k)
+        return self._smaller[fitted, k]
 
     def left_out(self, fitted: Fitted, k: int) -> Point:
         """The set's place without its k-th effect, all else as it is but for the windows' start states."""
@@ -124,9 +123,9 @@ class Fits:
         """A set fitted to all windows of all records."""
         if self.whole is self.model:
             return fitted
-        if id(fitted) not in self._whole:
-            self._whole[id(fitted)] = fitted, self._fitted_to_all(fitted)
-        return self._whole[id(fitted)][1]
+        if fitted not in self._whole:
+            self._whole[fitted] = self._fitted_to_all(fitted)
+        return self._whole[fitted]
 
     def _fitted_to_all(self, fitted: Fitted) -> Fitted:
         place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)

@@ -12,7 +12,8 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from discrepancy.linearised import Linearised, Start, neighbours
 from discrepancy.model import Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+
+_T = TypeVar("_T")
 
 CAUTION = 100.0
 """Weight of the machine's priors while starts race: an effect that is missing must not be taken up by the machine."""
@@ -81,13 +84,18 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     problem = Problem(model, base)
     z = np.where(problem.known, 0.0, place.z[: -len(last.parameters)])
     rest = problem.searched(problem.point(z, model.states_for(base, place.states)))
-    of_each: dict[float, Start] = {}
     ranked = sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised)
-    for start in ranked:
-        if not start.smaller(ranked[0]):
-            of_each.setdefault(start.values[0], start)
-    begun = [_unmoved(start, rest) for start in list(of_each.values())[: criteria.fits]]
+    sizes = first_of_each((start for start in ranked if not start.smaller(ranked[0])), lambda start: start.values[0])
+    begun = [_unmoved(start, rest) for start in sizes[: criteria.fits]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
+
+
+def first_of_each(items: Iterable[_T], key: Callable[[_T], Hashable]) -> list[_T]:
+    """The first item of each key, in order."""
+    found: dict[Hashable, _T] = {}
+    for item in items:
+        found.setdefault(key(item), item)
+    return list(found.values())
 
 
 def _unmoved(start: Start, rest: Point) -> Start:
@@ -116,8 +124,8 @@ def _best_of_each(starts: Sequence[Start], count: int) -> list[Start]:
 
 
 def _apart(starts: Sequence[Start]) -> list[Start]:
-    """The most promising starts of each effect, `_WIDE` of them, no two of one choice and of sizes side by side. Of one
-    choice, too, none is smaller than a more promising one."""
+    """The most promising starts of each effect, `_WIDE` of them, no two of one choice and of sizes side by side, and
+    none that is smaller than a more promising one and else like it."""
     found: list[Start] = []
     for start in sorted(starts, key=_promised):
         mine = [other for other in found if other.effect.name == start.effect.name]

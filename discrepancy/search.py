@@ -20,7 +20,7 @@ from discrepancy.fits import Fits
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import race, restarted
+from discrepancy.race import first_of_each, race, restarted
 from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
 
 _log = logging.getLogger(__name__)
@@ -61,10 +61,8 @@ class Race:
 
     def beside(self, other: Race) -> Race:
         """The best place of each effect of two races from one start."""
-        best: dict[str, Point] = {}
-        for place in sorted((*self.places, *other.places), key=lambda place: place.cost):
-            best.setdefault(place.hypothesis.names[-1], place)
-        return Race(self.start, list(best.values()))
+        ranked = sorted((*self.places, *other.places), key=lambda place: place.cost)
+        return Race(self.start, first_of_each(ranked, lambda place: place.hypothesis.names[-1]))
 
     def without(self, name: str) -> Race:
         """The same but for one effect."""
@@ -179,10 +177,7 @@ class Search:
 
     def _of_each(self, sets: Sequence[Fitted]) -> list[Fitted]:
         """Sets by their scores, the best first, the best of each alone."""
-        best: dict[str, Fitted] = {}
-        for one in self._ranked(sets):
-            best.setdefault(key_of(one.place.hypothesis), one)
-        return list(best.values())
+        return first_of_each(self._ranked(sets), lambda one: key_of(one.place.hypothesis))
 
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
@@ -208,7 +203,7 @@ class Search:
         if known is None:
             careful = self.fits.careful(base)
             library = self._listed(careful)
-            leaders = {name for known in self._races.values() for name in known.names[: self.criteria.fits]}
+            leaders = {name for one in self._races.values() for name in one.names[: self.criteria.fits]}
             asked = [name for name in library if name in leaders or not instead]
             own = {instead, *base.place.hypothesis.names, *self._barred}
             others = [h for name in asked if name not in own for h in library[name]]
@@ -268,10 +263,7 @@ class Search:
             asked = [h for name in alikes for h in library.get(name, ())]
             leading = race(self.model, beside, asked, self.criteria, in_time=self.in_time)
             found += [self.fits.fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
-        best: dict[str, Fitted] = {}
-        for one in self._ranked(found):
-            best.setdefault(more_than(one, base), one)
-        return tuple(best.values())
+        return tuple(first_of_each(self._ranked(found), lambda one: more_than(one, base)))
 
     def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:
         """The library, with what stands out of all samples at a place."""

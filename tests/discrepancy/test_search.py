@@ -1,4 +1,4 @@
-"""Stepwise selection and the race for starts: each step is needed by a case that goes wrong without it. Seed 5."""
+"""Stepwise selection: each step is needed by a case that goes wrong without it. Seed 5."""
 
 import time
 from dataclasses import replace
