@@ -42,14 +42,14 @@ def fit_of(model: Model) -> Point:
 
 
 def test_intervals_are_those_of_least_squares_with_priors() -> None:
-    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, and up to a third wider, as nobody knows that the model is
-    right."""
+    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, and up to two fifths wider, as nobody knows that the model
+    is right."""
     model = Line(0.05, np.random.default_rng(8))
     by_z = np.stack([0.1 * model.x.ravel(), model.x.ravel()])
     spread = np.sqrt(np.diag(np.linalg.inv(by_z @ by_z.T + np.eye(2)))) * [0.1, 1.0]
     for estimate, expected in zip(fitted(model).estimates, spread, strict=True):
         told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 3) * expected)
-        assert 0.95 < told < 1.33
+        assert 0.95 < told < 1.4
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
@@ -77,9 +77,9 @@ def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
     estimate = fitted(model).estimates[1]
     told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 39))
     # no less than the spread of the mean tells; what is left is correlated within a window, which counts for less, and
-    # might repeat in all windows
+    # might repeat in all windows, or be taken up by this one parameter
     spread = np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1)
-    assert 0.9 * spread < told < 2.6 * spread
+    assert 0.9 * spread < told < 2.9 * spread
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:
@@ -181,6 +181,30 @@ class Slopes(Stateless):
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         values = [[p.value(z) for p, z in zip(self.parameters, point, strict=True)] for point in jobs.points]
         return np.einsum("jk,kjn->jn", np.array(values)[jobs.point], self.x[:, jobs.window]) - self.y[jobs.window]
+
+
+class Ring(Stateless):
+    """Six numbers known to 0.1, of which each of 60 windows of 25 samples tells the difference of two neighbours: what
+    all have in common follows from what was known alone. All are 0, but the last one seems to be 0.6."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.parameters = tuple(Parameter(name, "m", 0.0, 0.1, known=True) for name in "abcdef")
+        self.counts, self.groups = np.full(60, 25), np.zeros(60, dtype=np.int64)
+        self.y = rng.standard_normal((60, 25)) + 30.0 * np.array([0.0, 0.0, 0.0, 0.0, -0.6, 0.6] * 10)[:, None]
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        values = np.array([[p.value(z) for p, z in zip(self.parameters, point, strict=True)] for point in jobs.points])
+        differences = (values - np.roll(values, -1, axis=1))[jobs.point, jobs.window % 6]
+        return 30.0 * differences[:, None] - self.y[jobs.window]
+
+
+@pytest.mark.parametrize(("odds", "held"), [(0.05, True), (1e-12, False)])
+def test_a_parameter_that_alone_contradicts_what_was_known_does_not_drag_the_others(odds, held, monkeypatch) -> None:
+    """Seed 12: one parameter has taken up what the model lacks. Its own interval holds what was known, too."""
+    monkeypatch.setattr("discrepancy.intervals._BENT", odds)
+    told = fitted(Ring(np.random.default_rng(12))).estimates
+    assert [e.value for e in told] == pytest.approx([*[-0.1] * 5, 0.5], abs=0.01)
+    assert all(e.low <= 0.0 <= e.high for e in told) == held
 
 
 @pytest.mark.parametrize(("low", "high", "shown"), [(0.1, 0.4, True), (-0.1, 0.4, False), (-0.4, -0.1, True)])
