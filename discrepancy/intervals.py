@@ -144,8 +144,8 @@ class Told:
         return found
 
     def _solved(self, dispersion: float, precision: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By linear theory, under D and precisions (g,): the inverse (g, g) of all that is known, 0 where nothing moves,
-        and the step (g,) from the best place to where the fit ended."""
+        """By linear theory, under D and precisions (g,): the inverse (g, g) of all that is known, 0 where nothing
+        moves, and the step (g,) from the best place to where the fit ended."""
         within = np.ix_(self.free, self.free)
         inverse = np.zeros_like(self.information)
         inverse[within] = np.linalg.pinv(self.information[within] / dispersion + np.diag(precision[self.free]))

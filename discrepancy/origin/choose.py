@@ -1,10 +1,10 @@
 """Which cause explains best what a fit has left: sums of few causes, by their evidence.
 
 Each form says: this much may be missing at that joint, varying freely with this variable. The leading ones each begin
-a sum, to which the form that wins most is added while it wins `MARGIN`. The sum of most evidence is the answer, the
-largest of its causes comes first, and the joint and kind of that one is where the remainder comes from. A torque that
-is free at each moment explains whatever there is, and takes part as a sum of its own: it wins where nothing orders the
-remainder.
+a sum, to which the form that wins most is added while it wins `MARGIN`. A sum speaks for the joint and kind of that
+form without which it would lose most, and that of the most probable sum is where the remainder comes from. A torque
+that is free at each moment explains whatever there is, and takes part as a sum of its own: it wins where nothing orders
+the remainder.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MARGIN = 10.0
 _LEADERS, _MOST = 3, 3
 """Causes that begin a sum, and causes of a sum."""
 
-_BLUR = 0.05
+_BLUR = 0.02
 """Share of the best evidence by which a form falls behind another one before it is e times less likely: no form is the
 true law, so that evidence grows with what all of them miss."""
 
@@ -93,7 +93,7 @@ class Origin:
     others : tuple of Place
         All other places, the most probable first.
     beside : tuple of Place
-        Further causes that the records show beside it, the largest first.
+        Further causes that the records show beside it, those first without which most would be lost.
     """
 
     first: Place
@@ -142,9 +142,9 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     evidence = {place: row[0] for place, row in leaders.items()}
     names = {place: row[2].name for place, row in leaders.items()}
     for one in sums:
-        # a cause is as likely as the best sum that it leads
-        largest = one.forms[int(np.argmax(_energies(residue, one)))]
-        evidence[largest.joint, largest.kind] = max(evidence[largest.joint, largest.kind], one.evidence)
+        # a cause is as likely as the best sum that speaks for it
+        form = one.forms[_by_need(residue, one)[0]]
+        evidence[form.joint, form.kind] = max(evidence[form.joint, form.kind], one.evidence)
     for form, won in free:
         if won > evidence.get((form.joint, form.kind), -math.inf):
             evidence[form.joint, form.kind], names[form.joint, form.kind] = won, form.name
@@ -159,9 +159,8 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     whole = max(float(residue.y @ residue.y) - residue.samples * residue.noise, 1e-9)
     beside, share = (), math.nan
     if best is not None and best.evidence >= most:
-        energies = _energies(residue, best)
-        share = min(max(energies) / whole, 1.0)
-        order = np.argsort(energies)[::-1][1:]
+        largest, *order = _by_need(residue, best)
+        share = min(_energies(residue, best)[largest] / whole, 1.0)
         beside = tuple(Place(best.forms[k].joint, best.forms[k].kind, best.forms[k].name, math.nan) for k in order)
     return Origin(first, share, tuple(others), beside)
 
@@ -210,6 +209,13 @@ def _grown(residue: Residue, first: _Row, forms: Sequence[Form], scan: Scan) -> 
         other = one.residue.without(one.residue.seen_through(form.columns), scale)
         one = _Sum((*one.forms, form), (*one.scales, scale), one.evidence + won, other)
     return one
+
+
+def _by_need(residue: Residue, one: _Sum) -> list[int]:
+    """Numbers of a sum's forms, first that one without which least evidence is left."""
+    laid = [math.sqrt(scale) * form.columns for form, scale in zip(one.forms, one.scales, strict=True)]
+    without = [residue.evidence_together(laid[:k] + laid[k + 1 :]) for k in range(len(laid))]
+    return np.argsort(without).tolist()
 
 
 def _energies(residue: Residue, one: _Sum) -> list[float]:

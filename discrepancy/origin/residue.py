@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,6 +116,13 @@ class Residue:
         sizes, pulls = np.maximum(sizes, 0.0), turned.T @ (columns.T @ self.y)
         return self.weighed(sizes, pulls, total)
 
+    def evidence_together(self, columns: Sequence[np.ndarray]) -> float:
+        """ln E of causes √λ F (m, k) side by side."""
+        laid = np.concatenate(columns, axis=1) if columns else np.zeros((len(self.y), 0))
+        sizes, turned = np.linalg.eigh(laid.T @ laid)
+        sizes, pulls = np.maximum(sizes, 0.0), turned.T @ (laid.T @ self.y)
+        return self._won(float((pulls**2 / (1.0 + sizes)).sum()), sizes)
+
     def evidence_by_window(self, readings: np.ndarray) -> float:
         """ln E of a cause whose sizes are each window's own, readings (w, n, k) per unit of them."""
         shape = *readings.shape[:2], -1
@@ -127,13 +135,17 @@ class Residue:
 
     def weighed(self, sizes: np.ndarray, pulls: np.ndarray, total: float) -> tuple[float, float]:
         """ln E and λ, given s, c and Σs."""
-        whole, best = float(self.y @ self.y), (0.0, 0.0)
+        best = (0.0, 0.0)
         for share in _SHARES:
             scale = share * self.samples / total
-            taken = float((scale * pulls**2 / (1.0 + scale * sizes)).sum()) / whole
-            found = -0.5 * self.samples * math.log(max(1.0 - taken, 1e-9)) - 0.5 * float(np.log1p(scale * sizes).sum())
-            best = max(best, (found, scale))
+            taken = float((scale * pulls**2 / (1.0 + scale * sizes)).sum())
+            best = max(best, (self._won(taken, scale * sizes), scale))
         return best
+
+    def _won(self, taken: float, sizes: np.ndarray) -> float:
+        """ln E where so much of yᵀy is explained, given λ s."""
+        share = taken / float(self.y @ self.y)
+        return -0.5 * self.samples * math.log(max(1.0 - share, 1e-9)) - 0.5 * float(np.log1p(sizes).sum())
 
     def without(self, columns: np.ndarray, scale: float) -> Residue:
         """The residue with a cause F (m, k) of this λ as a part of its noise: y and all that is cleaned by it are
