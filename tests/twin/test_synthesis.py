@@ -176,6 +176,19 @@ def test_a_fit_that_leaves_much_shows_less():
     assert WEIGHTS.logits(sizes[0])[0, 0] > 0.0 > WEIGHTS.logits(sizes[1])[0, 0]
 
 
+def test_how_much_less_is_learned_from_fits_that_leave_much():
+    """Seed 0: one of two fits is in a wrong minimum. It leaves 20 times the noise, and has a fault of ten standard
+    deviations that is not there."""
+    rng = np.random.default_rng(0)
+    fits, there, size = drawn(rng, 400)
+    left = np.where(np.arange(400) % 2, 20.0, 1.0)
+    extra = ~there & (left > 1.0)[:, None]
+    fits = dataclasses.replace(fits, size=np.where(extra, 0.1, fits.size), left=left)
+    weights = weights_of(fits, there, size, np.ones(200), 0.9)
+    asked = [Fits(np.full((1, 2), 0.1), np.full((1, 2), 0.01), np.array([left]), np.zeros(1)) for left in (1.0, 20.0)]
+    assert weights.logits(asked[0])[0, 0] > 0.0 > weights.logits(asked[1])[0, 0]
+
+
 def test_the_measured_turns_own_scatter_counts_beyond_that_of_noise():
     of, rng = synthesis(), np.random.default_rng(0)
     quiet = rng.standard_normal((1, 8, CELLS.count))
