@@ -31,7 +31,7 @@ def main(host: str = "127.0.0.1", port: str = "1883", count: int = 30) -> None:
         from paho.mqtt.enums import CallbackAPIVersion
     except ImportError:
         raise SystemExit(
-            "error: this example needs the package paho-mqtt; install the extra with pip install -e '.[monitor]'."
+            "error: this example needs the package paho-mqtt; run: pip install -e '.[monitor]' -c constraints.txt."
         ) from None
     client = mqtt.Client(CallbackAPIVersion.VERSION2, "logger")
     try:
