@@ -3,8 +3,8 @@
 Everything is taken from simulated turns that no network was taught on, with noise, fitted as a measured one is. A fault
 is named where a logistic law of its size over its standard deviation and of what is left of the turn says so: a
 remainder shows a minimum that is not the right one, which has most often a fault too many. What the networks say has
-no part, as they err where a third fault stands beside two, and a fit does not. Intervals are conformal in groups: each fault alone and
-beside others (Mondrian).
+no part, as they err where a third fault stands beside two, and a fit does not. Intervals are conformal in groups: each
+fault alone and beside others (Mondrian).
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ class Weights:
 
 
 def spread(fits: Fits) -> np.ndarray:
-    """Spread (n, faults) of sizes: their standard deviation times what is left of the turn, as the right minimum may lie
-    farther off than noise alone would put it."""
+    """Spread (n, faults) of sizes: their standard deviation times what is left of the turn, as the right minimum may
+    lie farther off than noise alone would put it."""
     return np.hypot(_deviation(fits) * _remainder(fits)[:, None], _FLOOR)
 
 

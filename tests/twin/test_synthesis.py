@@ -54,6 +54,7 @@ def test_only_what_the_networks_think_possible_is_tried():
 
 
 def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
+    monkeypatch.setattr(module, "again", lambda work, fit: fit)
     x = turn({"reducer_play": 0.5})
     wrong = told([3.0, 2.0, 1.0], [0.9, 0.9, 0.4])
     whole = fitted(synthesis(), x, [POINT], wrong)
