@@ -142,9 +142,11 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     evidence = {place: row[0] for place, row in leaders.items()}
     names = {place: row[2].name for place, row in leaders.items()}
     for one in sums:
-        # a cause is as likely as the best sum that speaks for it
+        # a cause is as likely as the best sum that speaks for it; it may have come to light beside the others alone
         form = one.forms[_by_need(residue, one)[0]]
-        evidence[form.joint, form.kind] = max(evidence[form.joint, form.kind], one.evidence)
+        place = form.joint, form.kind
+        evidence[place] = max(evidence.get(place, -math.inf), one.evidence)
+        names.setdefault(place, form.name)
     for form, won in free:
         if won > evidence.get((form.joint, form.kind), -math.inf):
             evidence[form.joint, form.kind], names[form.joint, form.kind] = won, form.name

@@ -79,3 +79,27 @@ def test_a_torque_free_over_time_wins_where_nothing_orders_the_remainder() -> No
     assert unordered is not None and (unordered.first.joint, unordered.first.kind) == ("output", "time")
     ordered = asked(residual, CAUSES, [("output.time", 5.0)])
     assert ordered is not None and ordered.first.kind == "phase"
+
+
+def test_two_causes_that_cancel_explain_much_and_are_needed_less() -> None:
+    """Seeds 6 and 7: the input's is the output's and a little more, so that their difference is large in each and
+    small in sum."""
+    other = CAUSES["sensor.time"]
+    one = rows(6)
+    twin = one + 0.1 * rows(7)
+    residual = NOISE + 0.6 * other.sum(axis=2) + 0.3 * one.sum(axis=2) + 4.0 * (twin - one).sum(axis=2)
+    found = asked(residual, {"sensor.time": other, "output.station": one, "input.phase": twin})
+    assert found is not None and (found.first.joint, found.first.kind) == ("sensor", "time")
+    assert {place.name for place in found.beside} == {"output.station", "input.phase"}
+
+
+def test_a_cause_that_comes_to_light_beside_another_one_may_be_the_first() -> None:
+    early, late = CAUSES["input.phase"], CAUSES["output.station"]
+    residue = Residue(laid(NOISE + 0.3 * early.sum(axis=2) + 0.6 * late.sum(axis=2)))
+
+    def scan(left: Residue) -> list[Form]:
+        return [] if left is residue else [form("output.station", residue.clean(late))]
+
+    found = origin_of(residue, [form("input.phase", residue.clean(early))], scan, ())
+    assert found is not None and found.first.name == "output.station"
+    assert [place.name for place in found.beside] == ["input.phase"]
