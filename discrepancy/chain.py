@@ -101,7 +101,7 @@ def run_chain(
             return otherwise
 
     begin(STAGES[0])
-    answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.missed)
+    answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.elsewhere)
     begin(STAGES[1])
     model = subject.model
     where = attempted(STAGES[1], lambda: locate(model, answer.base.place, subject.view(model), streams[0]), None)

@@ -12,7 +12,7 @@ from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
 from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, STANDS_IN
-from discrepancy.judging import Judge, Judged, Missed, closed
+from discrepancy.judging import Elsewhere, Judge, Judged, closed
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search
@@ -172,12 +172,12 @@ class Explanation:
 
 def explain(
     model: Model, held_out: Model, criteria: Criteria | None = None, forms: Sequence[Form] = (),
-    missed: Missed | None = None,
+    elsewhere: Elsewhere | None = None,
 ) -> Explanation:  # fmt: skip
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions).
 
-    A law over a variable that `forms` can tabulate is named only where the table closes hardly more; `missed` says the
-    same of others (`Subject.missed`).
+    A law over a variable that `forms` can tabulate is named only where the table closes hardly more, and an effect only
+    where nothing `elsewhere` explains its part better (`Subject.elsewhere`).
     """
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
@@ -185,29 +185,29 @@ def explain(
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        return _explained(model, held_out, criteria, forms, missed)
+        return _explained(model, held_out, criteria, forms, elsewhere)
 
 
 def _explained(
-    model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form], missed: Missed | None
+    model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form], elsewhere: Elsewhere | None
 ) -> Explanation:
     search = Search(model, criteria)
-    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, missed)
+    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
     if held_at_bounds and answer.left >= criteria.much and search.in_time():
         # it stands in for another effect, perhaps for one of the library, that then explains as much
         selection = search.run(barred=held_at_bounds)
         if not search.wins(answer.selection.best, selection.best):
-            other, _ = _answer(search, selection, held_out, forms, missed)
+            other, _ = _answer(search, selection, held_out, forms, elsewhere)
             return other if other.after < answer.after else answer
     return answer
 
 
 def _answer(
-    search: Search, selection: Selection, held_out: Model, forms: Sequence[Form], missed: Missed | None
+    search: Search, selection: Selection, held_out: Model, forms: Sequence[Form], elsewhere: Elsewhere | None
 ) -> tuple[Explanation, list[str]]:
     """What a set that was selected explains, and its effects that a bound holds."""
     model, criteria = search.whole, search.criteria
-    judge = Judge(search.fits, selection, held_out, criteria, forms, missed)
+    judge = Judge(search.fits, selection, held_out, criteria, forms, elsewhere)
     judged, accepted = judge.judged()
     findings = tuple(
         _finding(selection, one) for one in sorted(judged, key=lambda one: _order(one.grade)) if one.grade != DISMISSED

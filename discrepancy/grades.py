@@ -49,6 +49,8 @@ class Evidence:
         That variable.
     untold : bool
         Whether no interval of its size can be told.
+    elsewhere : str
+        What explains better than it, or anything at its joint, what is left without it; "" where nothing does.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Evidence:
     missed: float = 0.0
     over: str = ""
     untold: bool = False
+    elsewhere: str = ""
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,11 @@ RULES = (
             f"Its law leaves {_percent(e.missed)} of what a table over the {e.over} closes, where a name may leave "
             f"{_percent(c.law)}: something follows that variable, but not by this law alone."
         ),
+    ),
+    Rule(
+        "another cause", STANDS_IN,
+        lambda e, c: bool(e.elsewhere),
+        lambda e, c: f"Without it {e.elsewhere} explains the records better than it, or anything at its joint.",
     ),
     Rule(
         "family", FAMILY,

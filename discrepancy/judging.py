@@ -36,8 +36,8 @@ _LEAST_WINDOWS = 4
 """Windows up to which none is left out."""
 
 
-Missed = Callable[[Model, Point, Point, str], tuple[float, str]]
-"""Share of what a free function closes that the law of an effect leaves, and the function's variable."""
+Elsewhere = Callable[[Model, Point, Point, str], str]
+"""What explains better than an effect, or anything at its joint, what a place without it leaves, in words."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +72,17 @@ class Judge:
     criteria : Criteria
     forms : sequence of Form
         Tables to which laws over their variables are held.
-    missed : callable or None
-        What laws over other variables leave, as of `Subject.missed`.
+    elsewhere : callable or None
+        What explains an effect's part better, as of `Subject.elsewhere`.
     """
 
     def __init__(
         self, fits: Fits, selection: Selection, held_out: Model, criteria: Criteria, forms: Sequence[Form] = (),
-        missed: Missed | None = None,
+        elsewhere: Elsewhere | None = None,
     ) -> None:  # fmt: skip
         self.fits, self.selection, self.held_out, self.criteria = fits, selection, held_out, criteria
         self.forms = {form.hypothesis.name: form for form in forms}
-        self._missed_by = missed
+        self._elsewhere = elsewhere
         self.base, self.best = fits.on_all(selection.base), fits.on_all(selection.best)
         self.held: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
@@ -134,7 +134,7 @@ class Judge:
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)
-                evidence = dataclasses.replace(evidence, missed=missed, over=over)
+                evidence = dataclasses.replace(evidence, missed=missed, over=over, elsewhere=self._found_elsewhere(k))
                 grade, why = graded(evidence, self.criteria)
             rows.append(Judged(k, found, evidence, grade, why))
         return rows
@@ -154,12 +154,14 @@ class Judge:
         function's variable."""
         others = (one for _, one in self._alike(k, effect.name))
         forms = {one.over: self.forms[one.over] for one in (effect, *others) if one.over in self.forms}
-        if forms:
-            return max((self._missed_by_table(k, form), form.over) for form in forms.values())
-        if self._missed_by is None:
-            return 0.0, ""
+        return max(((self._missed_by_table(k, form), form.over) for form in forms.values()), default=(0.0, ""))
+
+    def _found_elsewhere(self, k: int) -> str:
+        """What explains better than the k-th effect what the whole set without it leaves."""
+        if self._elsewhere is None:
+            return ""
         without = self.fits.on_all(self.selection.without[k])
-        return self._missed_by(self.fits.whole, self.best.place, without.place, effect.name)
+        return self._elsewhere(self.fits.whole, self.best.place, without.place, self.best.effects[k].name)
 
     def _missed_by_table(self, k: int, form: Form) -> float:
         # what does not repeat is in all three, and so in none of their differences

@@ -137,11 +137,11 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     sizes = [phase.shape[2]] * 2 + [station.shape[2]] + [angle.shape[2]] * 2 + [_PLACES, 1]
     by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _split(table, sizes)
     joint = setting.readings(np.concatenate([
-        phase * carried_2[..., None], station * carried_2[..., None], slow * carried_2[..., None],
+        phase, phase * carried_2[..., None], station * carried_2[..., None], slow * carried_2[..., None],
         _over(0.5 + 0.5 * np.clip(twisting, -1.0, 1.0), _PLACES), one * carried_2[..., None],
     ], axis=2), "joint 2")  # fmt: skip
-    softer, uneven, slowly, damping, turning = _split(
-        joint, [phase.shape[2], station.shape[2], _SLOW, _PLACES]
+    track, softer, uneven, slowly, damping, turning = _split(
+        joint, [phase.shape[2], phase.shape[2], station.shape[2], _SLOW, _PLACES]
     )  # fmt: skip
     cam = setting.readings(np.concatenate([
         phase, phase * rate[..., None] ** 2, phase * carried_1[..., None], np.abs(carried_1)[..., None],
@@ -154,6 +154,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     rows = [
         ("output", "phase", "a torque on the table that follows the cam's phase", by_phase),
         ("output", "phase", "a torque on the table that follows the cam's phase and grows with speed", by_phase_2),
+        ("output", "phase", "a torque in the output joint that follows the cam's phase", track),
         ("output", "phase", "a stiffness of the output joint that follows the cam's phase", softer),
         ("output", "station", "a table inertia that differs between stations", inertia),
         ("output", "station", "a stiffness of the output joint that differs between stations", uneven),

@@ -167,14 +167,10 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     return Origin(first, share, tuple(others), beside)
 
 
-def explained(residue: Residue, forms: Sequence[Form], kind: str) -> float:
-    """The largest sum of squares that one form of a kind explains alone; 0 where one of another kind is more likely, or
-    none is more likely than noise by the margin."""
-    ranked = _ranked(residue, forms)
-    if ranked[0][0] < MARGIN or ranked[0][2].kind != kind:
-        return 0.0
-    likely = (row for row in ranked if row[0] >= MARGIN and row[2].kind == kind)
-    return max(_energies(residue, _Sum((form,), (scale,), won, residue))[0] for won, scale, form in likely)
+def likeliest(residue: Residue, forms: Sequence[Form]) -> Form | None:
+    """The form that alone is the most likely; None where none is more likely than noise by the margin."""
+    won, _, form = _ranked(residue, forms)[0]
+    return form if won >= MARGIN else None
 
 
 _Row = tuple[float, float, Form]

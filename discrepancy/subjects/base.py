@@ -190,10 +190,10 @@ class Subject(ABC):
         what could be missing at which joint."""
         return None
 
-    def missed(self, model: Model, place: Point, without: Point, effect: str) -> tuple[float, str]:
-        """Share of what a free function of an effect's variable closes that its law leaves, and that variable, given
-        fitted places of a set and of the same one without the effect; 0 where nothing can be said of it."""
-        return 0.0, ""
+    def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
+        """In words, what explains better than an effect, or anything at its joint, what a fitted place `without`
+        it leaves, given that of the set with it; "" where nothing does, or nothing can be said of it."""
+        return ""
 
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         """What a fitted place of `model` says of its single records, a sentence each; nothing where they have nothing

@@ -10,7 +10,7 @@ import numpy as np
 
 from discrepancy.form import Form, shaped
 from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
-from discrepancy.indexer.scans import missed_at, origin_at
+from discrepancy.indexer.scans import elsewhere_at, origin_at
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.origin import Origin
@@ -190,11 +190,11 @@ class IndexerSubject(Subject):
         assert isinstance(model, IndexerModel)
         return origin_at(model, place)
 
-    def missed(self, model: Model, place: Point, without: Point, effect: str) -> tuple[float, str]:
+    def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
         if effect not in _BUMPS:
-            return 0.0, ""
+            return ""
         assert isinstance(model, IndexerModel)
-        return missed_at(model, place, without, "phase"), "cam's phase"
+        return elsewhere_at(model, place, without, "output", "phase")
 
     def forms(self) -> tuple[Form, ...]:
         """All tables of the library; none beside one that the machine has."""

@@ -222,19 +222,18 @@ def test_a_law_that_becomes_the_effect_at_a_limit_is_no_rival(limits: tuple, ali
     assert [effect.name for effect in finding.effects] == ["tone", *alike]
 
 
-@pytest.mark.parametrize(("share", "grade"), [(0.04, "established"), (0.06, "stands in")])
-def test_an_effect_whose_law_leaves_what_follows_its_variable_is_a_hint(share: float, grade: str) -> None:
-    """5 % is what a name may leave of what a free function closes."""
+@pytest.mark.parametrize(("said", "grade"), [("", "established"), ("a torque at the cam", "stands in")])
+def test_an_effect_whose_part_another_cause_explains_better_is_a_hint(said: str, grade: str) -> None:
     models = [Chord({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6)]
     asked = []
 
-    def missed(model: Model, place: Point, without: Point, name: str) -> tuple[float, str]:
+    def elsewhere(model: Model, place: Point, without: Point, name: str) -> str:
         asked.append((name, place.hypothesis.names, without.hypothesis.names))
-        return share, "place"
+        return said
 
-    (finding,) = explain(models[0], models[1], missed=missed).findings
+    (finding,) = explain(models[0], models[1], elsewhere=elsewhere).findings
     assert asked == [("tone", ("tone",), ())]
-    assert finding.grade == grade and ("table over the place" in finding.why) == (grade == "stands in")
+    assert finding.grade == grade and ("a torque at the cam explains" in finding.why) == bool(said)
 
 
 PLACE = Form("place", ("place",), effect("rest"), ())

@@ -31,7 +31,7 @@ def solved_by_explain(
     except (SignalError, ParameterError) as error:
         return Solved(CaseAnswer("turned away", str(error)))
     subject = IndexerSubject(nominal, Sensor(), given, uncertainty)
-    answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.missed)
+    answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.elsewhere)
     model, place = subject.model, answer.written.place
     origin = subject.origin(model, answer.accepted.place)
     machine, sensor = model.machine_at(place.hypothesis, place.z)
