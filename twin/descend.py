@@ -4,9 +4,7 @@ Steps go by secants (Broyden 1965). Derivatives by all unknowns are taken anew w
 to rest: those by the machine's own parameters change with the sizes, and a fit with old ones stops on the way along the
 valley in which a size and a stiffness make up for each other. What has come to rest leaves, so that simulations go to
 the turns that are hard. A turn that is not explained then is started again from about the best fit, as play leaves
-several minima; in half of the starts one of its faults is left out. Of these fits that one is the best for which ln q +
-λ times its faults is least: where play rattles, fits in minima of equal worth leave q that differ by chance, and the
-better one is mostly one with a small fault too many.
+several minima.
 """
 
 from __future__ import annotations
@@ -36,9 +34,6 @@ _FIRST, _GO_ON, _STEPS = 4, 2, 9
 _SIZES, _OWN = 0.1, 0.7
 """Scatter of those starts: relative of the sizes, in standard deviations of the machine's own parameters."""
 
-_OF_A_FAULT = 0.7
-"""λ: a fault must halve what is left of a turn that is not explained."""
-
 _LOST = 0.05
 """Size with which a fault that a fit has lost comes back in half of the starts."""
 
@@ -57,22 +52,22 @@ class Descent:
         """Some of the fits."""
         return Descent(*(getattr(self, field.name)[rows] for field in dataclasses.fields(self)))
 
-    def best(self, kept: int = 1, score: np.ndarray | None = None) -> np.ndarray:
-        """Places of the best few of each turn, by turn: those with least q, or another score (n,)."""
-        order = np.lexsort((self.q if score is None else score, self.at))
+    def best(self, kept: int = 1) -> np.ndarray:
+        """Places of the best few of each turn, by turn."""
+        order = np.lexsort((self.q, self.at))
         rank = np.arange(len(self.at)) - np.searchsorted(self.at[order], self.at[order])
         return order[rank < kept]
 
 
-def descended(work: Work, t: np.ndarray, at: np.ndarray, steps: int, out: np.ndarray | None = None) -> Descent:
-    """Fits from unknowns t (n, u) of the turns `at`, at most so many steps; those `out` (n, u) stay as they are."""
+def descended(work: Work, t: np.ndarray, at: np.ndarray, steps: int) -> Descent:
+    """Fits from unknowns t (n, u) of the turns `at`, at most so many steps."""
     n, u = t.shape
     t, count = t.copy(), work.m.shape[1]
     sizes = np.arange(u) < len(work.of.faults)
     now, slopes, curvature = work.at(t, at), np.zeros((n, count, u)), np.zeros((n, u, u))
     damping, failed = np.full(n, 1e-2), np.zeros(n, dtype=int)
     stale, secant = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-    live, free = np.arange(n), work.free[at] if out is None else work.free[at] & ~out
+    live = np.arange(n)
     for _ in range(steps):
         old = live[stale[live]]
         slopes[old], stale[old], secant[old] = work.slopes(t[old], at[old], now.part(old)), False, False
@@ -80,7 +75,7 @@ def descended(work: Work, t: np.ndarray, at: np.ndarray, steps: int, out: np.nda
         weighted = part.weight @ slopes[live]
         curvature[live] = slopes[live].transpose(0, 2, 1) @ weighted + np.diag(work.prior)
         pull = np.einsum("nki,nk->ni", weighted, part.off) - work.prior * t[live]
-        new = t[live] + _step(work, t[live], free[live], curvature[live], pull, damping[live])
+        new = t[live] + _step(work, t[live], at[live], curvature[live], pull, damping[live])
         new = np.clip(new, work.low, work.high)
         new[sizes & (np.abs(new) < LEAST)] = 0.0
         then = work.at(new, at[live])
@@ -111,10 +106,10 @@ def _broyden(work: Work, slopes: np.ndarray, step: np.ndarray, change: np.ndarra
 
 
 def _step(
-    work: Work, t: np.ndarray, free: np.ndarray, curvature: np.ndarray, pull: np.ndarray, damping: np.ndarray
+    work: Work, t: np.ndarray, at: np.ndarray, curvature: np.ndarray, pull: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:
-    """A step (n, u) against the pull; what is bound, or not free (n, u), stays."""
-    held = ~free | ((t <= work.low) & (pull <= 0.0)) | ((t >= work.high) & (pull >= 0.0))
+    """A step (n, u) against the pull; what is bound, or not asked for, stays."""
+    held = ~work.free[at] | ((t <= work.low) & (pull <= 0.0)) | ((t >= work.high) & (pull >= 0.0))
     matrix = np.where(held[:, :, None] | held[:, None, :], 0.0, curvature)
     diagonal = damping[:, None] * np.einsum("nii->ni", matrix) + held + 1e-6
     matrix = matrix + diagonal[:, :, None] * np.eye(t.shape[1])
@@ -132,32 +127,15 @@ def again(work: Work, found: Descent) -> Descent:
         hard = np.flatnonzero(best.q > _EXPLAINED)
         if not len(hard):
             break
-        at, t = np.repeat(best.at[hard], _AGAIN), best.t[hard]
-        out = _left_out(t, work.sizes)
-        tried = descended(work, _about(work, t, work.free[best.at[hard]], scatter) * ~out, at, _FIRST, out)
-        go_on = tried.best(_GO_ON, _score(work, tried))
-        tried = descended(work, tried.t[go_on], tried.at[go_on], _STEPS, out[go_on])
-        tried = tried.part(tried.best(1, _score(work, tried)))
-        won = _score(work, tried) < _score(work, best)[hard]
+        at = np.repeat(best.at[hard], _AGAIN)
+        tried = descended(work, _about(work, best.t[hard], work.free[best.at[hard]], scatter), at, _FIRST)
+        tried = tried.part(tried.best(_GO_ON))
+        tried = descended(work, tried.t, tried.at, _STEPS)
+        tried = tried.part(tried.best())
+        won = tried.q < best.q[hard]
         for field in dataclasses.fields(best):
             getattr(best, field.name)[hard[won]] = getattr(tried, field.name)[won]
     return best
-
-
-def _score(work: Work, fit: Descent) -> np.ndarray:
-    """ln q + λ times the faults of each fit (n,)."""
-    return np.log(np.maximum(fit.q, 1e-12)) + _OF_A_FAULT * (fit.t[:, work.sizes] != 0.0).sum(axis=1)
-
-
-def _left_out(t: np.ndarray, sizes: slice) -> np.ndarray:
-    """Which fault every second start (n starts, u) about unknowns t (n, u) leaves out, where there are several: each in
-    turn, the smallest first."""
-    out = np.zeros((len(t), _AGAIN, t.shape[1]), dtype=bool)
-    for row, starts in zip(t[:, sizes], out, strict=True):
-        there = sorted(np.flatnonzero(row), key=lambda k: abs(row[k]))
-        for start in range(0, _AGAIN, 2) if len(there) > 1 else ():
-            starts[start, there[start // 2 % len(there)]] = True
-    return out.reshape(-1, t.shape[1])
 
 
 def _about(work: Work, t: np.ndarray, free: np.ndarray, scatter: np.ndarray) -> np.ndarray:

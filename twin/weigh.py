@@ -1,10 +1,9 @@
 """What the fit of a turn by simulation is worth: names, intervals of sizes, and what no fault of the table makes.
 
 Everything is taken from simulated turns that no network was taught on, with noise, fitted as a measured one is. A fault
-is named where a logistic law of its size over its standard deviation and of what is left of the turn says so: a
-remainder shows a minimum that is not the right one, which has most often a fault too many. What the networks say has
-no part, as they err where a third fault stands beside two, and a fit does not. Intervals are conformal in groups: each
-fault alone and beside others (Mondrian).
+is named where the logistic law of its size over its spread says so; what the networks say of it has no part, as they
+err where a third fault stands beside two, and a fit does not. Intervals are conformal in groups: each fault alone and
+beside others (Mondrian).
 """
 
 from __future__ import annotations
@@ -40,8 +39,8 @@ _RIDGE = 1e-2
 class Weights:
     """Attributes
     ----------
-    name : ndarray (3,)
-        Of the logistic law: its constant, and what asinh(size over standard deviation) and ln q count.
+    name : ndarray (2,)
+        Of the logistic law: its constant, and what asinh(size over spread) counts.
     reach : ndarray (faults, 2)
         Half width of a size's interval over its standard deviation: named alone, and beside others.
     slope : float
@@ -93,24 +92,16 @@ class Weights:
 
 
 def spread(fits: Fits) -> np.ndarray:
-    """Spread (n, faults) of sizes: their standard deviation times what is left of the turn, as the right minimum may
-    lie farther off than noise alone would put it."""
-    return np.hypot(_deviation(fits) * _remainder(fits)[:, None], _FLOOR)
+    """Spread (n, faults) of sizes: their standard deviation times what is left of the turn, as a remainder shows a
+    minimum that is not the right one, which lies farther off than noise alone would put it."""
+    error = np.where(np.isfinite(fits.error), fits.error, 0.0)
+    return np.hypot(error * np.maximum(1.0, fits.left)[:, None], _FLOOR)
 
 
 def evidence(fits: Fits) -> np.ndarray:
-    """1, asinh(size over standard deviation) and ln q of each fault (n, faults, 3); q counts from 1 on."""
+    """1 and asinh(size over spread) of each fault (n, faults, 2)."""
     size = np.abs(fits.size)
-    left = np.broadcast_to(np.log(_remainder(fits))[:, None], size.shape)
-    return np.stack([np.ones_like(size), np.arcsinh(size / np.hypot(_deviation(fits), _FLOOR)), left], axis=2)
-
-
-def _deviation(fits: Fits) -> np.ndarray:
-    return np.where(np.isfinite(fits.error), fits.error, 0.0)
-
-
-def _remainder(fits: Fits) -> np.ndarray:
-    return np.maximum(1.0, fits.left)
+    return np.stack([np.ones_like(size), np.arcsinh(size / spread(fits))], axis=2)
 
 
 def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.ndarray, coverage: float) -> Weights:

@@ -15,18 +15,15 @@ from twin.work import Beside
 
 
 class Curve:
-    """Work whose turns are m(t), t = (sizes, own), instead of simulated ones."""
+    """Work whose turns are m(t), t = (size, own), instead of simulated ones."""
 
-    def __init__(
-        self, curve: Callable[[np.ndarray], np.ndarray], measured: list[list[float]], signed: bool = False,
-        faults: int = 1,
-    ):  # fmt: skip
+    def __init__(self, curve: Callable[[np.ndarray], np.ndarray], measured: list[list[float]], signed: bool = False):
         self.curve, self.m = curve, np.array(measured)
-        self.of: Any = SimpleNamespace(faults=("crack",) * faults)
-        self.sizes, self.own = slice(0, faults), slice(faults, faults + 1)
-        self.free = np.ones((len(measured), faults + 1), dtype=bool)
-        self.low, self.high = np.array([-1.0 if signed else 0.0] * faults + [-4.0]), np.array([1.0] * faults + [4.0])
-        self.stride, self.prior = np.array([0.3] * faults + [1.0]), np.array([0.0] * faults + [1e-3])
+        self.of: Any = SimpleNamespace(faults=("crack",))
+        self.sizes, self.own = slice(0, 1), slice(1, 2)
+        self.free = np.ones((len(measured), 2), dtype=bool)
+        self.low, self.high = np.array([-1.0 if signed else 0.0, -4.0]), np.array([1.0, 4.0])
+        self.stride, self.prior = np.array([0.3, 1.0]), np.array([0.0, 1e-3])
         self.simulated: list[int] = []
 
     def at(self, t: np.ndarray, at: np.ndarray) -> Beside:
@@ -36,8 +33,8 @@ class Curve:
         return Beside(m, np.repeat(np.eye(k)[None] / k, len(t), 0), off, (off**2).mean(axis=1) + t**2 @ self.prior)
 
     def slopes(self, t: np.ndarray, at: np.ndarray, now: Beside) -> np.ndarray:
-        found = np.zeros((len(t), self.m.shape[1], t.shape[1]))
-        for place in range(t.shape[1]):
+        found = np.zeros((len(t), self.m.shape[1], 2))
+        for place in range(2):
             moved = t.copy()
             moved[:, place] += 1e-5
             found[:, :, place] = (self.curve(moved) - now.m) / 1e-5
@@ -161,30 +158,3 @@ def test_a_fit_does_not_depend_on_what_is_fitted_beside_it():
     one = again(alone, descended(alone, starts[:1], np.array([0]), 15))
     two = again(both, descended(both, starts, np.array([0, 1]), 15))
     assert two.t[0] == pytest.approx(one.t[0], abs=1e-12)
-
-
-def two(t: np.ndarray) -> np.ndarray:
-    """Two faults, each on a row of its own, and a row that nothing explains."""
-    return np.stack([20.0 * t[:, 0], 10.0 * t[:, 1], 0.0 * t[:, 0]], axis=1)
-
-
-@pytest.mark.parametrize(("second", "price", "there"), [(2.0, 0.7, False), (5.0, 0.7, True), (2.0, 0.0, True)])
-def test_a_fault_must_halve_what_is_left_of_a_turn_that_is_not_explained(second, price, there, monkeypatch):
-    """Without the second fault 13/9 or 34/9 times as much is left."""
-    monkeypatch.setattr(module, "_OF_A_FAULT", price)
-    work: Any = Curve(two, [[10.0, second, 3.0]], faults=2)
-    found = descended(work, np.array([[0.4, 0.1, 0.0]]), np.array([0]), 15)
-    assert found.t[0, :2] == pytest.approx([0.5, second / 10.0], abs=1e-3) and found.q[0] == pytest.approx(3.0)
-    assert again(work, found).t[0, :2] == pytest.approx([0.5, second / 10.0 if there else 0.0], abs=1e-2)
-
-
-def test_each_fault_is_left_out_in_some_starts():
-    """Without the first one, which is larger, another minimum is found, in which the second one explains the turn."""
-
-    def either(t: np.ndarray) -> np.ndarray:
-        return np.stack([20.0 * t[:, 0] + 20.0 * t[:, 1] * (t[:, 0] == 0.0), 0.0 * t[:, 0], 9.0 * t[:, 1]], axis=1)
-
-    work: Any = Curve(either, [[10.0, 3.0, 4.5]], faults=2)
-    found = descended(work, np.array([[0.5, 0.1, 0.0]]), np.array([0]), 0)
-    assert found.q[0] > 1.5
-    assert again(work, found).t[0, :2] == pytest.approx([0.0, 0.5], abs=1e-2)

@@ -54,7 +54,6 @@ def test_only_what_the_networks_think_possible_is_tried():
 
 
 def test_all_subsets_are_started_from_as_there_are_several_minima(monkeypatch):
-    monkeypatch.setattr(module, "again", lambda work, fit: fit)
     x = turn({"reducer_play": 0.5})
     wrong = told([3.0, 2.0, 1.0], [0.9, 0.9, 0.4])
     whole = fitted(synthesis(), x, [POINT], wrong)
@@ -175,19 +174,6 @@ def test_a_fault_is_named_where_its_fit_shows_it():
 def test_a_fit_that_leaves_much_shows_less():
     sizes = [Fits(np.array([[0.02]]), np.array([[0.002]]), np.array([left]), np.zeros(1)) for left in (1.0, 20.0)]
     assert WEIGHTS.logits(sizes[0])[0, 0] > 0.0 > WEIGHTS.logits(sizes[1])[0, 0]
-
-
-def test_how_much_less_is_learned_from_fits_that_leave_much():
-    """Seed 0: one of two fits is in a wrong minimum. It leaves 20 times the noise, and has a fault of ten standard
-    deviations that is not there."""
-    rng = np.random.default_rng(0)
-    fits, there, size = drawn(rng, 400)
-    left = np.where(np.arange(400) % 2, 20.0, 1.0)
-    extra = ~there & (left > 1.0)[:, None]
-    fits = dataclasses.replace(fits, size=np.where(extra, 0.1, fits.size), left=left)
-    weights = weights_of(fits, there, size, np.ones(200), 0.9)
-    asked = [Fits(np.full((1, 2), 0.1), np.full((1, 2), 0.01), np.array([left]), np.zeros(1)) for left in (1.0, 20.0)]
-    assert weights.logits(asked[0])[0, 0] > 0.0 > weights.logits(asked[1])[0, 0]
 
 
 def test_the_measured_turns_own_scatter_counts_beyond_that_of_noise():
