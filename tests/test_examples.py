@@ -54,7 +54,8 @@ def test_a_mistake_is_said_in_one_sentence(typed, said, tmp_path, monkeypatch: p
 
 def test_the_logger_says_what_to_install_where_it_has_no_client(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
-    with pytest.raises(SystemExit, match=r"^error: this example needs the package paho-mqtt; run: .*constraints"):
+    said = r"^error: this example needs the package paho-mqtt; run: pip install .*\[monitor\].* -c constraints\.txt"
+    with pytest.raises(SystemExit, match=said):
         runpy.run_path(str(EXAMPLES / "send_turns.py"))["main"]()
 
 

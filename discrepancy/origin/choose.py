@@ -9,6 +9,7 @@ the remainder.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -143,7 +144,7 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     names = {place: row[2].name for place, row in leaders.items()}
     for one in sums:
         # a cause is as likely as the best sum that speaks for it; it may have come to light beside the others alone
-        form = one.forms[_by_need(residue, one)[0]]
+        form = one.forms[0]
         place = form.joint, form.kind
         evidence[place] = max(evidence.get(place, -math.inf), one.evidence)
         names.setdefault(place, form.name)
@@ -161,9 +162,8 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     whole = max(float(residue.y @ residue.y) - residue.samples * residue.noise, 1e-9)
     beside, share = (), math.nan
     if best is not None and best.evidence >= most:
-        largest, *order = _by_need(residue, best)
-        share = min(_energies(residue, best)[largest] / whole, 1.0)
-        beside = tuple(Place(best.forms[k].joint, best.forms[k].kind, best.forms[k].name, math.nan) for k in order)
+        share = min(_energies(residue, best)[0] / whole, 1.0)
+        beside = tuple(Place(form.joint, form.kind, form.name, math.nan) for form in best.forms[1:])
     return Origin(first, share, tuple(others), beside)
 
 
@@ -178,12 +178,13 @@ _Row = tuple[float, float, Form]
 
 
 def _sums(residue: Residue, forms: Sequence[Form], scan: Scan) -> tuple[dict[tuple[str, str], _Row], list[_Sum]]:
-    """The best form of each joint and kind, and the sums that the leading ones of these begin."""
+    """The best form of each joint and kind, and the sums that the leading ones of these begin, each with the form first
+    without which it would lose most."""
     leaders: dict[tuple[str, str], _Row] = {}
     for row in _ranked(residue, [*forms, *scan(residue)]):
         leaders.setdefault((row[2].joint, row[2].kind), row)
     begun = [row for row in list(leaders.values())[:_LEADERS] if row[0] > 0.0]
-    return leaders, [_grown(residue, row, forms, scan) for row in begun]
+    return leaders, [_by_need(residue, _grown(residue, row, forms, scan)) for row in begun]
 
 
 def _ranked(residue: Residue, forms: Sequence[Form]) -> list[_Row]:
@@ -209,11 +210,13 @@ def _grown(residue: Residue, first: _Row, forms: Sequence[Form], scan: Scan) -> 
     return one
 
 
-def _by_need(residue: Residue, one: _Sum) -> list[int]:
-    """Numbers of a sum's forms, first that one without which least evidence is left."""
+def _by_need(residue: Residue, one: _Sum) -> _Sum:
+    """The sum with that form first without which least evidence is left."""
     laid = [math.sqrt(scale) * form.columns for form, scale in zip(one.forms, one.scales, strict=True)]
     without = [residue.evidence_together(laid[:k] + laid[k + 1 :]) for k in range(len(laid))]
-    return np.argsort(without).tolist()
+    order = np.argsort(without).tolist()
+    forms, scales = (tuple(part[k] for k in order) for part in (one.forms, one.scales))
+    return dataclasses.replace(one, forms=forms, scales=scales)
 
 
 def _energies(residue: Residue, one: _Sum) -> list[float]:

@@ -41,15 +41,16 @@ def fit_of(model: Model) -> Point:
     return fit(problem, start, steps=20).place
 
 
-def test_intervals_are_those_of_least_squares_with_priors() -> None:
-    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, and up to two fifths wider, as nobody knows that the model
-    is right."""
+def test_intervals_are_those_of_least_squares_with_priors(monkeypatch) -> None:
+    """Seed 8: the covariance is (Jᵀ J + P)⁻¹ in closed form, and up to a third wider, as nobody knows that the model is
+    right. No parameter is bent."""
+    monkeypatch.setattr("discrepancy.intervals._BENT", 1e-12)
     model = Line(0.05, np.random.default_rng(8))
     by_z = np.stack([0.1 * model.x.ravel(), model.x.ravel()])
     spread = np.sqrt(np.diag(np.linalg.inv(by_z @ by_z.T + np.eye(2)))) * [0.1, 1.0]
     for estimate, expected in zip(fitted(model).estimates, spread, strict=True):
         told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 3) * expected)
-        assert 0.95 < told < 1.4
+        assert 0.95 < told < 1.33
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
@@ -66,8 +67,10 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert 0.89 <= held / 200 <= 1.0
 
 
-def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
-    """Seed 10: the slope of each of 40 windows is drawn anew, 0.5 about 1; the interval is that of their mean."""
+def test_windows_that_disagree_widen_what_they_disagree_about(monkeypatch) -> None:
+    """Seed 10: the slope of each of 40 windows is drawn anew, 0.5 about 1; the interval is that of their mean. No
+    parameter is bent."""
+    monkeypatch.setattr("discrepancy.intervals._BENT", 1e-12)
     rng = np.random.default_rng(10)
     model = Line(0.0, rng)
     model.counts, model.groups = np.full(40, 25), np.zeros(40, dtype=np.int64)
@@ -77,9 +80,9 @@ def test_windows_that_disagree_widen_what_they_disagree_about() -> None:
     estimate = fitted(model).estimates[1]
     told = (estimate.high - estimate.low) / (2.0 * t.ppf(0.975, 39))
     # no less than the spread of the mean tells; what is left is correlated within a window, which counts for less, and
-    # might repeat in all windows, or be taken up by this one parameter
+    # might repeat in all windows
     spread = np.hypot(slopes.std(ddof=1) / np.sqrt(40.0), 0.1)
-    assert 0.9 * spread < told < 2.9 * spread
+    assert 0.9 * spread < told < 2.6 * spread
 
 
 def test_what_the_records_cannot_tell_is_named() -> None:
