@@ -1,6 +1,7 @@
 """Signals that a drive measures itself, beside the table's acceleration: the motor's torque and current, two encoders.
 
-    torque    T = τ M1 + J_m γ̈          on the motor shaft: what the input joint takes over the ratio, and the rotor
+    torque    T = τ M1 + J_m γ̈          on the motor shaft: what the input joint takes over the ratio, and the rotor;
+                                        where the mesh rubs (`drive.mesh_friction`) M1 is that before its loss
     current   I = T / k_T + n            k_T the motor's torque constant, n white noise
     encoder   round(x N / 2π) 2π / N     angle within a turn, [0, 2π), of N counts a turn
 
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from indexer_env.checks import check_choice, check_integer, check_number
+from indexer_env.effects.drive import MeshFriction
 from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 
@@ -112,7 +114,8 @@ class DriveSensors:
         self.check_machine(machine)
         found: dict[str, np.ndarray] = {}
         if {"motor_torque", "motor_current"} & set(self.signals):
-            torque = machine.reduction * channels["torque_1"] + machine.motor_inertia * channels["motor_acceleration"]
+            taken = _before_mesh(machine, channels["torque_1"])
+            torque = machine.reduction * taken + machine.motor_inertia * channels["motor_acceleration"]
             found["motor_torque"] = torque
             found["motor_current"] = torque / self.torque_constant
             if self.noisy:
@@ -132,3 +135,9 @@ def _encoded(angle: np.ndarray, counts: int | None) -> np.ndarray:
     if counts is not None:
         share = np.mod(np.rint(share * counts), counts) / counts
     return TURN * share
+
+
+def _before_mesh(machine: Machine, torque: np.ndarray) -> np.ndarray:
+    """M1 on the motor's side of the reducer's mesh (n,) [N m], from M1 at the cam."""
+    loss = sum(effect.loss for effect in machine.effects if isinstance(effect, MeshFriction))
+    return torque / (1.0 - loss * np.sign(torque))

@@ -144,7 +144,9 @@ def _columns(items: Sequence[Coefficients]) -> dict[str, np.ndarray]:
 def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """The largest steps (n,) [s] that resolve the fastest mode and the fastest decay of each of n items of one model,
     in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
-    columns = columns | {"stiffness_1": columns["stiffness_1"] * (1.0 + columns["mesh_depth"])}
+    rubbing = 1.0 + columns["mesh_loss"]
+    stiffness = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
+    columns = columns | {"stiffness_1": stiffness, "damping_1": rubbing * columns["damping_1"]}
     omega, decay = np.zeros(len(items)), np.zeros(len(items))
     for slope in (np.zeros(len(items)), np.array([item.law.steepest for item in items])):
         inertia, damping, stiffness = _matrices(items[0].model, columns.__getitem__, slope)
@@ -179,8 +181,10 @@ def quick_step(
     Σ k_j μ_j and Σ r_j μ_j, with μ_j = v_jᵀM⁻¹v_j the mobility of joint j.
     """
     columns = dict(zip(layout.COEFFICIENT_NAMES, rows.T, strict=True))
-    stiffness = columns["stiffness_1"] * (1.0 + columns["mesh_depth"]), columns["stiffness_2"], columns["stiffness_3"]
-    damping = columns["damping_1"], columns["damping_2"], columns["damping_3"]
+    rubbing = 1.0 + columns["mesh_loss"]
+    stiffness_1 = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
+    stiffness = stiffness_1, columns["stiffness_2"], columns["stiffness_3"]
+    damping = rubbing * columns["damping_1"], columns["damping_2"], columns["damping_3"]
     orders = (np.where(columns[name] != 0.0, columns[f"{kind}_order"], 0.0) for kind, name in _HARMONICS)
     square = (np.maximum.reduce([*orders]) * speed) ** 2
     rate = _decay_of_loads(columns, np.full(len(rows), bool(features & layout.USES_SLIP)))

@@ -144,10 +144,10 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         joint, [phase.shape[2], phase.shape[2], station.shape[2], _SLOW, _PLACES]
     )  # fmt: skip
     cam = setting.readings(np.concatenate([
-        phase, phase * rate[..., None] ** 2, phase * carried_1[..., None], np.abs(carried_1)[..., None],
+        phase, phase * rate[..., None] ** 2, phase * carried_1[..., None],
         slow * carried_1[..., None], free,
     ], axis=2), "cam")  # fmt: skip
-    at_cam, at_cam_2, softer_1, loss, slowly_1, free_cam = _split(cam, [_PHASES] * 3 + [1, _SLOW])
+    at_cam, at_cam_2, softer_1, slowly_1, free_cam = _split(cam, [_PHASES] * 3 + [_SLOW])
     read = (setting.unit[:, None] * motion["table_acc"])[..., None]
     own = np.eye(w)
     records = (laid.groups[:, None] == np.unique(laid.groups)).astype(float)
@@ -168,7 +168,6 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase", at_cam),
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase and grows with speed", at_cam_2),
         ("input", "phase", "a stiffness of the input joint that follows the cam's phase", softer_1),
-        ("input", "phase", "a friction in proportion to what the input joint carries", loss),
         ("input", "time", "a stiffness of the input joint that changes slowly", _spread(slowly_1, records)),
         ("sensor", "time", "a gain of the sensor that changes slowly", _spread(read * slow, records)),
         ("sensor", "time", "a gain of the sensor that differs from turn to turn", _spread(read, own)),

@@ -54,6 +54,7 @@ SHOP: dict[str, tuple[Unit, str]] = {
     "drive.transmission_error.amplitude": (_times(1.0 / _MINUTE), "′ at the cam shaft"),
     "drive.transmission_error.phase": (_times(1.0 / DEGREE), "°"),
     "drive.mesh_stiffness.depth": (_times(100.0), "% of the stiffness"),
+    "drive.mesh_friction.loss": (_times(100.0), "% of the torque"),
     "drive.mesh_stiffness.phase": (_times(1.0 / DEGREE), "°"),
     "load.imbalance.torque": (_times(1.0 / _GRAVITY), "kg m"),
     "load.imbalance.phase": (_times(1.0 / DEGREE), "°"),

@@ -5,7 +5,8 @@ Reading order
 base      Effect, MachineEffect, SensorEffect: parameters with unit, range and null value; the registry
 friction  friction.coulomb · friction.viscous · friction.stribeck
 load      load.imbalance · load.process
-drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.mesh_stiffness
+drive     drive.slip · drive.speed_ripple · drive.transmission_error · drive.mesh_stiffness ·
+          drive.mesh_friction
 cam       cam.profile_error · cam.station_spacing
 roller    roller.crack · roller.crack_single
 joint     input.backlash · output.backlash · output.cubic_stiffness · base.looseness

@@ -121,3 +121,30 @@ class MeshStiffness(MachineEffect):
         coefficients["mesh_depth"] = self.depth
         coefficients["mesh_order"] = self.order
         coefficients["mesh_phase"] = self.phase
+
+
+@register
+@dataclass(frozen=True)
+class MeshFriction(MachineEffect):
+    """The reducer's teeth rub in proportion to the torque that they carry, as a worm's do above all."""
+
+    name = "drive.mesh_friction"
+    sentence = "The reducer's teeth rub in proportion to the torque that they carry."
+    equation = "M1 → M1 (1 - loss s) at the cam and M1 at the motor, s = ±1 the flank that carries"
+    source = "ISO/TR 14179-1 (2001): load-dependent losses of a mesh; the motor turns forwards"
+    enters = "torque of joint 1"
+    models = ("B", "B_on_base")
+
+    # a worm that loses half of its torque locks itself, so that the table could not drive it
+    loss: float = parameter(
+        "share of the torque that is lost, 1 - efficiency",
+        "-",
+        null=0.0,
+        low=0.0,
+        high=0.5,
+        high_open=True,
+        sought=Sought("-", (0.02, 0.06, 0.2), 0.02, 0.0, 0.49),
+    )
+
+    def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
+        coefficients["mesh_loss"] = self.loss

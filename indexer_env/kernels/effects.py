@@ -53,6 +53,13 @@ def mesh_factor(angle, depth, order, phase):
 
 
 @scalar
+def mesh_efficiency(region, loss):
+    """What a mesh that rubs gives on of its torque: 1 - loss where the motor drives the cam, 1 + loss where the cam
+    drives the motor."""
+    return 1.0 - loss * region
+
+
+@scalar
 def imbalance_torque(angle, torque, phase):
     """Moment of an eccentric weight on a tilted table [N m]: torque·sin(angle + phase)."""
     return torque * sine_alone(angle + phase)

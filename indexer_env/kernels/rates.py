@@ -18,6 +18,7 @@ from .effects import (
     bump,
     coulomb_torque,
     imbalance_torque,
+    mesh_efficiency,
     slip_acceleration,
     stribeck_torque,
     tabulated,
@@ -178,7 +179,8 @@ def motor(w, low, high, features):
     if features & USES_SLIP:
         for i in range(low, high):
             command = w[COMMAND + i] + w[MOTOR_ACCELERATION + i] * w[STAGE_TIME + i]
-            reaction = w[REDUCTION + i] * w[TORQUE_1 + i]
+            efficiency = mesh_efficiency(w[REGION_1 + i], w[MESH_LOSS + i])
+            reaction = w[REDUCTION + i] * w[TORQUE_1 + i] / efficiency
             w[MOTOR_ACC + i] = slip_acceleration(
                 command, w[MOTOR_RATE + i], w[SLIP_COMPLIANCE + i], reaction, w[J_MOTOR + i]
             )

@@ -86,7 +86,8 @@ class Equations:
         def size(name: str, field: str) -> float:
             return getattr(effects[name], field) if name in effects else 0.0
 
-        first = contact(machine.input_joint, backlash=size("input.backlash", "backlash"))
+        backlash, rubs = size("input.backlash", "backlash"), "drive.mesh_friction" in effects
+        first = contact(machine.input_joint, backlash, bilinear=rubs)
         backlash, cubic = size("output.backlash", "backlash"), size("output.cubic_stiffness", "stiffness")
         ratio = 1.0 - size("roller.crack", "stiffness_loss")
         single = effects.get("roller.crack_single")
@@ -139,6 +140,8 @@ class Equations:
         (k1, o1, r1, _), (k2, o2, r2, k_c), (k3, o3, r3, _) = (
             contact.line(region) for contact, region in zip(contacts, regions, strict=True)
         )
+        rubbing = self.effects.get("drive.mesh_friction")
+        efficiency = 1.0 - rubbing.loss * regions[0] if rubbing else 1.0
 
         def sheet(state: Sequence[float]) -> tuple[float, ...]:
             alpha, w, phi, phi_rate, theta, theta_rate, gamma, gamma_rate = state
@@ -148,13 +151,14 @@ class Equations:
             b0, b1, b2 = follower(alpha)
             d1, v1 = side - alpha, side_rate - w
             d2, v2 = phi - b0 - theta, phi_rate - b1 * w - theta_rate
-            M1 = 0.0 if rigid_drive else mesh(gamma) * (k1 * (d1 - o1) + r1 * v1)
+            M_motor = 0.0 if rigid_drive else mesh(gamma) * (k1 * (d1 - o1) + r1 * v1)
+            M1 = efficiency * M_motor
             x = d2 - o2
             M2 = (k2 + k_c * x * x) * x + r2 * v2
             M3 = k3 * (theta - o3) + r3 * theta_rate if on_base else 0.0
 
             phi_acc = -(load(alpha, phi, phi_rate, d2, v2) + M2) / J_t
-            gamma_acc = slip(gamma_rate, M1)
+            gamma_acc = slip(gamma_rate, M_motor)
             theta_acc = 0.0
             if rigid_drive:
                 # side_acc is at γ̈ = 0; Model A has no joint 1, so nothing slows its motor down
@@ -206,7 +210,7 @@ class Equations:
         return lambda gamma: 1.0 + mesh.depth * math.cos(mesh.order * gamma + mesh.phase)
 
     def _slip(self) -> Callable[[float, float], float]:
-        """γ̈ from γ̇ and M1."""
+        """γ̈ from γ̇ and M1 at the motor."""
         slip = self.effects.get("drive.slip")
         if slip is None:
             return lambda gamma_rate, M1: 0.0

@@ -56,11 +56,12 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "sensor.bracket_resonance": {"inverse_square": 6e-6, "damping": (0.01, 0.06)},
     "sensor.mains_hum": {"amplitude": 0.2},
     "sensor.offset_drift": {"rate": 0.015},
+    "drive.mesh_friction": {"loss": 0.08},
 }
 """Law of each parameter: the first one is the size at which the base model is left with a gap of about 1.4 (as much
 misfit as noise); the others are uniform between their two values."""
 
-_LARGEST = {"drive.mesh_stiffness": 0.35}
+_LARGEST = {"drive.mesh_stiffness": 0.35, "drive.mesh_friction": 0.45}
 """Largest size drawn, where a larger one shakes the machine to pieces: the mesh then drives it parametrically."""
 
 
@@ -71,7 +72,7 @@ class Order:
     Attributes
     ----------
     count : int
-        Cases, >= 1; effects are taken in turn, so that 22 hide each of the library once.
+        Cases, >= 1; effects are taken in turn, so that 23 hide each of the library once.
     seed : int
         >= 0.
     kind, play : str

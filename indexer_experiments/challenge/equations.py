@@ -24,6 +24,7 @@ from indexer_experiments.challenge.unlisted import (
     carried,
     command_rate,
     commanded,
+    coupled,
     of_mass,
     on_cam,
     on_table,
@@ -87,6 +88,7 @@ class Plant(NamedTuple):
     ripple: Wave
     transmission: Wave
     mesh: Wave
+    mesh_loss: float
     law: float
     unlisted: Unlisted = NOTHING
 
@@ -170,7 +172,8 @@ def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, ou
     M1 = torque(p.joint_1, p.joint_1.rho, region_1, d1, v1)
     M1 *= 1.0 + p.mesh.size * math.cos(p.mesh.order * y[6] + p.mesh.phase)
     M2 = carried(u, y, turn) * torque(p.joint_2, softness(p, turn), region_2, d2, v2) + beside_joint(u, y, v2)
-    driving, w2 = on_cam(u, y, p.command, M1), y[1] * y[1]
+    M1 = coupled(u, M1)
+    driving, w2 = on_cam(u, y, p.command, (1.0 - p.mesh_loss * region_1) * M1), y[1] * y[1]
     theta_acc = 0.0
     if p.loose != 0.0:
         M3 = p.k3 * y[4] + p.r3 * y[5]

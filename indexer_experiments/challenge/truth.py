@@ -130,14 +130,14 @@ def plant(machine: Machine, point: OperatingPoint, unlisted: Unlisted = NOTHING)
     compliance, slip = of("base.looseness", "compliance"), of("drive.slip", "compliance")
     k3 = 1.0 / compliance if compliance else 0.0
     carried = machine.follower_inertia + machine.housing_inertia
-    ripple = wave("drive.speed_ripple", "depth")
+    ripple, loss = wave("drive.speed_ripple", "depth"), of("drive.mesh_friction", "loss")
     return _of_floats(Plant(
         J_C=machine.cam_inertia, J_F=machine.follower_inertia, J_t=machine.table_inertia,
         J_b=machine.housing_inertia, J_m=machine.motor_inertia, tau=tau, stations=float(machine.stations),
         share=machine.motion_share,
         joint_1=Joint(
             first.stiffness, first.damping, g1, first.stiffness_ratio, 0.0,
-            float(g1 > 0.0 or first.stiffness_ratio < 1.0),
+            float(g1 > 0.0 or first.stiffness_ratio < 1.0 or loss > 0.0),
         ),
         joint_2=Joint(
             second.stiffness, second.damping, g2, rho, of("output.cubic_stiffness", "stiffness"),
@@ -155,6 +155,7 @@ def plant(machine: Machine, point: OperatingPoint, unlisted: Unlisted = NOTHING)
         command=point.motor_speed, slip=1.0 / slip if slip else 0.0,
         ripple=Wave(tau * ripple.size / ripple.order, ripple.order, ripple.phase),
         transmission=wave("drive.transmission_error", "amplitude"), mesh=wave("drive.mesh_stiffness", "depth"),
+        mesh_loss=loss,
         law=LAWS.index(machine.motion_law.name), unlisted=unlisted,
     ))  # fmt: skip
 

@@ -69,7 +69,7 @@ class Unlisted(NamedTuple):
     mass_damping: float
     stick: float
     sticking: float
-    worm: float
+    rubber: float
     wavy: Wave
 
 
@@ -77,7 +77,7 @@ NOTHING = Unlisted(
     seed=0.0, stations=1.0, drift=0.0, drift_time=1.0, quadratic=0.0, patch=Bump(0.0, 0.0, 1.0), inertia=0.0,
     hysteresis=0.0, yielding=1.0, warming=0.0, warming_time=1.0, beat=0.0, beat_low=0.0, beat_high=0.0,
     loss=Bump(0.0, 0.0, 1.0), inverter=Wave(0.0, 0.0, 0.0), rate_squared=0.0, walk=0.0, walk_time=1.0, mass=0.0,
-    mass_stiffness=0.0, mass_damping=0.0, stick=0.0, sticking=0.0, worm=0.0, wavy=Wave(0.0, 1.0, 0.0),
+    mass_stiffness=0.0, mass_damping=0.0, stick=0.0, sticking=0.0, rubber=0.0, wavy=Wave(0.0, 1.0, 0.0),
 )  # fmt: skip
 """No disturbance."""
 
@@ -183,9 +183,15 @@ def beside_joint(u: Unlisted, y: np.ndarray, rate: float) -> float:
 
 
 @numba.njit(cache=True)
+def coupled(u: Unlisted, torque: float) -> float:
+    """Torque of joint 1 whose rubber hardens [N m], from its own; `rubber` is 1/M_r²."""
+    return torque * (1.0 + u.rubber * torque * torque)
+
+
+@numba.njit(cache=True)
 def on_cam(u: Unlisted, y: np.ndarray, command: float, torque: float) -> float:
     """What joint 1 and the drive give to the cam [N m], joint 1's own torque being `torque`."""
-    given = torque - u.worm * abs(torque)
+    given = torque
     if u.inverter.size != 0.0:
         given += u.inverter.size * (y[7] / command) ** 2 * math.sin(u.inverter.order * y[8] + u.inverter.phase)
     return given

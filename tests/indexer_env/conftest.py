@@ -22,6 +22,7 @@ VISIBLE: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "drive.speed_ripple": {"depth": 0.05},
         "drive.transmission_error": {"amplitude": 1e-3},
         "drive.mesh_stiffness": {"depth": 0.3},
+        "drive.mesh_friction": {"loss": 0.2},
         "cam.profile_error": {"height": 1e-3},
         "cam.station_spacing": {"error": 0.02, "station": 1},
         "roller.crack": {"stiffness_loss": 0.4},

@@ -60,6 +60,7 @@ EFFECT_CASES = {
     "drive.speed_ripple": Case({"depth": 0.02, "phase": 0.3}),
     "drive.transmission_error": Case({"amplitude": 5e-4, "phase": 0.4}),
     "drive.mesh_stiffness": Case({"depth": 0.3, "phase": 0.2}),
+    "drive.mesh_friction": Case({"loss": 0.3}, tolerance=WITH_EDGES),
     "cam.profile_error": Case({"height": 5e-4}),
     "cam.station_spacing": Case({"error": 1e-3, "station": 2}, start_angle=6.0),
     "roller.crack": Case({"stiffness_loss": 0.3}, tolerance=WITH_EDGES),

@@ -17,6 +17,7 @@ EFFECTS = (
     ("drive.speed_ripple", {"depth": (1e-3, 0.05)}),
     ("drive.transmission_error", {"amplitude": (1e-5, 1e-3)}),
     ("drive.mesh_stiffness", {"depth": (0.05, 0.3)}),
+    ("drive.mesh_friction", {"loss": (0.05, 0.4)}),
     ("output.cubic_stiffness", {"stiffness": (1e7, 1e9)}),
     ("load.imbalance", {"torque": (1.0, 50.0)}),
     ("cam.profile_error", {"height": (1e-5, 1e-3)}),

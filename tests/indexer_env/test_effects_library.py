@@ -25,6 +25,7 @@ DESIGN = [
     "drive.speed_ripple",
     "drive.transmission_error",
     "drive.mesh_stiffness",
+    "drive.mesh_friction",
     "cam.profile_error",
     "cam.station_spacing",
     "roller.crack",
@@ -54,7 +55,7 @@ def size_of(name: str) -> dataclasses.Field:
 
 
 def test_the_library_is_that_of_the_design():
-    assert len(DESIGN) == 22
+    assert len(DESIGN) == 23
     assert sorted(EFFECTS) == sorted(DESIGN)
 
 

@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from indexer_env.drive_sensors import DriveSensors
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.reference import simulate_reference
 from indexer_env.simulate import Run, simulate
 
 POINT = OperatingPoint()
@@ -172,3 +174,42 @@ def test_mesh_stiffness_needs_torque_to_show(smooth, visible):
     )
     assert np.abs(meshing).max() < 1e-6
     assert np.abs(wavering).max() > 1.0
+
+
+# -------------------------------------------------------------------------------- mesh friction
+
+
+def test_mesh_friction_takes_its_share_of_the_torque_whichever_side_drives(smooth, visible):
+    """The cam gets (1 - loss) of what the motor gives, and gives (1 + loss) of what the motor gets."""
+    r = turn_of(smooth.with_effects(visible("drive.mesh_friction")))
+    joint = smooth.input_joint
+    at_motor = joint.stiffness * r["deflection_1"] + joint.damping * r["deflection_rate_1"]
+    driven, driving = r["deflection_1"] > 0.0, r["deflection_1"] < 0.0
+    assert driven.any() and driving.any()
+    np.testing.assert_allclose(r["torque_1"][driven], 0.8 * at_motor[driven], rtol=1e-12)
+    np.testing.assert_allclose(r["torque_1"][driving], 1.2 * at_motor[driving], rtol=1e-12)
+
+
+@pytest.mark.parametrize("backlash", [0.0, 2e-3])
+def test_a_slipping_motor_feels_the_torque_before_the_mesh(smooth, visible, backlash):
+    """Slip and mesh friction together, with and without play: the reference solver."""
+    joint = dataclasses.replace(smooth.input_joint, backlash=backlash)
+    both = visible("drive.slip"), visible("drive.mesh_friction")
+    machine = dataclasses.replace(smooth, input_joint=joint).with_effects(*both)
+    point = OperatingPoint()
+    expected = simulate_reference(machine, point, samples=400, channels=("motor_rate",)).channels["motor_rate"]
+    found = simulate(machine, point, Run(samples=400, warmup_turns=0, channels=("motor_rate",)))
+    assert np.abs(found.channels["motor_rate"] - expected).max() < 1e-6 * np.ptp(expected)
+
+
+def test_the_motors_torque_is_read_before_the_mesh(smooth, visible):
+    """But where the flank pulls for a moment, as a joint without play may do at its change of sides."""
+    sensors = DriveSensors(signals=("motor_torque",))
+    machine = smooth.with_effects(visible("drive.mesh_friction"))
+    r = turn_of(machine)
+    joint = smooth.input_joint
+    taken = joint.stiffness * r["deflection_1"] + joint.damping * r["deflection_rate_1"]
+    read = sensors.read(machine, r, 1000.0)["motor_torque"]
+    pulled = np.sign(r["torque_1"]) == np.sign(r["deflection_1"])
+    expected = (smooth.reduction * taken).astype(np.float32)
+    np.testing.assert_allclose(read[pulled], expected[pulled], rtol=1e-5)

@@ -28,7 +28,7 @@ from indexer_env.presets import load_machine
 
 EDGED = " with edges"
 BLOCKS = tuple(model + edged for model in ("A", "B", "B_on_base") for edged in ("", EDGED))
-NEED_EDGES = ("roller.crack", "roller.crack_single", "input.backlash", "output.backlash")
+NEED_EDGES = ("roller.crack", "roller.crack_single", "input.backlash", "output.backlash", "drive.mesh_friction")
 SIZES = {
     "friction.coulomb": {"torque": 20.0, "smoothing": 0.05},
     "friction.viscous": {"coefficient": 15.0},
@@ -39,6 +39,7 @@ SIZES = {
     "drive.speed_ripple": {"depth": 0.2},
     "drive.transmission_error": {"amplitude": 1e-2},
     "drive.mesh_stiffness": {"depth": 0.3},
+    "drive.mesh_friction": {"loss": 0.2},
     "cam.profile_error": {"height": 1e-2, "centre": 0.26},
     "cam.station_spacing": {"error": 0.02, "station": 1},
     "roller.crack": {"stiffness_loss": 0.4},

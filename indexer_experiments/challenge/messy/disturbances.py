@@ -197,9 +197,9 @@ KINDS_OF_DISTURBANCE = (
         lambda a, q, s: {"inverter": Wave(a * s.torque, **_sine(q))},
     ),
     Kind(
-        "reducer.load_friction", "The worm's teeth rub with a friction in proportion to the torque that they carry.",
-        "torque of joint 1 at the cam: M1 → M1 - μ|M1|", "judge", "input", ("phase",), {}, 0.02,
-        lambda a, q, s: {"worm": a}, most=0.4,
+        "coupling.rubber", "The rubber star of the coupling before the cam hardens as it is pressed.",
+        "M1 → M1 (1 + a (M1/M_c)²), M_c = T0 V0/cam rate", "judge", "input", ("phase",), {}, 0.1,
+        lambda a, q, s: {"rubber": a / (s.torque * s.rate / s.cam_rate) ** 2}, most=4.0,
     ),
     Kind(
         "gain.drift", "The charge amplifier's gain drifts as it warms up.",

@@ -121,8 +121,8 @@ def written_out(name: str | None, m: Machine = MACHINE) -> Callable[[float, np.n
                 dw = size * T0 * np.interp(t / 0.005 - k, (0.0, 1.0), kicks) / 0.005 - w / q["time"]
             case "inverter.beat":
                 cam_torque += size * T0 * math.sin(TURN * q["hertz"] * t + q["phase"])
-            case "reducer.load_friction":
-                cam_torque -= size * abs(M1)
+            case "coupling.rubber":
+                cam_torque *= 1.0 + size * (M1 / (T0 * V0 / SCENE.cam_rate)) ** 2
         dda = (cam_torque + b1 * (M2 - m.follower_inertia * b2 * da**2)) / (m.cam_inertia + m.follower_inertia * b1**2)
         return np.array([da, dda, dp, -(load + M2) / J, POINT.motor_speed, dz, dx, ddx, dw])
 
