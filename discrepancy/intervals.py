@@ -22,7 +22,8 @@ is not, that is as much more probable as
     exp(½ Δ m²/(1 - Δ v)) / √((1 + b²)(1 - Δ v)),     Δ = P b²/(1 + b²)
 
 and with m' and v' those where it is, its own value has the mean m'/(1 + b²) and the variance v'/(1 + b²)² + Δ/P². The
-mixture is that of all D and all parameters that may be bent.
+size of an effect, of which nothing was known, may be bent with the same odds by b² times its variance; as nothing
+contradicts that, the records leave the odds as they were. The mixture is that of all D and all that may be bent.
 """
 
 from __future__ import annotations
@@ -48,8 +49,9 @@ _SIDE = 0.975
 """Probability below the upper end of an interval."""
 
 _BENT, _BENDING = 0.05, 16.0
-"""Odds beforehand that a parameter of the machine has taken up what the model lacks, and b². In 39 messy cases of the
-tuning half intervals of the machine held the truth in 289 of 312 without it and in 299 with it, 8 % wider."""
+"""Odds beforehand that a parameter has taken up what the model lacks, and b². In 39 messy cases of the tuning half
+intervals of the machine held the truth in 289 of 312 without it and in 299 with it, 8 % wider; those of sizes are 19 %
+wider."""
 
 _LEAST_SHARE = 1e-4
 """Probability below which a D with a bent parameter is left out."""
@@ -126,9 +128,12 @@ class Told:
         """Probabilities (p,), centres and spreads (p, g) of the mixture's parts."""
         shares = found.shares[:, None] * softmax([self._bent(value) for value in found.values], axis=1)
         kept = np.argwhere(shares > _LEAST_SHARE)
-        centre, spread = zip(*(self._under(found.values[d], bent) for d, bent in kept.tolist()), strict=True)
+        parts = [self._under(found.values[d], bent) for d, bent in kept.tolist()]
+        centre, spread = (np.array(part) for part in zip(*parts, strict=True))
         shares = shares[tuple(kept.T)]
-        return shares / shares.sum(), np.array(centre), np.array(spread)
+        sizes = np.where(self.problem.known, 1.0, math.sqrt(1.0 + _BENDING))
+        shares = np.concatenate([shares, _BENT * shares])
+        return shares / shares.sum(), np.concatenate([centre, centre]), np.concatenate([spread, sizes * spread])
 
     def _bent(self, dispersion: float) -> np.ndarray:
         """ln of the odds (1 + g,) under D that no parameter is bent, and that each of them is."""

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.stats import t
 
 from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fit import Fit, fit
+from discrepancy.intervals import Told
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -125,6 +127,25 @@ def test_a_bound_is_no_knowledge(low: float) -> None:
     assert (a.high - a.low) / (2.0 * t.ppf(0.975, 3)) == pytest.approx(0.1 / 2.0**0.5, rel=0.1)
 
 
+def test_a_size_of_which_nothing_was_known_may_be_bent(monkeypatch) -> None:
+    """Seed 11: with odds of 0.05 it has 17 times the variance, whatever the records say. Slopes that are known have
+    their say of their own, which is left out here."""
+    model = Slopes(1.0, np.random.default_rng(11))
+    place, half = fit_of(model), []
+    monkeypatch.setattr(Told, "_bent", lambda told, dispersion: np.r_[0.0, np.full(len(told.z), -np.inf)])
+    for odds in (1e-12, 0.05):
+        monkeypatch.setattr("discrepancy.intervals._BENT", odds)
+        half.append([(e.high - e.low) / 2.0 for e in estimates_of(model, place).estimates])
+
+    def beyond(x: float) -> float:
+        return (t.sf(x, 3) + 0.05 * t.sf(x / 17.0**0.5, 3)) / 1.05 - 0.025
+
+    wider = brentq(beyond, 1.0, 30.0) / t.ppf(0.975, 3)
+    assert wider > 1.1
+    assert half[1][4] / half[0][4] == pytest.approx(wider, rel=0.03)
+    assert half[1][:4] == pytest.approx(half[0][:4], rel=1e-6)
+
+
 @pytest.mark.parametrize(("bent", "wider"), [(1.0, False), (4.0, True)])
 def test_a_machine_that_is_bent_beyond_belief_tells_less_of_an_effect(bent: float, wider: bool) -> None:
     """Seed 11: four of five slopes are known to 0.1 and measured to 0.01. Where they are four standard deviations off,
@@ -151,9 +172,10 @@ class Chattering(Line):
 
 
 @pytest.mark.parametrize(("jumping", "windows"), [(0, 4), (1, 3), (4, 0)])
-def test_a_window_whose_motion_jumps_tells_nothing(jumping: int, windows: int) -> None:
+def test_a_window_whose_motion_jumps_tells_nothing(jumping: int, windows: int, monkeypatch) -> None:
     """Seed 8: of b nothing was known. Its interval is that of the windows that have a derivative, and all that is
-    possible where none has."""
+    possible where none has. No parameter is bent."""
+    monkeypatch.setattr("discrepancy.intervals._BENT", 1e-12)
     model = Chattering(0.0, np.random.default_rng(8))
     model.parameters = (model.parameters[0], Parameter("b", "m", 0.0, 1.0, low=-0.5, high=7.0))
     model.jumping = jumping
