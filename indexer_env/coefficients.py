@@ -40,7 +40,7 @@ _OFF = {
     "process_torque": 0.0, "process_centre": 0.0, "process_half_width": 1.0,
     "slip_compliance": 1.0, "ripple_amplitude": 0.0, "ripple_order": 1.0, "ripple_phase": 0.0,
     "transmission_amplitude": 0.0, "transmission_order": 1.0, "transmission_phase": 0.0,
-    "mesh_depth": 0.0, "mesh_order": 1.0, "mesh_phase": 0.0, "mesh_loss": 0.0,
+    "mesh_depth": 0.0, "mesh_order": 1.0, "mesh_phase": 0.0, "mesh_friction": 0.0,
     "bump_height": 0.0, "bump_centre": 0.0, "bump_half_width": 1.0,
     "spacing_error": 0.0, "spacing_station": -1.0,
     "tabulated_over_1": -1.0, "tabulated_over_2": -1.0, "tabulated_moves": 0.0,
@@ -173,7 +173,7 @@ def _edges(values: dict[str, float], number: int, contact_law: str) -> int:
     """Derive a joint's edges and release times from its play and ratio; return its feature bit if it has edges."""
     play, damping = values.pop(f"backlash_{number}"), values[f"damping_{number}"]
     stiffness, ratio = values[f"stiffness_{number}"], values[f"ratio_{number}"]
-    uneven = {1: values["mesh_loss"] > 0.0, 2: values["single_ratio_2"] < 1.0, 3: False}[number]
+    uneven = {1: values["mesh_friction"] > 0.0, 2: values["single_ratio_2"] < 1.0, 3: False}[number]
     bilinear = ratio < 1.0 or uneven
     clipped = play > 0.0 and contact_law == "clipped"
     release = damping / stiffness if clipped else 0.0

@@ -23,8 +23,8 @@ from indexer_env.errors import refuse
 from indexer_env.machine import Machine
 
 SIGNALS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "motor_torque": ("N m", ("torque_1", "motor_acceleration")),
-    "motor_current": ("A", ("torque_1", "motor_acceleration")),
+    "motor_torque": ("N m", ("torque_1", "region_1", "motor_acceleration")),
+    "motor_current": ("A", ("torque_1", "region_1", "motor_acceleration")),
     "motor_angle": ("rad", ("motor_angle",)),
     "table_angle": ("rad", ("table_angle",)),
 }
@@ -114,7 +114,7 @@ class DriveSensors:
         self.check_machine(machine)
         found: dict[str, np.ndarray] = {}
         if {"motor_torque", "motor_current"} & set(self.signals):
-            taken = _before_mesh(machine, channels["torque_1"])
+            taken = channels["torque_1"] * (1.0 + _friction(machine) * channels["region_1"])
             torque = machine.reduction * taken + machine.motor_inertia * channels["motor_acceleration"]
             found["motor_torque"] = torque
             found["motor_current"] = torque / self.torque_constant
@@ -137,7 +137,6 @@ def _encoded(angle: np.ndarray, counts: int | None) -> np.ndarray:
     return TURN * share
 
 
-def _before_mesh(machine: Machine, torque: np.ndarray) -> np.ndarray:
-    """M1 on the motor's side of the reducer's mesh (n,) [N m], from M1 at the cam."""
-    loss = sum(effect.loss for effect in machine.effects if isinstance(effect, MeshFriction))
-    return torque / (1.0 - loss * np.sign(torque))
+def _friction(machine: Machine) -> float:
+    """κ of the reducer's mesh [-], 0 where it does not rub."""
+    return sum(effect.friction for effect in machine.effects if isinstance(effect, MeshFriction))

@@ -69,7 +69,8 @@ class Modes:
 
 
 def natural_frequencies(machine: Machine, cam_angle: float | np.ndarray = 0.0) -> Modes:
-    """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank.
+    """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank, the
+    reducer's mesh without friction.
 
     M q̈ + R q̇ + K q = 0 in q = (α, φ, θ) with δ1 = -α, δ2 = φ - β'α - θ, δ3 = θ::
 
@@ -144,7 +145,7 @@ def _columns(items: Sequence[Coefficients]) -> dict[str, np.ndarray]:
 def _resolving_steps(items: Sequence[Coefficients], columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """The largest steps (n,) [s] that resolve the fastest mode and the fastest decay of each of n items of one model,
     in the dwell and where the law is steepest. Cubic hardening does not count: its stiffness depends on the motion."""
-    rubbing = 1.0 + columns["mesh_loss"]
+    rubbing = 1.0 / (1.0 - columns["mesh_friction"])
     stiffness = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
     columns = columns | {"stiffness_1": stiffness, "damping_1": rubbing * columns["damping_1"]}
     omega, decay = np.zeros(len(items)), np.zeros(len(items))
@@ -181,7 +182,7 @@ def quick_step(
     Σ k_j μ_j and Σ r_j μ_j, with μ_j = v_jᵀM⁻¹v_j the mobility of joint j.
     """
     columns = dict(zip(layout.COEFFICIENT_NAMES, rows.T, strict=True))
-    rubbing = 1.0 + columns["mesh_loss"]
+    rubbing = 1.0 / (1.0 - columns["mesh_friction"])
     stiffness_1 = rubbing * columns["stiffness_1"] * (1.0 + columns["mesh_depth"])
     stiffness = stiffness_1, columns["stiffness_2"], columns["stiffness_3"]
     damping = rubbing * columns["damping_1"], columns["damping_2"], columns["damping_3"]

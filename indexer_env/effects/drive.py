@@ -130,14 +130,20 @@ class MeshFriction(MachineEffect):
 
     name = "drive.mesh_friction"
     sentence = "The reducer's teeth rub in proportion to the torque that they carry."
-    equation = "M1 → M1 (1 - loss s) at the cam and M1 at the motor, s = ±1 the flank that carries"
-    source = "ISO/TR 14179-1 (2001): load-dependent losses of a mesh; the motor turns forwards"
+    equation = (
+        "M1 → M1/(1 + κ s) at the cam and M1 at the motor, κ = loss/(1 - loss), s = 1 where the motor drives the cam, "
+        "-1 where the cam drives the motor"
+    )
+    source = (
+        "friction in proportion to the teeth's normal force, e.g. Shigley, Mechanical Engineering Design, worm gearing: "
+        "efficiencies η = 1 - loss forwards and 2 - 1/η backwards; the motor turns forwards"
+    )
     enters = "torque of joint 1"
     models = ("B", "B_on_base")
 
     # a worm that loses half of its torque locks itself, so that the table could not drive it
     loss: float = parameter(
-        "share of the torque that is lost, 1 - efficiency",
+        "share of the torque that is lost where the motor drives, 1 - efficiency",
         "-",
         null=0.0,
         low=0.0,
@@ -146,5 +152,10 @@ class MeshFriction(MachineEffect):
         sought=Sought("-", (0.02, 0.06, 0.2), 0.02, 0.0, 0.49),
     )
 
+    @property
+    def friction(self) -> float:
+        """κ [-]."""
+        return self.loss / (1.0 - self.loss)
+
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
-        coefficients["mesh_loss"] = self.loss
+        coefficients["mesh_friction"] = self.friction

@@ -26,7 +26,7 @@ from .edges import (
     joint_guard,
     joint_rows,
 )
-from .effects import mesh_efficiency
+from .effects import mesh_share
 from .forced import (
     FORCES,
     begin_forced,
@@ -95,8 +95,8 @@ def oscillator(w, i, joint, region):
         region, w[row], w[row + R_1 - K_1], w[row + EDGE_1 - K_1], ratio, w[row + FREE_R_1 - K_1]
     )  # fmt: skip
     if joint == 0:
-        efficiency = mesh_efficiency(region, w[MESH_LOSS + i])
-        k, r = efficiency * k, efficiency * r
+        share = mesh_share(region, w[MESH_FRICTION + i])
+        k, r = share * k, share * r
         return k, offset, r, w[J_CAM + i], w[REDUCTION + i] * w[MOTOR_ACCELERATION + i], 0.0, 0.0
     torque, stiffness = weight(w, i, offset, k)
     c = -(w[LOAD_TORQUE + i] + torque) / w[J_TABLE + i]

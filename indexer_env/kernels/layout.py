@@ -66,7 +66,7 @@ COEFFICIENT_NAMES = (
     # drive
     "slip_compliance", "ripple_amplitude", "ripple_order", "ripple_phase",
     "transmission_amplitude", "transmission_order", "transmission_phase",
-    "mesh_depth", "mesh_order", "mesh_phase", "mesh_loss",
+    "mesh_depth", "mesh_order", "mesh_phase", "mesh_friction",
     # cam
     "bump_height", "bump_centre", "bump_half_width", "spacing_error", "spacing_station",
     # a table: its variables, whether it is an error of the cam's motion (1) or a torque (0); then as
@@ -91,7 +91,7 @@ COEFFICIENT_ROWS = len(COEFFICIENT_NAMES)
     IMBALANCE_TORQUE, IMBALANCE_PHASE, PROCESS_TORQUE, PROCESS_CENTRE, PROCESS_HALF_WIDTH,
     SLIP_COMPLIANCE, RIPPLE_AMPLITUDE, RIPPLE_ORDER, RIPPLE_PHASE,
     TRANSMISSION_AMPLITUDE, TRANSMISSION_ORDER, TRANSMISSION_PHASE,
-    MESH_DEPTH, MESH_ORDER, MESH_PHASE, MESH_LOSS,
+    MESH_DEPTH, MESH_ORDER, MESH_PHASE, MESH_FRICTION,
     BUMP_HEIGHT, BUMP_CENTRE, BUMP_HALF_WIDTH, SPACING_ERROR, SPACING_STATION,
     TABULATED_OVER_1, TABULATED_OVER_2, TABULATED_MOVES, TABULATED_FIRST_1, *_,
     LAW_FIRST, LAW_COUNT, LINEAR_DWELL,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .compiling import outlined, scalar
-from .effects import mesh_efficiency
+from .effects import mesh_share
 from .joints import region_line
 from .layout import *
 
@@ -26,8 +26,8 @@ def set_line(w, i, region, line, joint, ratio):
 def set_lines(w, i):
     """Put all three joints of lane i on the lines of their regions."""
     set_line(w, i, REGION_1, LINE_K_1, K_1, w[RATIO_1 + i])
-    efficiency = mesh_efficiency(w[REGION_1 + i], w[MESH_LOSS + i])
-    w[LINE_K_1 + i], w[LINE_R_1 + i] = efficiency * w[LINE_K_1 + i], efficiency * w[LINE_R_1 + i]
+    share = mesh_share(w[REGION_1 + i], w[MESH_FRICTION + i])
+    w[LINE_K_1 + i], w[LINE_R_1 + i] = share * w[LINE_K_1 + i], share * w[LINE_R_1 + i]
     set_line(w, i, REGION_2, LINE_K_2, K_2, w[STATION_RATIO_2 + i])
     set_line(w, i, REGION_3, LINE_K_3, K_3, w[RATIO_3 + i])
     w[LINE_CUBIC_2 + i] = 0.0 if w[REGION_2 + i] == 0.0 else w[CUBIC_2 + i]

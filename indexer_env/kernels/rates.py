@@ -18,7 +18,7 @@ from .effects import (
     bump,
     coulomb_torque,
     imbalance_torque,
-    mesh_efficiency,
+    mesh_share,
     slip_acceleration,
     stribeck_torque,
     tabulated,
@@ -179,8 +179,8 @@ def motor(w, low, high, features):
     if features & USES_SLIP:
         for i in range(low, high):
             command = w[COMMAND + i] + w[MOTOR_ACCELERATION + i] * w[STAGE_TIME + i]
-            efficiency = mesh_efficiency(w[REGION_1 + i], w[MESH_LOSS + i])
-            reaction = w[REDUCTION + i] * w[TORQUE_1 + i] / efficiency
+            share = mesh_share(w[REGION_1 + i], w[MESH_FRICTION + i])
+            reaction = w[REDUCTION + i] * w[TORQUE_1 + i] / share
             w[MOTOR_ACC + i] = slip_acceleration(
                 command, w[MOTOR_RATE + i], w[SLIP_COMPLIANCE + i], reaction, w[J_MOTOR + i]
             )

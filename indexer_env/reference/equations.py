@@ -141,7 +141,7 @@ class Equations:
             contact.line(region) for contact, region in zip(contacts, regions, strict=True)
         )
         rubbing = self.effects.get("drive.mesh_friction")
-        efficiency = 1.0 - rubbing.loss * regions[0] if rubbing else 1.0
+        share = 1.0 / (1.0 + rubbing.loss / (1.0 - rubbing.loss) * regions[0]) if rubbing else 1.0
 
         def sheet(state: Sequence[float]) -> tuple[float, ...]:
             alpha, w, phi, phi_rate, theta, theta_rate, gamma, gamma_rate = state
@@ -152,7 +152,7 @@ class Equations:
             d1, v1 = side - alpha, side_rate - w
             d2, v2 = phi - b0 - theta, phi_rate - b1 * w - theta_rate
             M_motor = 0.0 if rigid_drive else mesh(gamma) * (k1 * (d1 - o1) + r1 * v1)
-            M1 = efficiency * M_motor
+            M1 = share * M_motor
             x = d2 - o2
             M2 = (k2 + k_c * x * x) * x + r2 * v2
             M3 = k3 * (theta - o3) + r3 * theta_rate if on_base else 0.0

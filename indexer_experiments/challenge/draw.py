@@ -62,7 +62,8 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
 misfit as noise); the others are uniform between their two values."""
 
 _LARGEST = {"drive.mesh_stiffness": 0.35, "drive.mesh_friction": 0.45}
-"""Largest size drawn, where a larger one shakes the machine to pieces: the mesh then drives it parametrically."""
+"""Largest size drawn, where a larger one shakes the machine to pieces, as an uneven mesh then drives it parametrically,
+or locks it."""
 
 
 @dataclass(frozen=True)

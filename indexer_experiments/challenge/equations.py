@@ -88,7 +88,7 @@ class Plant(NamedTuple):
     ripple: Wave
     transmission: Wave
     mesh: Wave
-    mesh_loss: float
+    mesh_friction: float
     law: float
     unlisted: Unlisted = NOTHING
 
@@ -173,7 +173,7 @@ def rates(p: Plant, y: np.ndarray, turn: float, region_1: int, region_2: int, ou
     M1 *= 1.0 + p.mesh.size * math.cos(p.mesh.order * y[6] + p.mesh.phase)
     M2 = carried(u, y, turn) * torque(p.joint_2, softness(p, turn), region_2, d2, v2) + beside_joint(u, y, v2)
     M1 = coupled(u, M1)
-    driving, w2 = on_cam(u, y, p.command, (1.0 - p.mesh_loss * region_1) * M1), y[1] * y[1]
+    driving, w2 = on_cam(u, y, p.command, M1 / (1.0 + p.mesh_friction * region_1)), y[1] * y[1]
     theta_acc = 0.0
     if p.loose != 0.0:
         M3 = p.k3 * y[4] + p.r3 * y[5]

@@ -155,7 +155,7 @@ def plant(machine: Machine, point: OperatingPoint, unlisted: Unlisted = NOTHING)
         command=point.motor_speed, slip=1.0 / slip if slip else 0.0,
         ripple=Wave(tau * ripple.size / ripple.order, ripple.order, ripple.phase),
         transmission=wave("drive.transmission_error", "amplitude"), mesh=wave("drive.mesh_stiffness", "depth"),
-        mesh_loss=loss,
+        mesh_friction=loss / (1.0 - loss),
         law=LAWS.index(machine.motion_law.name), unlisted=unlisted,
     ))  # fmt: skip
 

@@ -180,14 +180,14 @@ def test_mesh_stiffness_needs_torque_to_show(smooth, visible):
 
 
 def test_mesh_friction_takes_its_share_of_the_torque_whichever_side_drives(smooth, visible):
-    """The cam gets (1 - loss) of what the motor gives, and gives (1 + loss) of what the motor gets."""
+    """Loss 0.2: the cam gets 80 % of what the motor gives, and the motor 2 - 1/0.8 = 75 % of what the cam gives."""
     r = turn_of(smooth.with_effects(visible("drive.mesh_friction")))
     joint = smooth.input_joint
     at_motor = joint.stiffness * r["deflection_1"] + joint.damping * r["deflection_rate_1"]
     driven, driving = r["deflection_1"] > 0.0, r["deflection_1"] < 0.0
     assert driven.any() and driving.any()
     np.testing.assert_allclose(r["torque_1"][driven], 0.8 * at_motor[driven], rtol=1e-12)
-    np.testing.assert_allclose(r["torque_1"][driving], 1.2 * at_motor[driving], rtol=1e-12)
+    np.testing.assert_allclose(at_motor[driving], 0.75 * r["torque_1"][driving], rtol=1e-12)
 
 
 @pytest.mark.parametrize("backlash", [0.0, 2e-3])
@@ -202,14 +202,19 @@ def test_a_slipping_motor_feels_the_torque_before_the_mesh(smooth, visible, back
     assert np.abs(found.channels["motor_rate"] - expected).max() < 1e-6 * np.ptp(expected)
 
 
-def test_the_motors_torque_is_read_before_the_mesh(smooth, visible):
-    """But where the flank pulls for a moment, as a joint without play may do at its change of sides."""
+@pytest.mark.parametrize(("law", "backlash"), [("clipped", 0.0), ("clipped", 2e-3), ("damped_play", 2e-3)])
+def test_the_motors_torque_is_read_before_the_mesh(smooth, visible, law, backlash):
+    joint = dataclasses.replace(smooth.input_joint, backlash=backlash)
+    plain = dataclasses.replace(smooth, input_joint=joint, contact_law=law)
     sensors = DriveSensors(signals=("motor_torque",))
-    machine = smooth.with_effects(visible("drive.mesh_friction"))
-    r = turn_of(machine)
-    joint = smooth.input_joint
-    taken = joint.stiffness * r["deflection_1"] + joint.damping * r["deflection_rate_1"]
+    run = Run(samples=900, warmup_turns=0, channels=(*sensors.channels, "deflection_1", "deflection_rate_1"))
+    machine = plain.with_effects(visible("drive.mesh_friction"))
+    r = simulate(machine, POINT, run).channels
+    side = r["region_1"]
+    carried = joint.stiffness * (r["deflection_1"] - 0.5 * side * backlash)
+    torque = np.where(side == 0.0, 0.0, carried) + joint.damping * r["deflection_rate_1"]
+    if law == "clipped":
+        torque[side == 0.0] = 0.0
+    assert set(np.unique(side)) >= {-1.0, 1.0}
     read = sensors.read(machine, r, 1000.0)["motor_torque"]
-    pulled = np.sign(r["torque_1"]) == np.sign(r["deflection_1"])
-    expected = (smooth.reduction * taken).astype(np.float32)
-    np.testing.assert_allclose(read[pulled], expected[pulled], rtol=1e-5)
+    np.testing.assert_allclose(read, smooth.reduction * torque, rtol=1e-5, atol=1e-6)

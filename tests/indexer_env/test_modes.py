@@ -175,11 +175,26 @@ def test_the_largest_step_follows_the_fastest_decay(smooth, visible):
     assert largest_steps([coefficients(slip, OperatingPoint())])[0] == pytest.approx(1e-3 * 0.01, rel=1e-12)
 
 
+def test_the_largest_step_is_that_of_the_flank_on_which_friction_adds_to_the_torque(smooth, visible):
+    """Loss 0.2: the table drives the motor through an efficiency of 0.75."""
+    stiffer = dataclasses.replace(
+        smooth.input_joint, stiffness=smooth.input_joint.stiffness / 0.75, damping=smooth.input_joint.damping / 0.75
+    )
+    expected, found = (
+        largest_steps([coefficients(machine, OperatingPoint())])[0]
+        for machine in (
+            dataclasses.replace(smooth, input_joint=stiffer), smooth.with_effects(visible("drive.mesh_friction"))
+        )
+    )  # fmt: skip
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert found < largest_steps([coefficients(smooth, OperatingPoint())])[0]
+
+
 def test_the_quick_step_is_at_most_the_largest_and_not_much_less(smooth, on_base, visible):
     creep, slip = visible("friction.coulomb", torque=50.0), visible("drive.slip", compliance=1e-3)
     for machine in (
         smooth, dataclasses.replace(smooth, model="A"), on_base, smooth.with_effects(creep), smooth.with_effects(slip),
-        smooth.with_effects(visible("drive.mesh_stiffness")), on_base.with_effects(visible("base.looseness")),
+        smooth.with_effects(visible("drive.mesh_stiffness")), smooth.with_effects(visible("drive.mesh_friction")), on_base.with_effects(visible("base.looseness")),
     ):  # fmt: skip
         item = coefficients(machine, OperatingPoint())
         largest, limits = float(largest_steps([item])[0]), (LARGEST_PHASE_STEP, LARGEST_DECAY_STEP)

@@ -197,7 +197,7 @@ KINDS_OF_DISTURBANCE = (
         lambda a, q, s: {"inverter": Wave(a * s.torque, **_sine(q))},
     ),
     Kind(
-        "coupling.rubber", "The rubber star of the coupling before the cam hardens as it is pressed.",
+        "coupling.rubber", "The rubber star of the coupling behind the motor hardens as it is pressed.",
         "M1 → M1 (1 + a (M1/M_c)²), M_c = T0 V0/cam rate", "judge", "input", ("phase",), {}, 0.1,
         lambda a, q, s: {"rubber": a / (s.torque * s.rate / s.cam_rate) ** 2}, most=4.0,
     ),

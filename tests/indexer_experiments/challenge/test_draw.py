@@ -51,7 +51,10 @@ def test_a_challenge_that_cannot_be_is_refused(arguments: dict, said: str) -> No
         Order(**{"count": 1, "seed": 0, **arguments})
 
 
-def test_the_mesh_is_never_so_uneven_that_it_shakes_the_machine_to_pieces() -> None:
-    number = list(HIDDEN).index("drive.mesh_stiffness")
-    (effect,) = draw(Order(22, 4, gap=(10.0, 10.0)), number).hidden
-    assert effect.depth == 0.35  # pyright: ignore[reportAttributeAccessIssue]
+@pytest.mark.parametrize(
+    ("name", "field", "largest"), [("drive.mesh_stiffness", "depth", 0.35), ("drive.mesh_friction", "loss", 0.45)]
+)
+def test_the_mesh_neither_shakes_the_machine_to_pieces_nor_locks_itself(name: str, field: str, largest: float) -> None:
+    number = list(HIDDEN).index(name)
+    (effect,) = draw(Order(23, 4, gap=(10.0, 10.0)), number).hidden
+    assert getattr(effect, field) == largest
