@@ -14,6 +14,9 @@ SHORTEST_STEP = 1e-7
 LONGEST_STEP = 10.0
 """Sampling steps outside this range [s] are no vibration record but a wrong unit of time."""
 
+LONGEST_UNSTATED = 0.1
+"""From this step on [s] a time without a unit is none of seconds: a table's vibration is not recorded at 10 Hz."""
+
 MOST_STRAY_STEPS = 2.0
 """Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
 
@@ -68,6 +71,11 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
     step = float(np.median(steps))
     resolution = 0.0 if time.decimals is None else 10.0**-time.decimals * _time_scale(table, time)
     check_step(f"{table.path}, column {time.name!r}", step, "correct the unit of time in the header")
+    if step >= LONGEST_UNSTATED and _unit(time) is None:
+        raise SignalError(
+            f"{table.path}, column {time.name!r}: a time without a unit is one in seconds, whose step must be below "
+            f"{LONGEST_UNSTATED:g} s, got {step:.6g}; write its unit into the header, as in {time.name + ' [ms]'!r}."
+        )
     slack = max(0.5 * step, resolution)
     uneven = np.abs(steps - step) > slack
     if uneven.any():
@@ -95,12 +103,19 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
     return whole if whole > 0.0 and abs(whole - rate) <= doubt else rate
 
 
+def _unit(time: Column) -> str | None:
+    """The unit of time in the header's brackets, or at the end of its name, as in time_ms."""
+    ending = time.name.lower().replace(" ", "_").rpartition("_")[2]
+    return time.unit or (ending if ending in TIME_UNITS and ending != time.name.lower() else None)
+
+
 def _time_scale(table: MeasuredTable, time: Column) -> float:
-    if time.unit is None:
+    unit = _unit(time)
+    if unit is None:
         return 1.0
-    if time.unit.lower() not in TIME_UNITS:
+    if unit.lower() not in TIME_UNITS:
         raise SignalError(
             f"{table.path}, column {time.name!r}: the unit of time must be one of s, ms, us, "
-            f"got {time.unit!r}; correct the header."
+            f"got {unit!r}; correct the header."
         )
-    return TIME_UNITS[time.unit.lower()]
+    return TIME_UNITS[unit.lower()]

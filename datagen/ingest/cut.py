@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,8 @@ def _flaw(own_samples: Sequence[np.ndarray], record: np.ndarray | None) -> str:
 
 def _columns(source: Source, label: Label, settings: Settings, recording: Recording) -> dict[str, Any]:
     signal = recording.signals[0]
-    known = from_mapping(RecordConditions, {**asdict(settings.known), **source.known}, "known")
+    own = asdict(from_mapping(RecordConditions, source.known, "known"))
+    known = replace(settings.known, **{name: value for name, value in own.items() if value is not None})
     versions = {name: value for name, value in version_columns().items() if name not in _OF_SIMULATION}
     return {
         "kind": "measured",

@@ -62,8 +62,11 @@ def _decode(path: Path, content: bytes) -> str:
 
 
 def _csv(path: Path, text: str) -> MeasuredTable:
-    # Nothing looks at single lines further down: the rest stays one piece of text.
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n", 2 * _SNIFFED_LINES)
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    filled = text.rstrip()
+    # Blank lines at the end hold nothing, but a tab at the end of the last row does. Nothing looks at single lines
+    # further down: the rest stays one piece of text.
+    lines = (filled + text[len(filled) :].partition("\n")[0]).split("\n", 2 * _SNIFFED_LINES)
     delimiter, width, start = _layout(lines)
     if width == 0:
         raise SignalError(
@@ -131,12 +134,15 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 def _header(before: list[str], delimiter: str, width: int) -> list[str]:
     """Titles from the line above the data; a line of units between titles and data is joined as "title
-    [unit]"."""
-    rows = [_split(line, delimiter) for line in before if line.strip() and not line.startswith("#")]
+    [unit]". A line with a number in it, or apart from the next one, is of a preamble and has no titles."""
+    told = [place for place, line in enumerate(before) if line.strip() and not line.startswith("#")]
+    rows = [_split(before[place], delimiter) for place in told]
     if not rows or len(rows[-1]) != width:
         return []
     titled = any(name and unit for name, unit in map(split_title, rows[-1]))
-    if not titled and len(rows) > 1 and width > 1 and len(rows[-2]) == width and all(rows[-2]):
+    above = rows[-2] if len(rows) > 1 and told[-1] - told[-2] == 1 else []
+    named = len(above) == width > 1 and all(cell and not _NUMBER_OR_COMMA.match(cell) for cell in above)
+    if not titled and named:
         units = [cell.strip("[]()") for cell in rows[-1]]
         return [f"{name} [{unit}]" if unit else name for name, unit in zip(rows[-2], units, strict=True)]
     return rows[-1]

@@ -278,3 +278,29 @@ def refusal_of_single(tmp_path) -> str:
     path = tmp_path / "single.csv"
     path.write_text("time [s]\n" + "\n".join(f"{k / RATE:.3f}" for k in range(COUNT)))
     return refusal(path)
+
+
+def test_a_tab_behind_each_row_is_one_behind_the_last_too(tmp_path, wave):
+    rows = [f"{k / RATE:.3f}\t{v:.6f}\t" for k, v in enumerate(wave)]
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join(["time [s]\tacceleration [m/s^2]\t", *rows]) + "\n\n  \n", encoding="utf-8")
+    np.testing.assert_allclose(read_signal(path).values, wave, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("preamble", ["Serial;4711\n\n", "Serial;4711\n", "Logger;A7\n\n"])
+def test_a_preamble_of_two_cells_is_no_line_of_titles(tmp_path, wave, preamble):
+    path = write(tmp_path / "a.csv", wave, header="Time,Acc", delimiter=";")
+    path.write_text(preamble + path.read_text())
+    np.testing.assert_allclose(read_signal(path, unit="m/s^2").values, wave, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["time_ms", "Time ms", "time [ms]"])
+def test_the_unit_of_time_may_stand_at_the_end_of_its_name(tmp_path, wave, name):
+    path = write(tmp_path / "a.csv", wave, header=f"{name},acceleration [m/s^2]", times=np.arange(COUNT), digits=0)
+    assert read_signal(path).sample_rate == RATE
+
+
+@pytest.mark.parametrize("name", ["timestamp", "t"])
+def test_milliseconds_without_a_unit_are_not_taken_for_seconds(tmp_path, wave, name):
+    path = write(tmp_path / "a.csv", wave, header=f"{name},acceleration [m/s^2]", times=np.arange(COUNT), digits=0)
+    assert f"got 1; write its unit into the header, as in '{name} [ms]'" in refusal(path)

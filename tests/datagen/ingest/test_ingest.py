@@ -15,7 +15,7 @@ from datagen.check import check
 from datagen.ingest.publish import ingest
 from datagen.ingest.settings import Settings
 from datagen.ingest.sources import sources_of
-from datagen.shard import read_shards
+from datagen.shard import iterate_shards, read_shards
 from datagen.store import REJECTED, StoreError
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.units import RPM
@@ -68,6 +68,19 @@ def dataset(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("ingest")
     ingest(sources_of(str(bench(folder / "files")), None), SETTINGS, folder / "set")
     return folder / "set"
+
+
+def test_a_files_own_conditions_win_over_those_of_all(tmp_path) -> None:
+    """A speed in the table of labels, in rpm, beside a load that all files share."""
+    files = bench(tmp_path / "files", ("csv",))
+    table = files / "labels.csv"
+    table.write_text("file,class,motor_speed_rpm\nhealthy/csv.csv,healthy,1500\nworn/csv.csv,worn,\n", encoding="utf-8")
+    settings = replace(SETTINGS, known=RecordConditions(load_torque=2.0, motor_speed=1200.0 * RPM))
+    ingest(sources_of(str(files), table), settings, tmp_path / "set")
+    rows = [row for shard in iterate_shards(tmp_path / "set") for row in shard.to_pylist()]
+    speeds = {row["source"]: round(row["motor_speed"] / RPM) for row in rows}
+    assert speeds == {"healthy/csv.csv": 1500, "worn/csv.csv": 1200}
+    assert {row["load_torque"] for row in rows} == {2.0}
 
 
 def contents(folder: Path) -> dict[str, bytes]:
