@@ -57,7 +57,8 @@ def run(config: dict[str, Any]) -> None:
     console = plain_console()
     console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
     left = () if outcome.left is None else outcome.left.sentences
-    for sentence in (*left, *outcome.of_records, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
+    told = *left, *outcome.of_records, *outcome.answer.written.remarks
+    for sentence in (*told, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
         console.print(f"  {sentence}")
     console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
 

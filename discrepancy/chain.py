@@ -95,10 +95,12 @@ def run_chain(
         # The answer took minutes and stands whatever happens from here on, so nothing may take it away.
         try:
             return make()
+        except KeyboardInterrupt:
+            failures.append(f"The stage “{stage}” was interrupted; the findings stand.")
         except Exception as error:
             _log.exception("%s failed", stage)
             failures.append(f"The stage “{stage}” failed ({type(error).__name__}: {error}); the findings stand.")
-            return otherwise
+        return otherwise
 
     begin(STAGES[0])
     answer = explain(subject.model, subject.held_out, criteria, subject.forms(), subject.elsewhere)
@@ -119,7 +121,7 @@ def run_chain(
     begin(STAGES[3])
     table = attempted(STAGES[3], lambda: tabulate(answer, subject.forms()), None)
     begin(STAGES[4])
-    question = question_of(answer)
+    question = attempted(STAGES[4], lambda: question_of(answer), None)
     following = attempted(STAGES[4], lambda: separations(subject, answer, question) if question else (), ())
     told = tuple(dict.fromkeys(failures))
     return Outcome(subject, answer, where, left, gap, question, following, told, seed, table, origin, of_records)

@@ -283,4 +283,5 @@ def _finding(selection: Selection, one: Judged) -> Finding:
         others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
     rivals = tuple(Rival(selection.other(r, k), gaps[r], share * weights[r]) for r in selection.instead[k])
     probability = share * (1.0 + sum(weights[member] for member in members))
-    return Finding(one.grade, (one.found, *others), probability, inside, closes, one.why, rivals)
+    untried = "" if rivals or selection.complete else " The time allowed ran out before others were tried in its place."
+    return Finding(one.grade, (one.found, *others), probability, inside, closes, f"{one.why}{untried}", rivals)

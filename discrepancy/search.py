@@ -250,9 +250,7 @@ class Search:
         """Sets with another effect in the place of the k-th, the best first: of those that have led a race so far and,
         if asked, those that are known to look alike, whatever they promise."""
         effect, base = fitted.effects[k], self.fits.without(fitted, k)
-        if not self.in_time():
-            return ()
-        found = self._finished(self._raced(base, effect.name), fitted)
+        found = self._finished(self._raced(base, effect.name), fitted) if self.in_time() else []
         near = (more_than(one, base) for one in found if not self.wins(fitted, one))
         names = {*base.place.hypothesis.names, *self._barred, *near}
         alikes = [name for name in effect.alike if alike and name not in names]
@@ -261,8 +259,9 @@ class Search:
             beside = self.fits.left_out(fitted, k)
             library = self._listed(beside)
             asked = [h for name in alikes for h in library.get(name, ())]
-            leading = race(self.model, beside, asked, self.criteria, in_time=self.in_time)
-            found += [self.fits.fit(place) for place in leading[: self.criteria.rivals] if self.in_time()]
+            # without them a family would be told as one effect: they are fitted though time may have run out
+            leading = race(self.model, beside, asked, self.criteria)
+            found += [self.fits.fit(place) for place in leading[: self.criteria.rivals]]
         return tuple(first_of_each(self._ranked(found), lambda one: more_than(one, base)))
 
     def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:

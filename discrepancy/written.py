@@ -80,8 +80,10 @@ def written(
 def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:
     """What speaks against a calibrated machine, given the mean squares that it and the nominal machine leave of a
     record, above what does not repeat and over it; "" where nothing does. Where no effect is named, what is missing has
-    bent the parameters towards it, and at another speed or load they may predict worse than the nominal ones."""
-    if left > open_:
+    bent the parameters towards it, and at another speed or load they may predict worse than the nominal ones. Where one
+    is, a record that is left at the noise does not show it, and says nothing of which is better."""
+    shows = left >= criteria.at_noise or not named
+    if left > open_ and shows:
         return f"it predicts {record} worse than the nominal machine does"
     if named or left <= max(criteria.at_noise, (1.0 - criteria.closes) * open_):
         return ""

@@ -69,8 +69,8 @@ class Modes:
 
 
 def natural_frequencies(machine: Machine, cam_angle: float | np.ndarray = 0.0) -> Modes:
-    """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank, the
-    reducer's mesh without friction.
+    """Natural frequencies of the machine about rest at given cam angles, every joint in contact on its stiffer flank,
+    the reducer's mesh without friction.
 
     M q̈ + R q̇ + K q = 0 in q = (α, φ, θ) with δ1 = -α, δ2 = φ - β'α - θ, δ3 = θ::
 

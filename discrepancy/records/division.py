@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from discrepancy.indexer import Experiment
-from discrepancy.indexer.windows import windows_of
+from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
@@ -23,18 +23,24 @@ _ROUNDS = 2
 
 
 def divided(made: Sequence[Experiment], machine: Machine) -> tuple[tuple[Experiment, ...], tuple[Experiment, ...]]:
-    """Parts of all records to fit and to hold out: a third or a half of each, its end or its beginning, so that as many
-    stations as possible are seen by both. What acts at one station alone is proved only where it is."""
+    """Parts of all records to fit and to hold out: a third or a half of each, its end or its beginning, so that both
+    have cam turns enough, and as many stations as possible are seen by both. What acts at one station alone is proved
+    only where it is."""
     parts = [[_cut(one, machine, *cut) for cut in _CUTS] for one in made]
     seen = [[_stations(pair, machine) for pair in pairs] for pairs in parts]
     chosen = [0] * len(made)
     for _ in range(_ROUNDS):
         for k, mine in enumerate(seen):
             others = sum((seen[i][c] for i, c in enumerate(chosen) if i != k), np.zeros((2, machine.stations)))
-            by_both = [int(((others + own) > 0).all(axis=0).sum()) if own.any(axis=1).all() else -1 for own in mine]
-            chosen[k] = max(range(len(_CUTS)), key=by_both.__getitem__)
+            good = [_goodness(others + own) if own.any(axis=1).all() else (-1, 0) for own in mine]
+            chosen[k] = max(range(len(_CUTS)), key=good.__getitem__)
     fitted, held = zip(*(pairs[c] for pairs, c in zip(parts, chosen, strict=True)), strict=True)
     return tuple(fitted), tuple(held)
+
+
+def _goodness(seen: np.ndarray) -> tuple[int, int]:
+    """Cam turns of both parts up to what each needs, and stations that both see, by how often they do (2, stations)."""
+    return int(np.minimum(seen.sum(axis=1), LEAST_WINDOWS).sum()), int((seen > 0).all(axis=0).sum())
 
 
 def _stations(pair: tuple[Experiment, Experiment], machine: Machine) -> np.ndarray:

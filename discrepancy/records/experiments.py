@@ -18,6 +18,7 @@ from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, likest_other, nominal_orders, upright
+from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import (
     by_pulses,
@@ -94,8 +95,10 @@ def experiments(
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
+    # rates that are one but for their clocks must not be thinned by different factors
+    every = int(min(record.signal.sample_rate for record in records) // _RATE)
     for record, noise in zip(records, _noises(records), strict=True):
-        experiment, said = _checked(record, machine, sensor, noise, check_motion)
+        experiment, said = _checked(record, machine, sensor, noise, every, check_motion)
         made.append(experiment)
         notes += said
     kept = [record.conditions.held_out for record in records]
@@ -141,25 +144,23 @@ _Noise = tuple[float, float]
 
 
 def _noises(records: Sequence[Record]) -> list[_Noise]:
-    """The noise of each record as it was measured: of those for which none is stated, that of all of one unit and rate
-    together, as one sensor took them."""
-    alike: dict[tuple[str, float], list[np.ndarray]] = {}
+    """The noise of each record as it was measured: of those for which none is stated, that of all of one unit together,
+    as one sensor took them. Their rates differ by what their clocks are off."""
+    alike: dict[str, list[Signal]] = {}
     for signal in (record.signal for record in records if record.conditions.noise is None):
-        alike.setdefault((signal.unit, signal.sample_rate), []).append(signal.values)
-    shared = {key: shared_noise(rows, key[1]) for key, rows in alike.items()}
+        alike.setdefault(signal.unit, []).append(signal)
+    shared = {unit: shared_noise([one.values for one in those], those[0].sample_rate) for unit, those in alike.items()}
     return [
-        noise_of(r.signal.values, r.signal.sample_rate) if r.conditions.noise is not None
-        else shared[r.signal.unit, r.signal.sample_rate]
+        noise_of(r.signal.values, r.signal.sample_rate) if r.conditions.noise is not None else shared[r.signal.unit]
         for r in records
-    ]  # fmt: skip
+    ]
 
 
-def _thinned(record: Record, sensor: Sensor, noise: _Noise) -> tuple[Record, _Noise]:
+def _thinned(record: Record, sensor: Sensor, noise: _Noise, every: int) -> tuple[Record, _Noise]:
     """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
     noise, which is told above that band. A sensor with filters of its own reads at the record's rate: at a lower one
     they would be others."""
     signal, rate = record.signal, record.signal.sample_rate
-    every = int(rate // _RATE)
     if every < 2 or has_filters(sensor):
         return record, noise
     target = rate / every
@@ -173,10 +174,16 @@ def _thinned(record: Record, sensor: Sensor, noise: _Noise) -> tuple[Record, _No
 
 
 def _checked(
-    record: Record, machine: Machine, sensor: Sensor, noise: _Noise, check_motion: bool
+    record: Record, machine: Machine, sensor: Sensor, noise: _Noise, every: int, check_motion: bool
 ) -> tuple[Experiment, list[str]]:
     measured_at = record.signal.sample_rate
-    record, estimate = _thinned(record, sensor, noise)
+    cam_turn = 2.0 * math.pi / (machine.reduction * record.conditions.motor_speed)
+    if record.signal.duration < cam_turn:
+        raise SignalError(
+            f"{record.name} must hold a whole cam turn, {cam_turn:.3g} s at the speed stated, got "
+            f"{record.signal.duration:.3g} s; record for longer, or leave it out."
+        )
+    record, estimate = _thinned(record, sensor, noise, every)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
     if signal.sample_rate < measured_at:
@@ -215,6 +222,9 @@ def _checked(
     if record.pulses is None or len(record.pulses) < 2:
         speed, said = put_right(record, speed, match, machine.reduction)
         notes += said
+    record, said = without_offset(record, machine.reduction * speed, sensor.offset)
+    notes += said
+    signal = record.signal
     spread = speed_known_to(record, machine.reduction * speed)
     start, known_to, said = start_of(record, machine, speed, spread, match)
     notes += said

@@ -12,30 +12,45 @@ In reading order:
 
 from __future__ import annotations
 
+import html
 import json
+import logging
+from typing import Any
 
 from discrepancy.chain import Outcome
 from discrepancy.report.content import content
 from discrepancy.report.words import headline, to_do
+
+_log = logging.getLogger(__name__)
 
 __all__ = ["content", "headline", "report_files", "to_do"]
 
 
 def report_files(outcome: Outcome) -> dict[str, str]:
     """Texts of all files by name."""
-    from discrepancy.report.page import page
-
     whole = content(outcome)
     written = outcome.answer.written
     machine = dict(outcome.subject.files(outcome.answer.model, written.place))
     comments = "".join(f"# {remark}\n" for remark in written.remarks)
     return {
         "report.json": json.dumps(whole, indent=1, ensure_ascii=False) + "\n",
-        "report.html": page(outcome, whole),
+        "report.html": _page(outcome, whole),
         **machine,
         "machine.yaml": comments + machine["machine.yaml"],
         **_with_table(outcome),
     }
+
+
+def _page(outcome: Outcome, whole: dict[str, Any]) -> str:
+    """The page for people. Where it cannot be drawn, a page that says so: what was found must not be lost by it."""
+    from discrepancy.report import page
+
+    try:
+        return page.page(outcome, whole)
+    except Exception as error:
+        _log.exception("the page could not be drawn")
+        why = html.escape(f"{type(error).__name__}: {error}")
+        return f"<!doctype html><p>The page could not be drawn ({why}). All findings stand in report.json.</p>\n"
 
 
 def _with_table(outcome: Outcome) -> dict[str, str]:

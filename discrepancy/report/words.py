@@ -24,8 +24,9 @@ def headline(outcome: Outcome) -> str:
     """What is missing, how large it is, how much of the gap it closes, and what remains."""
     answer = outcome.answer
     if answer.verdict == "nothing missing":
-        said = "Nothing is missing: the calibrated model comes down to the noise on records that were never fitted"
-        return f"{said} ({times(answer.before)} it).{_cut_short(outcome)}"
+        tolerated = "" if answer.criteria.tolerance is None else " and what is tolerated"
+        said = f"Nothing is missing: the calibrated model comes down to the noise{tolerated}"
+        return f"{said} on records that were never fitted ({times(answer.before)} it).{_cut_short(outcome)}"
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
     remains = f"{times(remaining(outcome))} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
@@ -52,17 +53,19 @@ def remaining(outcome: Outcome) -> float:
 
 
 def remains_more(outcome: Outcome) -> bool:
-    """Whether more than noise remains beside what is accepted."""
-    answer = outcome.answer
-    return remaining(outcome) ** 2 - 1.0 >= answer.criteria.at_noise
+    """Whether more than noise, and what is tolerated, remains beside what is accepted."""
+    criteria, noise = outcome.answer.criteria, outcome.answer.remains.noise
+    floor = 1.0 if criteria.tolerance is None else noise
+    return (remaining(outcome) / floor) ** 2 - 1.0 >= criteria.at_noise
 
 
 def _unrepeated(outcome: Outcome) -> str:
-    """How much of what remains does not repeat, where that is more than the noise."""
+    """How much of what remains does not repeat or is tolerated, where that is more than the noise."""
     noise = outcome.answer.remains.noise
     if noise**2 - 1.0 < outcome.answer.criteria.at_noise:
         return ""
-    return f" ({times(noise)} of it does not repeat from turn to turn)"
+    tolerated = "" if outcome.answer.criteria.tolerance is None else "is tolerated or "
+    return f" ({times(noise)} of it {tolerated}does not repeat from turn to turn)"
 
 
 def where_in_short(where: Where | None) -> str:

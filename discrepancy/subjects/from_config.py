@@ -36,6 +36,10 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
     check_records(records, machine)
     sensor = _with_radius(sensor, records)
     given = experiments(records, machine, sensor, check_motion=config["check_motion"])
+    if machine.effects:
+        had = ", ".join(effect.name for effect in machine.effects)
+        said = f"the machine has {had} already: it is taken as it is, neither fitted nor looked for"
+        given = dataclasses.replace(given, notes=(*given.notes, said))
     return IndexerSubject(machine, sensor, given, uncertainty)
 
 
@@ -54,9 +58,11 @@ def _texts(key: str, config: dict[str, Any]) -> Sequence[str]:
 
 
 def _with_radius(sensor: Sensor, records: Sequence[Record]) -> Sensor:
-    """The sensor at the radius that the records were taken at."""
+    """The sensor at the radius that the records were taken at. Its rate is theirs: they are thinned as the search
+    needs it."""
     radii = {record.conditions.sensor_radius for record in records} - {None}
     if len(radii) > 1:
         got = ", ".join(f"{radius:g}" for radius in sorted(r for r in radii if r is not None))
         raise SignalError(f"All records must be taken at one sensor_radius, got {got} m; explain them apart.")
+    sensor = dataclasses.replace(sensor, sample_rate=None)
     return dataclasses.replace(sensor, radius=radii.pop()) if radii else sensor

@@ -131,8 +131,8 @@ class MeshFriction(MachineEffect):
     name = "drive.mesh_friction"
     sentence = "The reducer's teeth rub in proportion to the torque that they carry."
     equation = (
-        "M1 → M1/(1 + κ s) at the cam and M1 at the motor, κ = loss/(1 - loss), s = 1 where the motor drives the cam, "
-        "-1 where the cam drives the motor"
+        "M1 → M1/(1 + κ s) at the cam and M1 at the motor, κ = loss/(1 - loss), s = 1 where the motor drives the "
+        "cam, -1 where the cam drives the motor"
     )
     source = (
         "friction in proportion to the teeth's normal force, e.g. Shigley, Mechanical Engineering Design, worm gearing: "

@@ -54,8 +54,8 @@ def mesh_factor(angle, depth, order, phase):
 
 @scalar
 def mesh_share(region, friction):
-    """Torque at the cam over that at the motor, of teeth that rub by `friction` times the cam's torque: below 1 where the
-    motor drives the cam, above where the cam drives the motor."""
+    """Torque at the cam over that at the motor, of teeth that rub by `friction` times the cam's torque: below 1 where
+    the motor drives the cam, above where the cam drives the motor."""
     return 1.0 / (1.0 + friction * region)
 
 

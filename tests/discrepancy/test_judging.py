@@ -80,6 +80,13 @@ def test_three_quarters_are_enough_where_something_remains(left: float, against:
     assert _against(left, 2.0, True, "record 1", Criteria()) == ""
 
 
+@pytest.mark.parametrize(("left", "against"), [(0.19, False), (0.21, True)])
+def test_a_record_that_shows_next_to_nothing_holds_no_machine_back(left: float, against: bool) -> None:
+    """The nominal machine leaves 0.1 of it above the noise, at the noise, too. One without a name is not spared."""
+    assert bool(_against(left, 0.1, True, "record 1", Criteria())) == against
+    assert _against(left, 0.1, False, "record 1", Criteria())
+
+
 def test_what_is_held_is_of_a_place_by_its_physics() -> None:
     model, held_out = shifted(0.2, 5), shifted(0.2, 6)
     place = fitted(model)

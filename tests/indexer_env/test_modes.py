@@ -194,7 +194,8 @@ def test_the_quick_step_is_at_most_the_largest_and_not_much_less(smooth, on_base
     creep, slip = visible("friction.coulomb", torque=50.0), visible("drive.slip", compliance=1e-3)
     for machine in (
         smooth, dataclasses.replace(smooth, model="A"), on_base, smooth.with_effects(creep), smooth.with_effects(slip),
-        smooth.with_effects(visible("drive.mesh_stiffness")), smooth.with_effects(visible("drive.mesh_friction")), on_base.with_effects(visible("base.looseness")),
+        smooth.with_effects(visible("drive.mesh_stiffness")), smooth.with_effects(visible("drive.mesh_friction")),
+        on_base.with_effects(visible("base.looseness")),
     ):  # fmt: skip
         item = coefficients(machine, OperatingPoint())
         largest, limits = float(largest_steps([item])[0]), (LARGEST_PHASE_STEP, LARGEST_DECAY_STEP)

@@ -1,5 +1,6 @@
 """The part of each record that is held out sees the stations that the fitted part sees."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -56,3 +57,13 @@ def test_what_is_known_of_a_part_allows_for_the_drift(nominal) -> None:
     for part, differs in ((fitted, slower), (held, faster)):
         assert 0.9 < abs(differs) / part.speed_uncertainty < 1.01
         assert part.drift_uncertainty == pytest.approx(abs(drift) * part.signal.duration / end, rel=1e-3)
+
+
+@pytest.mark.parametrize("stations", [2, 3])
+def test_both_parts_have_cam_turns_enough_where_stations_are_few(stations: int, nominal) -> None:
+    """Of ten cam turns a third holds three whole ones, which are too few, though it shows every station."""
+    machine = dataclasses.replace(nominal, stations=stations)
+    length = 10.0 * 2.0 * math.pi / (1500.0 * RPM * machine.reduction)
+    record = Experiment(Signal(np.zeros(round(RATE * length)), RATE), OperatingPoint(1500.0 * RPM, 2.0, 1.3), noise=1.0)
+    parts = divided([record], machine)
+    assert all(len(windows_of(part, machine.reduction).turn) >= 4 for part in parts)

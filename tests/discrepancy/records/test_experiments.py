@@ -290,3 +290,39 @@ def test_the_direction_in_which_the_table_turns_need_not_be_known(record, nomina
     assert found.fitted[0].operating_point == stated.fitted[0].operating_point
     assert any("turns the other way" in note for note in found.notes)
     assert not any("turns the other way" in note for note in stated.notes)
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.5])
+def test_a_constant_offset_is_taken_out_and_a_drift_is_left(record, nominal, values, drift: float) -> None:
+    time = np.arange(len(values)) / 1000.0
+    found = experiments([record(values + 0.25 + drift * time)], nominal, Sensor())
+    assert any("the sensor reads 0.249 rad/s^2 at rest" in note for note in found.notes)
+    left = found.fitted[0].signal.values - (values + drift * time)[: len(found.fitted[0].signal.values)]
+    assert np.abs(left).max() < 0.03
+    known = experiments([record(values + 0.25)], nominal, Sensor(offset=0.25))
+    assert not any("at rest" in note for note in known.notes)
+    np.testing.assert_array_equal(known.fitted[0].signal.values, (values + 0.25)[: len(known.fitted[0].signal.values)])
+
+
+def test_rates_that_differ_by_their_clocks_are_thinned_alike(record, nominal, values) -> None:
+    """1999.99 and 2000.01 Hz lie on either side of twice the rate of the search."""
+    fast = np.interp(np.arange(2 * len(values)) / 2000.0, np.arange(len(values)) / 1000.0, values)
+    made = [dataclasses.replace(record(), signal=Signal(fast, rate)) for rate in (1999.99, 2000.01)]
+    found = experiments(made, nominal, Sensor())
+    rates = [part.signal.sample_rate for part in (*found.fitted, *found.held_out)]
+    assert max(rates) / min(rates) - 1.0 < 2e-5
+    assert len({part.noise_level for part in (*found.fitted, *found.held_out)}) == 1
+    IndexerModel(nominal, found.fitted)
+
+
+def test_the_start_angle_is_found_where_the_speed_drifts(record, nominal, values) -> None:
+    """By 2 % over 17 cam turns: a straight line through the angles of the turns would begin 0.18 rad off."""
+    time = np.arange(len(values)) / 1000.0
+    slower = np.interp(time * (1.0 + 0.02 * (time / time[-1] - 1.0)), time, values)
+    found = experiments([record(slower, start_angle=None)], nominal, Sensor())
+    assert found.fitted[0].operating_point.start_angle == pytest.approx(1.3, abs=0.04)
+
+
+def test_a_record_shorter_than_a_cam_turn_is_told_so(record, nominal, values) -> None:
+    said = refusal([record(), record(values[:400])], nominal)
+    assert "must hold a whole cam turn, 1.02 s at the speed stated, got 0.4 s" in said

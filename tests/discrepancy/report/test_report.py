@@ -15,14 +15,16 @@ import yaml
 from discrepancy import Criteria, chain
 from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
+from discrepancy.fits import Fitted
 from discrepancy.grades import RULES
 from discrepancy.origin import Origin, Place
 from discrepancy.report import headline, report_files, to_do
 from discrepancy.report.figures import averaged
 from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
+from discrepancy.search import Race, Search
 from discrepancy.written import Written
-from tests.discrepancy.toy import ChordSubject
+from tests.discrepancy.toy import ChordSubject, effect
 
 PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
           Place("input", "phase", "a torque on the cam shaft that follows the cam's phase", 0.3)]  # fmt: skip
@@ -260,3 +262,61 @@ def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -
     assert [other["joint"] for other in told["others"]] == ["input"] and told["beside"] == [FLOOR.name]
     assert said.replace("'", "&#39;") in files["report.html"]
     assert json.loads(report_files(made("remainder"))["report.json"])["remains"]["origin"] is None
+
+
+def out_of_time(monkeypatch) -> None:
+    """The time allowed runs out once a first set was selected."""
+    left = [True]
+
+    def floated(search: Search, fitted: Fitted) -> Fitted:
+        left[0] = False
+        return fitted
+
+    monkeypatch.setattr(Search, "in_time", lambda search: left[0])
+    monkeypatch.setattr(Search, "_floated", floated)
+
+
+@pytest.mark.parametrize(("alike", "grade"), [(("twin",), "family"), ((), "established")])
+def test_what_is_known_to_look_alike_is_compared_though_time_ran_out(alike, grade, monkeypatch) -> None:
+    """`tone` and its twin of the same shape; where it is not known to look alike, what was not compared is told."""
+    subject = ChordSubject({"tone": 10.0}, TWINS)
+    subject.model.library = {name: (effect(name, alike if name == "tone" else ()),) for name in ("tone", "twin")}
+    monkeypatch.setattr(Race, "rival", lambda *_: False)
+    out_of_time(monkeypatch)
+    answer = run_chain(subject, 5).answer
+    (finding,) = answer.findings
+    assert not answer.selection.complete and finding.grade == grade
+    assert ("The time allowed ran out before others were tried in its place" in finding.why) == (grade != "family")
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, ValueError])
+def test_nothing_behind_the_search_takes_its_answer_away(stop, monkeypatch) -> None:
+    def fails(answer):
+        raise stop
+
+    monkeypatch.setattr("discrepancy.chain.question_of", fails)
+    outcome = run_chain(ChordSubject({"tone": 10.0}), 5)
+    assert outcome.answer.names == ("tone",) and len(outcome.failures) == 1
+    assert "the findings stand" in outcome.failures[0]
+
+
+def test_a_page_that_cannot_be_drawn_costs_the_page_alone(monkeypatch) -> None:
+    def fails(outcome, whole):
+        raise ValueError("no font")
+
+    monkeypatch.setattr("discrepancy.report.page.page", fails)
+    files = report_files(run_chain(ChordSubject({"tone": 10.0}), 5))
+    assert "no font" in files["report.html"] and "report.json" in files["report.html"]
+    assert json.loads(files["report.json"])["verdict"] == "found" and "machine.yaml" in files
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "said"),
+    [(None, "(1.70 times of it does not repeat from turn to turn)"), (0.2, "nothing else remains above the noise")],
+)
+def test_what_is_tolerated_does_not_remain(made: Made, tolerance: float | None, said: str) -> None:
+    """1.7 times the noise does not repeat, or is tolerated, and 1.74 times remain."""
+    answer = made("two").answer
+    remains = dataclasses.replace(answer.remains, noise=1.7)
+    answer = dataclasses.replace(answer, remains=remains, criteria=Criteria(tolerance=tolerance))
+    assert said in headline(dataclasses.replace(made("two"), answer=answer))
