@@ -14,6 +14,7 @@ from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
 from indexer_env.errors import IndexerError
 from indexer_env.units import RPM
+from twin.faults import FAULTS
 from twin.settings import Settings
 
 _log = logging.getLogger(__name__)
@@ -33,13 +34,33 @@ def bench_of(config: dict[str, Any]) -> Any:
     IndexerError
         One sentence: what keeps them from being used.
     """
-    from twin.make import Bench
+    from twin.bench import Bench
 
     keys = ("machine", "sensor", "records", "held_out", "known", "pulse", "check_motion")
     try:
-        return Bench(indexer_subject({**{key: config[key] for key in keys}, "measured": config["healthy"]}))
+        subject = indexer_subject({**{key: config[key] for key in keys}, "measured": config["healthy"]})
     except IndexerError as error:
         raise type(error)(in_words(str(error), "healthy")) from None
+    return Bench(subject)
+
+
+def with_its_effects(bench: Any) -> Any:
+    """The bench with those effects of its drawing free that a fault of the table makes grow: about what the drawing
+    says they are fitted and drawn with the machine's own parameters, and their growth is told."""
+    from discrepancy.subjects.indexer import IndexerSubject
+    from twin.freed import freed
+
+    subject, effects = bench.subject, {fault.effect for fault in FAULTS.values()}
+    rows = [
+        {"effect": one.name, "values": {f.name: getattr(one, f.name) for f in dataclasses.fields(one)}}
+        for one in subject.machine.effects
+        if one.name in effects and not one.is_null
+    ]
+    if not rows:
+        return bench
+    plain, known = freed(subject.machine, rows)
+    freer = IndexerSubject(plain, subject.sensor, subject.records, subject.uncertainty, known)
+    return dataclasses.replace(bench, subject=freer)
 
 
 def in_words(sentence: str, key: str) -> str:
@@ -55,7 +76,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
 
     names = {field.name for field in dataclasses.fields(Settings)}
     settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
-    bench = bench_of(config)
+    bench = with_its_effects(bench_of(config))
     maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
     for sentence in beforehand([one.operating_point.motor_speed / RPM for one in bench.experiments]):
         plain_console().print(sentence)

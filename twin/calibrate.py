@@ -124,7 +124,7 @@ def calibrated(
         name = path.removeprefix("machine.")
         if name in UNCERTAINTY and name not in spread:
             spread[name] = max(float(np.std(column) / np.mean(column)), _LEAST_SPREAD)
-    headline = _headline(answer, findings)
+    headline = _headline(answer, findings[len(model.known) :], findings[: len(model.known)])
     return Calibrated(
         machine, sensor, joint.load, paths, units, np.column_stack(values), findings, answer.verdict, headline,
         answer.held[base.name].level(subject.held_out), math.hypot(float(np.std(scale)), uncertain.scale), spread,
@@ -175,18 +175,21 @@ def _in_draws(finding: Finding, drawn: Mapping[str, np.ndarray]) -> Finding:
     )
 
 
-def _headline(answer: Explanation, findings: Sequence[Finding]) -> str:
-    if not findings:
-        if answer.verdict == "nothing missing":
-            return "The drawing, calibrated, explains the healthy records down to the noise."
-        return f"Something remains that no effect of the library explains: {left(answer)}"
-    told = []
-    for finding in findings:
-        unit = _unit(finding)
-        low, high = finding.interval
-        name = " or ".join((finding.effect, *finding.rivals))
-        told.append(f"{name} ({finding.values[finding.size]:.3g}{unit}, {low:.3g} to {high:.3g}; {finding.grade})")
-    return f"The drawing lacks {' and '.join(told)}."
+def _headline(answer: Explanation, findings: Sequence[Finding], had: Sequence[Finding]) -> str:
+    """What the drawing lacks, and what of it was known before."""
+    known = f" Known before and fitted anew: {' and '.join(map(_sized, had))}." if had else ""
+    if findings:
+        return f"The drawing lacks {' and '.join(f'{_sized(f)[:-1]}; {f.grade})' for f in findings)}.{known}"
+    if answer.verdict == "nothing missing":
+        return f"The drawing, calibrated, explains the healthy records down to the noise.{known}"
+    return f"Something remains that no effect of the library explains: {left(answer)}{known}"
+
+
+def _sized(finding: Finding) -> str:
+    """ "friction.coulomb (5.1 N m, 4.6 to 5.5)"."""
+    low, high = finding.interval
+    name = " or ".join((finding.effect, *finding.rivals))
+    return f"{name} ({finding.values[finding.size]:.3g}{_unit(finding)}, {low:.3g} to {high:.3g})"
 
 
 def _unit(finding: Finding) -> str:

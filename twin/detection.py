@@ -7,7 +7,7 @@ where it reaches the stated power.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,10 +86,7 @@ def size_at(logs: np.ndarray, alarm: np.ndarray, power: float) -> float | None:
     return None if size > 1.0 else max(size, SMALLEST)
 
 
-def worst(seen: Sequence[Seen], fault: str) -> float | None:
-    """The smallest size that is seen at every operating point; None where there is none."""
-    mine = [one.size for one in seen if one.fault == fault]
-    return None if any(size is None for size in mine) else max(size for size in mine if size is not None)
-
-
-Progress = Callable[[int], None]
+def worst(seen: Sequence[Seen], fault: str) -> float:
+    """The smallest size that is seen at every operating point at which any is; 0 where none is at any: what is named
+    all the same is then told whatever its size."""
+    return max((one.size for one in seen if one.fault == fault and one.size is not None), default=0.0)

@@ -91,7 +91,8 @@ class Feed:
         self.shapes = torch.from_numpy(np.array([view.shapes(r) for r in turns.reference]))
         self.conditions = torch.from_numpy(view.conditions(turns.points))
         cells = turns.x.shape[2]
-        self.fixed = torch.from_numpy((view.remains.fixed / noise).astype(np.float32))
+        fixed = np.array([view.remains.at(point) for point in turns.points])
+        self.fixed = torch.from_numpy((fixed / noise).astype(np.float32))
         self.colour = torch.from_numpy((view.remains.spectrum / (noise * math.sqrt(cells))).astype(np.float32))
         self.there = torch.from_numpy(turns.there.astype(np.float32))
         self.size = torch.from_numpy(turns.size)
@@ -110,8 +111,7 @@ class Feed:
     def noise(self, point: Tensor, generator: torch.Generator) -> Tensor:
         """What is measured of nothing at these points: noise, what comes and goes of the residual, shift."""
         shapes, n = self.shapes[point], len(point)
-        share = _RESIDUAL * torch.randn((n, len(self.fixed)), generator=generator)
-        x = torch.einsum("nr,rsc->nsc", share, self.fixed)
+        x = _RESIDUAL * torch.randn((n, 1, 1), generator=generator) * self.fixed[point]
         x = x + torch.einsum("nk,nksc->nsc", torch.randn((n, 2), generator=generator), shapes)
         white = torch.randn(x.shape, generator=generator)
         return still(x + torch.fft.irfft(torch.fft.rfft(white) * self.colour, n=x.shape[2]), shapes)

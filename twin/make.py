@@ -16,7 +16,6 @@ import json
 import logging
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +25,13 @@ import pyarrow.parquet as pq
 from safetensors.numpy import save
 
 from datagen.progress import progress
-from discrepancy.indexer import Experiment, machine_yaml
-from discrepancy.subjects.indexer import IndexerSubject
+from discrepancy.indexer import machine_yaml
 from indexer_cli.command import check_flag
-from indexer_env.errors import SignalError
+from indexer_env.operating_point import OperatingPoint
 from indexer_env.units import RPM
 from twin import data, detection
-from twin.calibrate import Calibrated, calibrated
+from twin.bench import Bench, no_whole_turn
+from twin.calibrate import calibrated
 from twin.card import calibration_card, span, turns_of
 from twin.check import Check, checked
 from twin.faults import chosen
@@ -63,33 +62,6 @@ _log = logging.getLogger(__name__)
 STAGES = ("calibrate", "data", "learn", "detect", "check", "report")
 
 
-@dataclass(frozen=True, eq=False)
-class Bench:
-    """The healthy records of a machine, checked: those fitted, then those held out."""
-
-    subject: IndexerSubject
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """All of them."""
-        return (*self.subject.model.experiments, *self.subject.held_out.experiments)
-
-    @property
-    def rate(self) -> float:
-        """Sampling rate [Hz]."""
-        return self.experiments[0].signal.sample_rate
-
-    @property
-    def shift(self) -> float:
-        """Standard deviation of the cam angle at a record's first sample [rad]."""
-        return max(e.start_uncertainty for e in self.experiments)
-
-    @property
-    def start_compared(self) -> bool:
-        """Whether the cam angle of a record was found by comparison with the drawing."""
-        return any(e.start_compared for e in self.experiments)
-
-
 class Maker:
     """Makes a twin in a folder."""
 
@@ -103,6 +75,7 @@ class Maker:
         check_flag("twin", "overwrite", overwrite)
         self.bench, self.settings, self.out, self.before = bench, settings, out, before
         self.faults = chosen(list(settings.faults))
+        bench.check()
         self.work = Workplace(out, self._fingerprint(), overwrite)
 
     def _fingerprint(self) -> str:
@@ -110,6 +83,8 @@ class Maker:
         told = hashlib.sha256(json.dumps(self.settings.plain(), sort_keys=True).encode())
         told.update(machine_yaml(subject.machine).encode())
         told.update(repr((sorted(subject.uncertainty.items()), subject.sensor, self.extend)).encode())
+        if subject.model.known:
+            told.update(repr(subject.model.known).encode())
         if self.before is not None:
             told.update((self.before / "twin.yaml").read_bytes())
         for part in (subject.model, subject.held_out):
@@ -185,36 +160,39 @@ class Maker:
         turns = [turns_of(e, healthy) for e in self.bench.experiments]
         fitted = [k for k, mine in enumerate(turns) if len(mine) and k < len(self.bench.subject.model.experiments)]
         if not fitted:
-            raise SignalError(
-                "One healthy record or more must hold a whole turn of the table in the part that is fitted, got none; "
-                "record for longer, or hold whole records out."
-            )
+            raise no_whole_turn()
         remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
         arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
         keep(self.out / "remains.safetensors", save(arrays))
         speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
         loads = list(s.load_torque or span([p.load_torque for p in points]))
-        self.work.write("calibration", {
+        told = {
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
             "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
-            "recorded": [[p.motor_speed / RPM, p.load_torque] for p in points],
+            "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self._recorded()],
             "start_compared": self.bench.start_compared,
-        })  # fmt: skip
+        }  # fmt: skip
         if before is not None:
-            self._go_on(before, found)
-
-    def _go_on(self, before: dict[str, Any], found: Calibrated) -> None:
-        """Compare with the twin before, and take its networks over where the machine has not moved."""
-        assert self.before is not None
-        moved = moved_since(before["calibration"], self.bench.subject.machine, found)
-        told, kept = gone_on(before, self.work.read("calibration"), moved)
+            moved = moved_since(before["calibration"], self.bench.subject.machine, found)
+            told, kept = gone_on(before, told, moved)
+            if kept:
+                self._take_over(before)
+        # last: a run that was stopped before it calibrates again
         self.work.write("calibration", told)
-        if not kept:
-            return
+
+    def _recorded(self) -> list[OperatingPoint]:
+        """Speed and load of each record, once where a part of it is held out."""
+        return list({e.signal.source: e.operating_point for e in self.bench.experiments}.values())
+
+    def _take_over(self, before: dict[str, Any]) -> None:
+        """The networks of the twin before, and what was learned of them."""
+        assert self.before is not None
         for name in (*NETWORKS, PAPER, "synthesis"):
             file = self.before / f"{name}.safetensors"
+            if name == PAPER and not file.exists():
+                continue  # it stands beside the others for comparison alone
             with reading(file):
                 content = file.read_bytes()
             keep(self.out / file.name, content)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -28,8 +28,10 @@ from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Hypothesis
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from indexer_env.effects.sensor import SensorBracketResonance
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
 
 _STEP = 1e-4
 """Change of a scaled parameter, to both sides, by which derivatives are taken: the error of one-sided or larger
@@ -137,12 +139,22 @@ def columns_of(
     for effect in (*model.known, *hypothesis.effects):
         for name, value in effect.fixed.items():
             columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
+    columns += _bracket(model.sensor, [path for path, _, _ in columns], len(z))
     columns.append((LOAD_FACTOR, "-", 1.0 + uncertain.load * z[:, -2]))
     columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
     if all(path != f"machine.{HOUSING}" for path, _, _ in columns):
         housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
         columns.append((f"machine.{HOUSING}", "kg m²", housing))
     return columns
+
+
+def _bracket(sensor: Sensor, drawn: Sequence[str], count: int) -> list[tuple[str, str, np.ndarray]]:
+    """The bracket that the sensor stands on as it is, so that a loose sensor is one that stands looser than that."""
+    effect = SensorBracketResonance.of_sensor(sensor)
+    if effect is None:
+        return []
+    rows = [(f"effects.{effect.name}.{f.name}", f.metadata["unit"], getattr(effect, f.name)) for f in fields(effect)]
+    return [(path, unit, np.full(count, value)) for path, unit, value in rows if path not in drawn]
 
 
 def rescaled(

@@ -108,6 +108,7 @@ def _check_range(name: str, given: object, unit: str) -> None:
     if not isinstance(given, list | tuple) or len(given) != 2:
         raise refuse("twin", name, f"two numbers, the lowest and the highest [{unit}]", given)
     for value in given:
-        check_number("twin", name, value, unit=unit)
+        speed = name == "motor_speed_rpm"
+        check_number("twin", name, value, low=0.0 if speed else None, low_open=speed, unit=unit)
     if not given[0] <= given[1]:
         raise refuse("twin", name, f"the lowest and then the highest [{unit}]", list(given))

@@ -16,6 +16,7 @@ from torch import nn
 
 from datagen.progress import progress
 from indexer_env import OperatingPoint
+from indexer_env.errors import SignalError
 from twin.card import scores
 from twin.components import Components, patterns_of
 from twin.data import OWN_LOAD, Turns
@@ -127,6 +128,11 @@ def weights_by_control(
     control turns; `folder` keeps the fits."""
     x, told, points = noisy(networks, control, view, seed + 4)
     seen = np.flatnonzero(told["any"] > judge.alarm)
+    if not len(seen):
+        raise SignalError(
+            f"The twin cannot tell any of its faults: none of {len(x)} simulated turns with faults of all sizes raises "
+            "an alarm; record with less noise, or name other faults (faults=)."
+        )
     told = {name: value[seen] for name, value in told.items()}
     with progress("weighing", len(seen), "turns") as advance:
         fits = fitted(synthesis, x[seen], [points[k] for k in seen], told, advance, folder)

@@ -9,6 +9,7 @@ is a nuisance of known size (the pulse's accuracy) and taken out as far as that 
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Mapping, Sequence
@@ -88,7 +89,8 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Healthy:
-    """The healthy machine's turns at any operating point; loads are `load_factor` times what is stated."""
+    """The healthy machine's turns at any operating point, read by its `quiet` sensor; loads are `load_factor` times
+    what is stated."""
 
     machine: Machine
     sensor: Sensor
@@ -96,6 +98,7 @@ class Healthy:
     load_factor: float = 1.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "sensor", quiet(self.sensor))
         object.__setattr__(self, "at", functools.lru_cache(maxsize=256)(self._at))
 
     def turn(self, point: OperatingPoint) -> np.ndarray:
@@ -124,6 +127,14 @@ class Healthy:
             behind_lead_in(self.machine, self.cells, record, p.motor_speed)
             for record, p in zip(records, points, strict=True)
         ])  # fmt: skip
+
+
+def quiet(sensor: Sensor) -> Sensor:
+    """A sensor without what does not repeat from turn to turn: noise, hum, drift, and the steps and ends of its range.
+    Of these a twin learns from the records themselves."""
+    return dataclasses.replace(
+        sensor, noise_snr_db=None, noise_density=0.0, full_scale=None, bits=None, hum_amplitude=0.0, offset_drift=0.0
+    )
 
 
 def lead_in(machine: Machine, cells: Cells, speed: float, load: float) -> tuple[OperatingPoint, Run]:
@@ -202,9 +213,11 @@ def remains_of(
         common = left.mean(axis=(0, 1))
         common *= _kept(common, chance / (count * stations))
         own = left.mean(axis=0) - common
-        own *= _kept(own, chance / count) if count > 1 else 0.0
-        fixed.append(common + own)
-        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]))
+        kept = _kept(own, chance / count) if count > 1 else 0.0
+        fixed.append(common + kept * own)
+        # what a mean of few turns takes of their noise is missing in the rest
+        missing = (1.0 - (1.0 - kept) ** 2) / count
+        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]) / math.sqrt(1.0 - missing))
     rows = np.concatenate(rest)
     amplitude = np.sqrt((np.abs(np.fft.rfft(rows, axis=1)) ** 2).mean(axis=0))
     noise = float(rows.std())
@@ -213,8 +226,10 @@ def remains_of(
 
 
 def _chance(left: np.ndarray) -> float:
-    """Variance of a cell among the cam turns of a record."""
-    return float((left.reshape(-1, left.shape[2])).var(axis=0, ddof=1).mean())
+    """Variance by chance of a cell of turns (k, stations, cells): among turns at the same station, or, of one turn,
+    among its cam turns."""
+    rows = left if len(left) > 1 else left[0]
+    return float(rows.var(axis=0, ddof=1).mean())
 
 
 def _kept(mean: np.ndarray, variance: float) -> float:

@@ -123,8 +123,7 @@ class Twin:
         given = self.about["settings"]["matters"] or {}
         sizes = {}
         for fault in self.faults:
-            smallest = worst(self.seen, fault.name)
-            sizes[fault.name] = 1.0 if smallest is None else smallest
+            sizes[fault.name] = worst(self.seen, fault.name)
             if fault.name in given:
                 sizes[fault.name] = share_of(fault, float(given[fault.name]), self.machine)
         return sizes
@@ -145,11 +144,24 @@ class Twin:
         pulses : sequence of float, optional
             Times of the once-per-turn pulse after the first sample [s].
         """
+        signal, conditions, notes = self._at_own_radius(signal, conditions)
         try:
             x, record = self.gate.looked(signal, conditions, pulses)
         except SignalError as error:
             return TurnDiagnosis(NOT_COMPARABLE, (), {}, {}, 0.0, 0.0, str(error))
-        return dataclasses.replace(self.judged(x, record.point, record.stations_known), notes=record.notes)
+        judged = self.judged(x, record.point, record.stations_known)
+        return dataclasses.replace(judged, notes=(*notes, *record.notes))
+
+    def _at_own_radius(self, signal: Signal, told: Conditions) -> tuple[Signal, Conditions, tuple[str, ...]]:
+        """A record taken at another radius as the twin's sensor would read it, and what is to be said of it."""
+        radius, own = told.sensor_radius, self.sensor.radius
+        if radius is None or own is None or radius == own:
+            return signal, told, ()
+        name, factor = signal.source or "the record", own / radius
+        said = f"{name} was taken at a radius of {radius:g} m and is compared as at the twin's {own:g} m"
+        noise = None if told.noise is None else factor * told.noise
+        told = dataclasses.replace(told, sensor_radius=own, noise=noise)
+        return dataclasses.replace(signal, values=factor * signal.values), told, (said,)
 
     def judged(self, x: np.ndarray, point: OperatingPoint, stations_known: bool) -> TurnDiagnosis:
         """The verdict on turns x (k, stations, cells) of one operating point, together."""
@@ -227,6 +239,7 @@ class Twin:
         records = []
         for number, (signal, told, *pulses) in enumerate(turns):
             name = signal.source or f"turn {number + 1}"
+            signal, told, _ = self._at_own_radius(signal, told)
             right = corrected(name, signal, told, pulses[0] if pulses else None, self.healthy, self.view.remains)
             told = right.conditions
             spread = told.start_uncertainty if right.stations_known else BY_COMPARISON

@@ -17,9 +17,10 @@ from twin.settings import Settings
 def run(config: dict[str, Any]) -> dict[str, Any]:
     """The command, given its configuration as in conf/twin-update.yaml."""
     from discrepancy.subjects.indexer import IndexerSubject
+    from twin.bench import Bench
     from twin.folder import about_of, machine_and_sensor
     from twin.freed import freed, of_machine
-    from twin.make import Bench, Maker
+    from twin.make import Maker
 
     folder, out = path_given("twin", "twin", config["twin"]), job_folder("twin", config["out"])
     about = about_of(folder)

@@ -16,9 +16,10 @@ from discrepancy.indexer import machine_yaml
 from discrepancy.subjects.from_config import indexer_subject
 from indexer_env.errors import refuse
 from indexer_env.presets import load_yaml
+from twin.bench import Bench
 from twin.folder import PAPER, networks_of
 from twin.judge import Judge
-from twin.make import Bench, Maker
+from twin.make import Maker
 from twin.settings import Settings
 from twin.twin import Twin
 

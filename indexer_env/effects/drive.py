@@ -135,8 +135,8 @@ class MeshFriction(MachineEffect):
         "cam, -1 where the cam drives the motor"
     )
     source = (
-        "friction in proportion to the teeth's normal force, e.g. Shigley, Mechanical Engineering Design, worm gearing: "
-        "efficiencies η = 1 - loss forwards and 2 - 1/η backwards; the motor turns forwards"
+        "friction in proportion to the teeth's normal force, e.g. Shigley, Mechanical Engineering Design, worm "
+        "gearing: efficiencies η = 1 - loss forwards and 2 - 1/η backwards; the motor turns forwards"
     )
     enters = "torque of joint 1"
     models = ("B", "B_on_base")

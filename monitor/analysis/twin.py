@@ -109,7 +109,7 @@ class TwinDiagnoser:
         SignalError
             A turn that the twin cannot compare.
         """
-        seen = self.twin.diagnose_turn(*self.comparable(signal, conditions.motor_speed))
+        seen = self.twin.diagnose_turn(*self.comparable(signal, conditions))
         if seen.verdict == NOT_COMPARABLE:
             raise SignalError(seen.reason)
         named = {one.name for one in seen.faults} if seen.verdict == FAULTY else set()
@@ -128,14 +128,14 @@ class TwinDiagnoser:
             },
         )
 
-    def comparable(self, signal: Signal, motor_speed: float | None) -> tuple[Signal, Conditions]:
+    def comparable(self, signal: Signal, known: RecordConditions) -> tuple[Signal, Conditions]:
         """A turn as the twin takes it."""
         mode = next(mode for mode in self.modes if round(mode.duration * mode.rate) == signal.values.size)
         assert mode.motor_speed is not None
-        speed = mode.motor_speed if motor_speed is None else motor_speed
+        speed = mode.motor_speed if known.motor_speed is None else known.motor_speed
         values = in_true_time(signal.values, mode.motor_speed / speed)
         told = Signal(values, signal.sample_rate, unit=signal.unit, source=signal.source)
-        return told, Conditions(motor_speed=speed, load_torque=self.load_torque)
+        return told, Conditions(speed, self.load_torque, sensor_radius=known.sensor_radius)
 
     def _size(self, fault: Fault, seen: TurnDiagnosis, named: bool) -> Size:
         value, *ends = (self._told(fault, one) for one in seen.severities[fault.name])

@@ -114,7 +114,7 @@ def test_a_turn_that_was_stretched_is_compared_at_its_own_speed(twin):
 
     def residual(rpm):
         one = diagnoser(twin)
-        x, _ = one.twin.gate.looked(*one.comparable(stretched, rpm * RPM))
+        x, _ = one.twin.gate.looked(*one.comparable(stretched, RecordConditions(motor_speed=rpm * RPM)))
         return float(np.sqrt(np.mean(x**2)))
 
     assert residual(1500.0 * (1 - 0.015)) < 0.4 * residual(1500.0)

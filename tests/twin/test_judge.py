@@ -164,7 +164,9 @@ def test_the_smallest_size_is_where_the_power_is_reached():
 def test_the_worst_operating_point_says_what_matters():
     rows = [Seen("crack", rpm, 2.0, size, None, "%") for rpm, size in ((1200.0, 0.1), (1500.0, 0.02))]
     assert worst(rows, "crack") == 0.1
-    assert worst([*rows, Seen("crack", 1350.0, 2.0, None, None, "%")], "crack") is None
+    unseen = Seen("crack", 1350.0, 2.0, None, None, "%")
+    assert worst([*rows, unseen], "crack") == 0.1, "what is not seen at one point still matters where it is"
+    assert worst([unseen], "crack") == 0.0
 
 
 def test_a_range_that_is_one_point_is_looked_at_once():

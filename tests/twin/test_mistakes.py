@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 
 from discrepancy.indexer import Experiment
+from discrepancy.records.conditions import Conditions
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine
-from indexer_env.errors import ParameterError
+from indexer_env.errors import ParameterError, SignalError
 from tests.monitor.twins import twin_folder
+from tests.twin.builders import JUDGE
 from twin import __main__ as command
 from twin import diagnose
 from twin.advice import advice
-from twin.make import Bench, Maker
+from twin.bench import Bench
+from twin.folder import NETWORKS
+from twin.make import Maker
 from twin.settings import Settings
+from twin.teach import weights_by_control
+from twin.twin import Twin
+from twin.workplace import Workplace
 
 
 @pytest.mark.parametrize(
@@ -71,7 +78,9 @@ def test_what_to_record_next_follows_from_what_is_open(changes, said):
 @pytest.mark.parametrize(("speeds", "said"), [((150.0, 150.1), True), ((150.0, 170.0), False)])
 def test_records_at_one_speed_are_told_before_the_work_begins(monkeypatch, tmp_path, capsys, speeds, said):
     points = [SimpleNamespace(operating_point=OperatingPoint(speed, 2.0)) for speed in speeds]
-    monkeypatch.setattr(command, "bench_of", lambda config: SimpleNamespace(experiments=points))
+    bench = SimpleNamespace(experiments=points)
+    monkeypatch.setattr(command, "bench_of", lambda config: bench)
+    monkeypatch.setattr(command, "with_its_effects", lambda bench: bench)
     monkeypatch.setattr("twin.make.Maker", lambda *args, **kwargs: None)
     monkeypatch.setattr(command, "made", lambda maker: print("the work begins"))
     command.run({"out": str(tmp_path / "twin"), "overwrite": False})
@@ -107,7 +116,7 @@ def maker(**changes) -> Maker:
     """A maker of two records, one of them held out, that has no folder."""
     record = Experiment(Signal(np.arange(20.0), 500.0, unit="rad/s^2"), OperatingPoint(150.0, 2.0))
     given = {"fitted": [record], "held_out": [record], "sensor": Sensor(), **changes}
-    model, held_out = (SimpleNamespace(experiments=given[name]) for name in ("fitted", "held_out"))
+    model, held_out = (SimpleNamespace(experiments=given[name], known=()) for name in ("fitted", "held_out"))
     subject = SimpleNamespace(
         machine=load_machine("reference"), uncertainty={"table_inertia": 0.1}, sensor=given["sensor"], model=model,
         held_out=held_out,
@@ -129,3 +138,43 @@ def test_a_folder_is_that_of_the_same_records_sensor_and_division(tmp_path):
     ]  # fmt: skip
     assert maker()._fingerprint() == maker()._fingerprint()
     assert len({maker(**change)._fingerprint() for change in changes}) == len(changes)
+
+
+def test_records_that_cannot_make_a_twin_are_refused_before_any_fit():
+    bench = maker().bench
+    with pytest.raises(SignalError, match="must hold a whole turn of the table"):
+        bench.check()
+    slow = Experiment(Signal(np.arange(2000.0), 50.0, unit="rad/s^2"), OperatingPoint(150.0, 2.0))
+    with pytest.raises(SignalError, match="must hold 128 samples or more a cam turn, got 54; record with"):
+        maker(fitted=[slow], held_out=[slow]).bench.check()
+
+
+def test_an_old_twin_without_the_network_beside_goes_on(tmp_path):
+    """The paper's network stands in the folder for comparison alone."""
+    before = tmp_path / "before"
+    before.mkdir()
+    for name in (*NETWORKS, "synthesis"):
+        (before / f"{name}.safetensors").write_bytes(name.encode())
+    made = maker(before=before)
+    made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
+    keys = ("judge", "paper_judge", "weights", "records", "scores", "detection")
+    made._take_over(dict.fromkeys(keys, 1))
+    assert made.work.has(["learned.yaml", "detection.yaml", "synthesis.safetensors"])
+    assert not made.work.has(["calibration.yaml"]), "written last, so that a run that was stopped begins again"
+
+
+def test_faults_of_which_none_raises_an_alarm_are_told(monkeypatch, tmp_path):
+    silent = {"any": np.full(3, -9.0), "faults": np.full((3, 1), -9.0)}
+    monkeypatch.setattr("twin.teach.noisy", lambda *_: (np.zeros((3, 8, 64)), silent, []))
+    with pytest.raises(SignalError, match="none of 3 simulated turns with faults of all sizes raises an alarm"):
+        weights_by_control((), JUDGE, None, None, None, None, 0.9, 0, tmp_path)  # type: ignore[arg-type]
+
+
+def test_a_record_at_another_radius_is_read_as_at_the_twins_own(tmp_path):
+    twin = dataclasses.replace(Twin.load(twin_folder(tmp_path / "twin")), sensor=Sensor(radius=0.4))
+    signal = Signal(np.arange(20.0), 500.0, unit="m/s^2", source="today.csv")
+    told = Conditions(150.0, 2.0, sensor_radius=0.2, noise=0.1)
+    read, conditions, notes = twin._at_own_radius(signal, told)
+    assert read.values.tolist() == (2.0 * np.arange(20.0)).tolist() and conditions.noise == pytest.approx(0.2)
+    assert notes == ("today.csv was taken at a radius of 0.2 m and is compared as at the twin's 0.4 m",)
+    assert twin._at_own_radius(signal, Conditions(150.0, 2.0))[0] is signal

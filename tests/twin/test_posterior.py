@@ -10,10 +10,16 @@ import pytest
 from datagen.campaigns.own import LOAD_FACTOR
 from discrepancy.grades import ESTABLISHED, STANDS_IN
 from discrepancy.indexer.parameters import UNCERTAINTY, changed, read
-from indexer_env import Joint, OperatingPoint, Run, Sensor, load_machine, simulate
+from discrepancy.records.conditions import Conditions
+from discrepancy.records.experiments import experiments
+from discrepancy.records.reading import Record
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env import Joint, OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, simulate
+from twin.__main__ import with_its_effects
+from twin.bench import Bench
 from twin.calibrate import Calibrated, Finding, _in_draws
 from twin.moved import as_before, gone_on, moved_since
-from twin.posterior import _covariance, rescaled
+from twin.posterior import _bracket, _covariance, rescaled
 
 SMOOTH = load_machine("smooth")
 
@@ -133,3 +139,31 @@ def test_networks_are_not_kept_for_records_of_another_kind(change, words):
     assert not kept and words in told["moved"]["sentence"] and "all is learned anew" in told["moved"]["sentence"]
     moved = {"since": True, "sentence": "The machine has moved since: x."}
     assert gone_on(ABOUT, ABOUT, moved) == ({**ABOUT, "moved": moved}, False)
+
+
+def test_an_effect_of_the_drawing_that_may_grow_is_fitted_about_what_the_drawing_says():
+    """Friction may grow, so it is free; a profile error is no fault of the table and stays as it is."""
+    bump = make_effect("cam.profile_error", height=1e-4)
+    machine = SMOOTH.with_effects(make_effect("friction.coulomb", torque=20.0), bump)
+    point = OperatingPoint(150.0, 2.0)
+    values = simulate(machine, point, Run(500.0, 9000)).table_acceleration
+    record = Record(
+        "run.csv", Signal(values, 500.0, unit="rad/s^2"), Conditions(150.0, 2.0, start_angle=0.0, noise=0.1)
+    )
+    bench = with_its_effects(Bench(IndexerSubject(machine, Sensor(), experiments([record], machine, Sensor()))))
+    assert bench.subject.machine.effects == (bump,)
+    (known,) = bench.subject.model.known
+    assert known.name == "friction.coulomb"
+    torque = next(p for p in known.parameters if p.name.endswith("torque"))
+    assert torque.known and torque.nominal == 20.0 and torque.scale == pytest.approx(4.0)
+    plain = Bench(IndexerSubject(SMOOTH, Sensor(), experiments([record], SMOOTH, Sensor())))
+    assert with_its_effects(plain) is plain
+
+
+def test_a_loose_sensor_is_learned_on_top_of_the_bracket_that_the_sensor_stands_on():
+    columns = {path: column for path, _, column in _bracket(Sensor(bracket_hz=100.0), [], 3)}
+    name = "effects.sensor.bracket_resonance"
+    own = 1.0 / (2.0 * np.pi * 100.0) ** 2
+    np.testing.assert_allclose(columns[f"{name}.inverse_square"], np.full(3, own))
+    assert set(columns) == {f"{name}.inverse_square", f"{name}.damping"}
+    assert not _bracket(Sensor(), [], 3) and not _bracket(Sensor(bracket_hz=100.0), list(columns), 3)
