@@ -60,6 +60,7 @@ class Pipeline:
         self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
         self._resume_ns: int | None = None
         self._newest_ns: int | None = None
+        self._begun_ns: int | None = None
 
     # ------------------------------------------------------------------------------------------------ samples
 
@@ -135,6 +136,8 @@ class Pipeline:
 
     def _feed(self, block: Block, restart: bool, outcome: Outcome) -> None:
         self._newest_ns = block.end_ns
+        if restart or self._begun_ns is None:
+            self._begun_ns = block.start_ns
         if block.sensor is not None:
             if self.sensor is not None and block.sensor != self.sensor:
                 self.states.note("swapped", block.start_ns, f"the sensor is {block.sensor}, it was {self.sensor}")
@@ -152,10 +155,10 @@ class Pipeline:
         self._check_pulse(block)
 
     def _check_pulse(self, block: Block) -> None:
-        """Samples of two turns without one: the pulse has died."""
+        """Samples of three turns without one: the pulse has died, or never comes."""
         longest = max(mode.duration for mode in self._diagnoser.modes)
-        if block.pulse is not None and self.until_ns is not None:
-            waited = (block.end_ns - self.until_ns) / NANO
+        if block.pulse is not None and self._begun_ns is not None:
+            waited = (block.end_ns - max(self._begun_ns, self.until_ns or 0)) / NANO
             if waited > 3.0 * longest:
                 self.states.note("no_pulse", block.end_ns, f"no pulse has come for {waited:.3g} s")
 

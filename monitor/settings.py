@@ -49,8 +49,9 @@ class Access:
             value = getattr(self, name)
             if value is not None and (not isinstance(value, str) or len(value) < _LEAST_SECRET):
                 raise refuse("auth", name, f"a text of {_LEAST_SECRET} signs at least, or null", "another")
-        if not all(isinstance(name, str) for name in self.operators):
-            raise refuse("auth", "operators", "a list of names", list(self.operators))
+        names = self.operators
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise refuse("auth", "operators", "a list of names", names)
         object.__setattr__(self, "operators", tuple(self.operators))
 
     @property
@@ -117,6 +118,23 @@ class Settings:
         return is_local(self.host)
 
 
+_SECTIONS = (
+    "clock",
+    "physics",
+    "keep",
+    "mqtt",
+    "opcua",
+    "read",
+    "pulse",
+    "webhook",
+    "auth",
+    "alarms",
+    "limits",
+    "lease",
+)
+"""Keys below which further settings stand."""
+
+
 def is_local(host: str) -> bool:
     """Whether an address is of this host alone."""
     if host == "localhost":
@@ -135,6 +153,11 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     ParameterError
         A value breaks its rule.
     """
+    for key in _SECTIONS:
+        if not isinstance(config[key], Mapping):
+            raise refuse(
+                "monitor", key, "a mapping of its settings", config[key], f"leave {key} out, or set {key}.NAME"
+            )
     for key, low, high in (("port", 0, 65535), ("broker_port", 0, 65535)):
         check_integer("monitor", key, config[key], low=low, high=high)
     for key in ("settle", "speed"):

@@ -166,7 +166,7 @@ def limits_of(twin: Twin, given: Mapping[str, Sequence[float] | None], deadband:
 
     Alert is the smallest size that is surely seen; danger is `DANGER` of the largest size, or where that is more the
     geometric mean of alert and the largest; alarm is the geometric mean of alert and danger. A fault whose largest size
-    is not surely seen is not watched. `given` replaces the three of a fault; None: it is not watched.
+    is surely seen nowhere is not watched. `given` replaces the three of a fault; None: it is not watched.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def scale_of(fault: Fault, twin: Twin) -> tuple[float, str]:
 
 def _steps(fault: Fault, twin: Twin) -> tuple[float, float, float] | None:
     alert = twin.matters[fault.name]
-    if alert >= 1.0:
+    if not 0.0 < alert < 1.0:
         return None
     danger = max(DANGER, math.sqrt(alert))
     scale = scale_of(fault, twin)[0]

@@ -83,12 +83,6 @@ class Order:
             if ahead <= 0 and off >= -self._jitter:
                 return [*self.flush(), *self._gap(block)] if self._held else self._gap(block)
             if ahead == 1:
-                if abs(off) > self._jitter:
-                    self._states.note(
-                        "clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s"
-                    )
-                    self._anchor(block)
-                    return self._follow(block, shift_ns=off)
                 return self._follow(block)
         else:
             ahead = 1 if abs(off) <= self._jitter else (2 if off > 0 else 0)
@@ -148,10 +142,7 @@ class Order:
         if len(chain) < SET_BACK or self._late(block):
             self._states.note("late", block.start_ns)
             return None
-        held = self.flush()
-        off = chain[0].start_ns - (self._last.end_ns if self._last else 0)
-        self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
-        return [*held, *(Placed(one.block, one.restart, off) for one in self._take(block, restart=True))]
+        return [*self.flush(), *self._take(block, restart=True)]
 
     def _late(self, block: Block) -> bool:
         """Whether a block behind has just the time that belongs to its number: no clock was set back then."""
@@ -167,8 +158,8 @@ class Order:
         self._states.note("gap", block.start_ns, f"{max(0.0, lost):.3g} s of samples were lost")
         return self._take(block, restart=True)
 
-    def _follow(self, block: Block, shift_ns: int = 0) -> list[Placed]:
-        placed = [Placed(one.block, one.restart, shift_ns) for one in self._take(block, restart=False)]
+    def _follow(self, block: Block) -> list[Placed]:
+        placed = self._take(block, restart=False)
         # Those that waited for it, and those that came a second time meanwhile.
         while self._held:
             held = sorted(self._held, key=_key)
@@ -185,13 +176,23 @@ class Order:
         restart = restart or self._last is None
         if self._last is not None and not restart and block.rate != self._last.rate:
             restart = True
-        if restart:
+        shift = self._shift(block, restart)
+        if restart or shift:
             self._anchor(block)
         self._seen.append((block.start_ns, block.sequence))
         self._last, self._behind = block, []
         self._check_rate(block)
         self._samples += block.values.size
-        return [Placed(block, restart)]
+        return [Placed(block, restart, shift)]
+
+    def _shift(self, block: Block, restart: bool) -> int:
+        """By how much the sender's clock was set before a block that is used now [ns]. Samples that were lost before it
+        hide a clock that was set forward, but not one that was set back."""
+        off = 0 if self._last is None else block.start_ns - self._last.end_ns
+        if abs(off) <= self._jitter or (restart and off > 0):
+            return 0
+        self._states.note("clock_step", block.start_ns, f"the sender's clock was set by {off / NANO:+.3g} s")
+        return off
 
     def _anchor(self, block: Block) -> None:
         self._anchor_ns, self._samples = block.start_ns, 0

@@ -15,12 +15,21 @@ _LOOK_S = 0.5
 _LONGEST_WAIT_S = 300.0
 
 
+_REFUSALS = 3
+"""Times that a message is refused before it is set aside."""
+
+
+class Refused(OSError):
+    """The other side will never take this message, whatever it may take else."""
+
+
 class Sender:
     """Takes the rows of a channel from the outbox and hands them to `deliver`, oldest first.
 
     `deliver` raises OSError where the other side did not take it; it is tried again, ever more rarely up to every five
-    minutes, also after an error that nobody foresaw, which the log tells in full. It looks while `may` says so: of
-    several processes on one store one tells.
+    minutes, also after an error that nobody foresaw, which the log tells in full. A message that is `Refused` some
+    times goes into the log, so that the alarms behind it are told. It looks while `may` says so: of several processes
+    on one store one tells.
     """
 
     def __init__(
@@ -31,6 +40,7 @@ class Sender:
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"sender {channel}", daemon=True)
         self.delivered = self.failures = 0
+        self._refusals: dict[int, int] = {}
 
     def start(self) -> None:
         """Begin."""
@@ -49,9 +59,9 @@ class Sender:
                 continue
             try:
                 for row, message in self._store.outbox(self._channel):
-                    self._deliver(row, message)
+                    if self._told(row, message):
+                        self.delivered += 1
                     self._store.delivered([row])
-                    self.delivered += 1
             except Exception as error:
                 self.failures += 1
                 wait = min(_LONGEST_WAIT_S, _LOOK_S * 2.0 ** min(self.failures, 10))
@@ -62,3 +72,15 @@ class Sender:
                 )  # fmt: skip
             else:
                 self.failures = 0
+
+    def _told(self, row: int, message: dict[str, Any]) -> bool:
+        """Deliver a message; False where it was refused once too often and stands in the log alone."""
+        try:
+            self._deliver(row, message)
+        except Refused as error:
+            self._refusals[row] = self._refusals.get(row, 0) + 1
+            if self._refusals[row] < _REFUSALS:
+                raise
+            _log.error("%s: an alarm was refused (%s) and is told nowhere but here: %s", self._channel, error, message)
+            return False
+        return True

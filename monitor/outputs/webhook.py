@@ -15,14 +15,18 @@ import urllib.error
 import urllib.request
 from typing import Any
 
+from monitor.outputs.outbox import Refused
 from monitor.store.codec import finite
 
 CHANNEL = "webhook"
 _TIMEOUT_S = 10.0
+_REFUSED = (400, 413, 414, 415, 422)
+"""Answers that are about the message itself: it will be refused again."""
 
 
 class WebhookDelivery:
-    """Posts to a URL. Calling it raises OSError where the answer is not 2xx, or none of HTTP."""
+    """Posts to a URL. Calling it raises OSError where the answer is not 2xx, or none of HTTP, and Refused where it is
+    about the message itself."""
 
     def __init__(self, url: str, secret: str) -> None:
         self._url, self._secret = url, secret
@@ -42,6 +46,10 @@ class WebhookDelivery:
         try:
             with self._opener.open(request, timeout=_TIMEOUT_S):
                 pass
+        except urllib.error.HTTPError as error:
+            if error.code in _REFUSED:
+                raise Refused(f"HTTP {error.code} {error.reason}") from None
+            raise
         except http.client.HTTPException as error:
             raise ConnectionError(f"the answer is no HTTP ({type(error).__name__})") from None
 

@@ -4,8 +4,9 @@ A file is complete once its size and time have not changed for `settle` seconds,
 time go into the store together with its samples, so that neither a kill nor a restart reads it twice. Its machine is
 the folder below the watched one, or for a file that lies in it directly what stands before the first sign of _ or a
 digit of its name. Its time is the one in its name (20261122T060000Z), else that of its last change less its duration.
-A file that begins where the last one of its machine ended goes on with it; one that begins later is a recording of its
-own, as of a logger that records for a minute in an hour, and what lies between them is no gap.
+A file that begins where the last one of its machine ended goes on with it; one that begins later, or earlier but ends
+later, is a recording of its own, as of a logger that records for a minute in an hour, and what lies between them is no
+gap. Files that are there at once are read in the order of their times.
 """
 
 from __future__ import annotations
@@ -59,9 +60,18 @@ class FolderSource(Source):
 
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
-        done = engine.positions(self.name)
+        done, lost = engine.positions(self.name), False
         while not self.stopping.is_set():
-            for path, mark in self._complete(done):
+            try:
+                complete = self._complete(done)
+            except OSError as error:
+                self.tell(f"the folder {self._folder} cannot be read ({error.strerror or error}); trying again")
+                complete, lost = [], True
+            else:
+                if lost:
+                    self.tell(next(reversed(self._short.values()), None))
+                lost = False
+            for path, mark in complete:
                 done[path] = mark
                 self._read(engine, self._folder / path, path, mark)
                 if self.stopping.is_set():
@@ -69,8 +79,10 @@ class FolderSource(Source):
             self.stopping.wait(_LOOK_S)
 
     def _complete(self, done: dict[str, str]) -> list[tuple[str, str]]:
-        """Files that have rested, in the order of their names, with their marks."""
+        """Files that have rested, in the order of their times, with their marks; raises OSError where the folder is
+        gone."""
         now, found = time.monotonic(), []
+        self._folder.stat()
         for path in sorted(self._folder.rglob("*")):
             if path.suffix.lower() not in SUFFIXES or path.name.startswith(".") or path.is_symlink():
                 continue
@@ -86,14 +98,14 @@ class FolderSource(Source):
             if known is None or known[0] != mark:
                 self._seen[name] = (mark, now)
             elif now - known[1] >= self._settle:
-                found.append((name, mark))
-        return found
+                found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
+        return [(name, mark) for _, name, mark in sorted(found)]
 
     def _read(self, engine: Engine, path: Path, name: str, mark: str) -> None:
         machine = machine_of(Path(name))
         try:
             blocks = self._placed(engine, name, self._blocks(path, machine))
-        except IndexerError as error:
+        except (IndexerError, OSError) as error:
             told = str(error)
             engine.broken(machine, told if str(path) in told else f"{name}: {told}")
             return
@@ -111,7 +123,9 @@ class FolderSource(Source):
             # Of what came before a restart it is known where it ended.
             self._stretches[machine] = 0, engine.newest_ns(machine)
         begun, last = self._stretches[machine]
-        if last is None or first.start_ns - last > self._jitter_ns:
+        off = 0 if last is None else first.start_ns - last
+        # one that ends before the last one did comes late and brings nothing new
+        if last is None or off > self._jitter_ns or (off < -self._jitter_ns and end > last):
             begun, blocks = first.start_ns, [replace(first, begins=True), *blocks[1:]]
         self._stretches[machine] = begun, end if last is None else max(last, end)
         lasts = end - begun
@@ -148,12 +162,22 @@ def machine_of(name: Path) -> str:
 
 
 def time_of(path: Path, duration: float) -> int:
-    """When the first sample of a file was taken [ns since 1970]; raises SignalError."""
-    found = _TIME.search(path.name)
-    if found is None:
+    """When the first sample of a file was taken [ns since 1970]; raises SignalError, and OSError where it is gone."""
+    if _TIME.search(path.name) is None:
         return path.stat().st_mtime_ns - round(duration * NANO)
+    moment = _moment(path.name)
+    if moment is None:
+        raise SignalError(f"the time in its name must be one, got {_TIME.search(path.name)[1]}")  # type: ignore[index]
+    return moment
+
+
+def _moment(name: str) -> int | None:
+    """The time in the name of a file [ns since 1970]; None where it has none, or one that is none."""
+    found = _TIME.search(name)
+    if found is None:
+        return None
     try:
         moment = datetime.strptime(found[1], "%Y%m%dT%H%M%S").replace(tzinfo=UTC)
     except ValueError:
-        raise SignalError(f"the time in its name must be one, got {found[1]}") from None
+        return None
     return int(moment.timestamp()) * NANO + int((found[2] or "0").ljust(9, "0"))

@@ -11,6 +11,7 @@ import re
 import ssl
 import sys
 import threading
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from urllib.parse import unquote
 
@@ -150,7 +151,7 @@ class MqttSource(Source):
         client.on_connect = self._on_connect
         client.on_connect_fail = self._on_connect_fail
         client.on_disconnect = self._on_disconnect
-        client.on_subscribe = lambda *_: self.subscribed.set()
+        client.on_subscribe = self._on_subscribe
         client.on_message = lambda client, _, message: self._on_message(engine, client, message)
         self._broker.connect(client, keep_session=True)
         self.stopping.wait()
@@ -169,6 +170,17 @@ class MqttSource(Source):
         self.connected.set()
         self.tell(None)
         client.subscribe(self._topic, qos=1)
+
+    def _on_subscribe(
+        self, _client: object, _user: object, _mid: object, reasons: Iterable[object], *_: object
+    ) -> None:
+        refused = [reason for reason in reasons if getattr(reason, "is_failure", False)]
+        if refused:
+            self.tell(
+                f"the broker {self._at} refuses to send {self._topic} ({refused[0]}); let this user read it there"
+            )
+        else:
+            self.subscribed.set()
 
     def _on_connect_fail(self, *_: object) -> None:
         # Paho calls this while it handles the exception, and hands over no reason.

@@ -6,6 +6,7 @@ Each machine of the set becomes one; its rows follow each other in time. With th
 
 from __future__ import annotations
 
+import functools
 import time
 from pathlib import Path
 
@@ -38,15 +39,16 @@ class ReplaySource(Source):
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
         began = time.monotonic()
+        last = {block.machine: block for block in self._blocks}
         for block in self._blocks:
+            # once the last block of a machine is kept no more will come
+            ended = functools.partial(engine.ended, block.machine) if block is last[block.machine] else None
             due = began + (block.end_ns - self._start_ns) / NANO / self._speed
             if self.stopping.wait(max(0.0, due - time.monotonic())):
                 return
-            while not engine.offer(Arrival(block), timeout=0.5):
+            while not engine.offer(Arrival(block, kept=ended), timeout=0.5):
                 if self.stopping.is_set():
                     return
-        for machine in {block.machine for block in self._blocks}:
-            engine.ended(machine)
 
 
 def blocks_of(folder: Path, start_ns: int) -> list[Block]:

@@ -8,6 +8,7 @@ import struct
 import subprocess
 import time
 import warnings
+from types import SimpleNamespace
 
 import pytest
 
@@ -225,3 +226,13 @@ def test_tls_checks_the_broker_and_shows_one_s_own_certificate(monitor, mosquitt
     wrong.stop()
     passes(monitor, Broker("127.0.0.1", port, True, tls=Tls(str(tmp_path / "ca.pem"), *own)))
     gc.collect()
+
+
+def test_a_subscription_that_is_refused_is_told():
+    source = MqttSource(Broker("plant", 1883), "plant/+/acceleration", "one")
+    told = []
+    source.told = lambda: told.append(source.trouble)
+    source._on_subscribe(None, None, 1, [SimpleNamespace(is_failure=True)])
+    assert "refuses to send plant/+/acceleration" in told[-1] and not source.subscribed.is_set()
+    source._on_subscribe(None, None, 1, [SimpleNamespace(is_failure=False)])
+    assert source.subscribed.is_set()

@@ -3,12 +3,14 @@
 import random
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from sqlalchemy import select
 
 from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
+from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
 from monitor.store.archive import archive, archived, expire, folder_name
 from monitor.store.schema import RAW
@@ -232,3 +234,18 @@ def test_readers_and_the_writer_do_not_wait_for_each_other(url):
     reader.join()
     engine.stop()
     assert seen == sorted(seen) and engine.retries == 0
+
+
+def test_a_replay_has_ended_once_its_last_block_is_kept(url, monkeypatch):
+    """And not when it was handed over, after which blocks that still wait in the queue would begin it anew."""
+    blocks = [block(place) for place in range(0, 600, 50)]
+    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder, start: blocks)
+    source = ReplaySource(Path("set"), 1e9, blocks[0].start_ns)
+    store = Store(url)
+    engine = Engine(store, FakeDiagnoser(), PLAN)
+    source.run(engine)
+    assert "m" not in engine._ended, "nothing is kept yet"
+    engine.start()
+    wait_for(lambda: engine.blocks == len(blocks))
+    wait_for(lambda: "m" in engine._ended)
+    engine.stop()

@@ -1,5 +1,7 @@
 """Files in time: which goes on with the last one, which is a recording of its own, and which holds no turn."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,34 @@ def test_a_file_shorter_than_a_turn_is_told_until_another_goes_on_with_it(read, 
     source, _ = read("20270115T090000Z", 0.9)
     assert "got 0.9 s" in source.trouble
     assert read("20270115T100000Z", 1)[0].trouble is None
+
+
+def test_files_whose_times_overlap_a_little_are_all_used(read):
+    """As by the times of their last changes, which are off by some hundredths of a second."""
+    for name in ("20270115T080000Z", "20270115T080002.95Z", "20270115T080005.96Z", "20270115T080008.9Z"):
+        _, summary = read(name, 3)
+    assert summary["turns"] >= 8 and "late" not in summary["states"]
+
+
+def test_a_file_that_is_gone_and_a_folder_that_is_gone_do_not_end_the_source(monitor, tmp_path, monkeypatch):
+    folder = tmp_path / "logger"
+    source = FolderSource(folder, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    source._read(monitor.engine, folder / "press_1.csv", "press_1.csv", "1")
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    source.start(monitor.engine)
+    wait_for(lambda: source.trouble is not None)
+    assert "cannot be read (No such file or directory); trying again" in source.trouble
+    folder.mkdir()
+    wait_for(lambda: source.trouble is None)
+    source.stop()
+    assert source.failure is None
+
+
+def test_files_are_read_in_the_order_of_their_times(tmp_path):
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    for number in (1, 2, 10):
+        path = tmp_path / f"press_{number}.csv"
+        path.write_text("time [s],acceleration [m/s^2]\n")
+        os.utime(path, (1e9 + number, 1e9 + number))
+    source._complete({})
+    assert [name for name, _ in source._complete({})] == ["press_1.csv", "press_2.csv", "press_10.csv"]

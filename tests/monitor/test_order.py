@@ -148,3 +148,27 @@ def test_what_was_used_before_a_restart_comes_twice(states):
     order = Order(states, jitter=0.02, used_until_ns=block(100).start_ns)
     assert order.offer(block(50)) is None and states.active == ["double"]
     assert firsts(order.offer(block(100))) == [100]
+
+
+@pytest.mark.parametrize("lost", [0, 1])
+def test_a_clock_that_was_set_back_is_told_though_a_block_was_lost_there(order, states, lost):
+    """Numbers go on an hour earlier; turns that end later than the new time must not be taken for told."""
+    order.offer(numbered(0))
+    back = [replace(numbered(k), start_ns=numbered(k).start_ns - 3600 * NANO) for k in range(1 + lost, 6 + lost)]
+    placed = [one for one_block in back for one in order.offer(one_block) or []] + order.flush()
+    shifts = [one.shift_ns for one in placed if one.shift_ns]
+    assert len(placed) == 5 and "clock_step" in states.active
+    assert shifts == [-3600 * NANO + lost * back[0].end_ns - lost * back[0].start_ns]
+
+
+def test_a_recording_that_begins_earlier_than_the_last_one_ended_is_used(order, states):
+    order.offer(numbered(10))
+    (placed,) = order.offer(replace(block(0), begins=True))
+    assert placed.restart and placed.shift_ns < 0 and states.active == ["clock_step"]
+
+
+def test_samples_that_were_lost_are_no_clock_that_was_set_forward(order, states):
+    order.offer(block(0))
+    order.offer(block(5000))
+    (placed,) = order.flush()
+    assert placed.restart and placed.shift_ns == 0 and states.active == ["gap"]

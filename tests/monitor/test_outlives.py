@@ -2,12 +2,15 @@
 
 import errno
 import logging
+import urllib.error
+from email.message import Message
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from monitor.outputs.outbox import Sender
+from monitor.outputs.outbox import Refused, Sender
+from monitor.outputs.webhook import WebhookDelivery
 from monitor.service import Service
 from tests.monitor.test_service import wait_for
 
@@ -27,6 +30,40 @@ def test_an_alarm_is_told_after_an_error_that_nobody_foresaw(monkeypatch, caplog
         wait_for(lambda: sender.delivered)
         sender.stop()
     assert "KeyError: 'machine'" in caplog.text
+
+
+def test_an_alarm_that_is_refused_for_good_does_not_keep_back_the_others(monkeypatch, caplog):
+    monkeypatch.setattr("monitor.outputs.outbox._LOOK_S", 0.001)
+    left: list[tuple[int, dict]] = [(1, {"level": "odd"}), (2, {"level": "danger"})]
+    store: Any = SimpleNamespace(outbox=lambda _: list(left), delivered=lambda rows: left.remove(left[0]))
+    tried, told = [], []
+
+    def deliver(row, message):
+        if row == 1:
+            tried.append(row)
+            raise Refused("HTTP 400 Bad Request")
+        told.append(row)
+
+    sender = Sender(store, "webhook", deliver)
+    with caplog.at_level(logging.WARNING):
+        sender.start()
+        wait_for(lambda: told)
+        sender.stop()
+    assert told == [2] and len(tried) == 3 and sender.delivered == 1
+    assert "an alarm was refused (HTTP 400 Bad Request) and is told nowhere but here: {'level': 'odd'}" in caplog.text
+
+
+@pytest.mark.parametrize(("code", "refused"), [(400, True), (413, True), (401, False), (404, False), (503, False)])
+def test_only_an_answer_about_the_message_itself_refuses_it(monkeypatch, code, refused):
+    delivery = WebhookDelivery("http://127.0.0.1:1/", "s" * 16)
+
+    def answer(*_, **__):
+        raise urllib.error.HTTPError("http://127.0.0.1:1/", code, "no", Message(), None)
+
+    monkeypatch.setattr(delivery._opener, "open", answer)
+    with pytest.raises(OSError) as caught:
+        delivery(1, {})
+    assert isinstance(caught.value, Refused) == refused
 
 
 def test_a_full_disk_neither_ends_the_keeping_nor_hides_that_the_engine_has_failed(monkeypatch, caplog, tmp_path):

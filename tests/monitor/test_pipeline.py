@@ -136,6 +136,14 @@ def test_samples_without_any_pulse_are_told_and_not_kept_for_ever():
     assert needed is not None and needed >= START_NS + round(15.5 * NANO)
 
 
+def test_a_pulse_that_never_comes_is_told():
+    """Its level stays below that of an edge from the first sample on, so that no turn is ever told."""
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    for place in range(0, 700, 50):
+        pipeline.take(replace(block(place), pulse=np.zeros(50)))
+    assert pipeline.turns == 0 and "no_pulse" in pipeline.states.active
+
+
 @pytest.mark.parametrize("pulse", [False, True], ids=["period", "pulse"])
 def test_what_a_cutter_knows_of_blocks_does_not_grow_with_their_number(pipeline, pulse):
     turns, _ = feed(pipeline, 0, 5000, step=10, pulse=pulse)

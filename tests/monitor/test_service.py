@@ -100,6 +100,9 @@ def test_settings_come_from_the_command_line(overrides):
         (["lease.owner=north"], "lease.owner"),
         (["lease.owner='a b'"], "lease.owner"),
         (["lease.seconds=0"], "lease.seconds"),
+        (["limits=null"], "monitor.limits must be a mapping"),
+        (["webhook=null"], "monitor.webhook must be a mapping"),
+        (["auth.operators=null"], "auth.operators must be a list of names"),
     ],
 )
 def test_a_wrong_setting_gets_one_sentence(overrides, word):
