@@ -1,12 +1,13 @@
 """Files that a logger writes into a folder, of every format that `indexer ingest` reads.
 
 A file is complete once its size and time have not changed for `settle` seconds, and it is read once: its name, size and
-time go into the store together with its samples, so that neither a kill nor a restart reads it twice. Its machine is
-the folder below the watched one, or for a file that lies in it directly what stands before the first sign of _ or a
-digit of its name. Its time is the one in its name (20261122T060000Z), else that of its last change less its duration.
-A file that begins where the last one of its machine ended goes on with it; one that begins later, or earlier but ends
-later, is a recording of its own, as of a logger that records for a minute in an hour, and what lies between them is no
-gap. Files that are there at once are read in the order of their times.
+time go into the store together with its samples, so that neither a kill nor a restart reads it twice; where it grows
+all the same, as of a logger that paused for longer, what is new is used. Its machine is the folder below the watched
+one, or for a file that lies in it directly what stands before the first sign of _ or a digit of its name. Its time is
+the one in its name (20261122T060000Z), else that of its last change less its duration. A file that begins where the
+last one of its machine ended goes on with it; one that begins later, or earlier but ends later, is a recording of its
+own, as of a logger that records for a minute in an hour, and what lies between them is no gap. Files that are there at
+once are read in the order of their times.
 """
 
 from __future__ import annotations
@@ -72,8 +73,9 @@ class FolderSource(Source):
                     self.tell(next(reversed(self._short.values()), None))
                 lost = False
             for path, mark in complete:
+                grown = path in done
                 done[path] = mark
-                self._read(engine, self._folder / path, path, mark)
+                self._read(engine, self._folder / path, path, mark, grown=grown)
                 if self.stopping.is_set():
                     return
             self.stopping.wait(_LOOK_S)
@@ -101,10 +103,14 @@ class FolderSource(Source):
                 found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
         return [(name, mark) for _, name, mark in sorted(found)]
 
-    def _read(self, engine: Engine, path: Path, name: str, mark: str) -> None:
+    def _read(self, engine: Engine, path: Path, name: str, mark: str, *, grown: bool = False) -> None:
+        """Hand over a file; of one that has `grown` since it was read, what is new."""
         machine = machine_of(Path(name))
         try:
-            blocks = self._placed(engine, name, self._blocks(path, machine))
+            blocks = self._blocks(path, machine)
+            if grown:
+                blocks = _behind(blocks, engine.newest_ns(machine)) or blocks
+            blocks = self._placed(engine, name, blocks)
         except (IndexerError, OSError) as error:
             told = str(error)
             engine.broken(machine, told if str(path) in told else f"{name}: {told}")
@@ -152,6 +158,20 @@ class FolderSource(Source):
             begin = start + round(first / signal.sample_rate * NANO)
             pieces.append(Block(machine, begin, signal.sample_rate, signal.unit, signal.values[piece], pulse))
         return pieces
+
+
+def _behind(blocks: list[Block], used_ns: int | None) -> list[Block]:
+    """What lies behind the samples that were used, of blocks that begin before their end."""
+    if used_ns is None or not blocks[0].start_ns < used_ns < blocks[-1].end_ns:
+        return blocks
+    left = []
+    for block in blocks:
+        known = min(max(0, round((used_ns - block.start_ns) / NANO * block.rate)), block.values.size)
+        if known < block.values.size:
+            start = block.start_ns + round(known / block.rate * NANO)
+            pulse = None if block.pulse is None else block.pulse[known:]
+            left.append(replace(block, start_ns=start, values=block.values[known:], pulse=pulse))
+    return left
 
 
 def machine_of(name: Path) -> str:

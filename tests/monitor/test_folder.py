@@ -85,3 +85,23 @@ def test_files_are_read_in_the_order_of_their_times(tmp_path):
         os.utime(path, (1e9 + number, 1e9 + number))
     source._complete({})
     assert [name for name, _ in source._complete({})] == ["press_1.csv", "press_2.csv", "press_10.csv"]
+
+
+def test_of_a_file_that_has_grown_what_is_new_is_used(monitor, tmp_path, monkeypatch):
+    """A logger that pauses for longer than `settle` within a file of 8 s."""
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    source = FolderSource(tmp_path, Reading(), None, settle=0.02, jitter=0.02, turn=1.0)
+    path = tmp_path / "press_20270115T080000Z.csv"
+
+    def write(seconds):
+        time_s = np.arange(round(100 * seconds)) / 100.0
+        rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+        path.write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+
+    write(3.3)
+    source.start(monitor.engine)
+    wait_for(lambda: monitor.store.summary("press") and monitor.store.summary("press")["turns"] == 3)
+    write(8.1)
+    wait_for(lambda: monitor.store.summary("press")["turns"] == 8)
+    source.stop()
+    assert "double" not in monitor.store.summary("press")["states"]
