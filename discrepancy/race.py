@@ -85,7 +85,9 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     z = np.where(problem.known, 0.0, place.z[: -len(last.parameters)])
     rest = problem.searched(problem.point(z, model.states_for(base, place.states)))
     ranked = sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised)
-    sizes = first_of_each((start for start in ranked if not start.smaller(ranked[0])), lambda start: start.values[0])
+    # next to nothing all promise alike, so sizes below the most promising one come last
+    in_order = sorted(ranked, key=lambda start: start.smaller(ranked[0]))
+    sizes = first_of_each(in_order, lambda start: start.values[0])
     begun = [_unmoved(start, rest) for start in sizes[: criteria.fits]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
 
