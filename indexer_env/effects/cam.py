@@ -36,7 +36,7 @@ class ProfileError(MachineEffect):
         null=0.0,
         low=-0.05,
         high=0.05,
-        sought=Sought("deflection", ladder(0.08, 5, 2.0, both=True), 0.05, -8.0, 8.0),
+        sought=Sought("deflection", ladder(0.08, 5, 2.0, both=True), 0.05, -16.0, 16.0),
     )
     centre: float = parameter(
         "cam phase of the bump", "turns", default=0.25, low=0.0, high=1.0, sought=Sought("-", _PLACES, 0.02, 0.0, 0.5)
