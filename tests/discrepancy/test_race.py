@@ -192,13 +192,14 @@ def test_a_smaller_size_elsewhere_is_a_start_of_its_own() -> None:
     assert same.smaller(large) and not other.smaller(large) and not large.smaller(same)
 
 
-def test_an_effect_begins_anew_at_no_size_below_the_most_promising_one(monkeypatch) -> None:
+@pytest.mark.parametrize(("fits", "sizes"), [(3, [2.0, 8.0, 4.0]), (8, [2.0, 8.0, 4.0, 1.0])])
+def test_an_effect_begins_anew_from_sizes_below_the_most_promising_one_last(fits, sizes, monkeypatch) -> None:
     starts, begun = promising(1.1, 1.0, 3.0, 2.0), []
     monkeypatch.setattr(racing.Linearised, "starts", lambda self, effect, values: starts)
     monkeypatch.setattr(racing, "_fitted", lambda model, given, finished: begun.extend(given) or [None])
     model = Chord({}, 5)
-    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), Criteria(fits=3))
-    assert sizes_of(begun) == [2.0, 8.0, 4.0]
+    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), Criteria(fits=fits))
+    assert sizes_of(begun) == sizes
 
 
 def test_the_leaders_of_a_wide_race_begin_anew(monkeypatch) -> None:
