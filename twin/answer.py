@@ -26,7 +26,7 @@ from typing import Any
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
-from twin.faults import FAULTS, number_of
+from twin.faults import FAULTS, Fault, number_of
 from twin.physics import PhysicalFault, Physics
 
 _BOTH = "physics and network"
@@ -102,19 +102,21 @@ class Answer:
 
 
 def answer_of(
-    network: TurnDiagnosis, physics: Physics | None, machine: Machine, matters: Mapping[str, float]
-) -> Answer:
-    """One answer; `matters` has the smallest size of each fault that a headline names, as share of the largest."""
+    network: TurnDiagnosis, physics: Physics | None, machine: Machine, matters: Mapping[str, float],
+    faults: Sequence[Fault] = tuple(FAULTS.values()),
+) -> Answer:  # fmt: skip
+    """One answer; `matters` has the smallest size of each fault that a headline names, as share of the largest,
+    `faults` are those of the twin's table."""
     if network.verdict == NOT_COMPARABLE:
         return Answer(NOT_COMPARABLE, f"Not comparable: {network.reason}", (), (), network, physics)
     seen = _by_network(network)
     if physics is None:
         return _with(network.verdict, seen, (), network, None)
     if physics.verdict == FAULTY:
-        faults = _by_physics(physics, seen, machine, matters)
-        no_other = all(fault.by == _BOTH for fault in faults)
-        others = _others(faults, seen) if no_other or physics.level > _MORE_THAN_NOISE else ()
-        return _with(FAULTY, (*faults, *others), _differences(faults, seen, physics), network, physics)
+        found = _by_physics(physics, seen, machine, matters, faults)
+        no_other = all(fault.by == _BOTH for fault in found)
+        others = _others(found, seen) if no_other or physics.level > _MORE_THAN_NOISE else ()
+        return _with(FAULTY, (*found, *others), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
@@ -158,23 +160,23 @@ def _by_network(network: TurnDiagnosis) -> tuple[FoundFault, ...]:
 
 
 def _by_physics(
-    physics: Physics, seen: Sequence[FoundFault], machine: Machine, matters: Mapping[str, float]
-) -> tuple[FoundFault, ...]:
+    physics: Physics, seen: Sequence[FoundFault], machine: Machine, matters: Mapping[str, float],
+    faults: Sequence[Fault],
+) -> tuple[FoundFault, ...]:  # fmt: skip
     """The faults of physics; those that the networks name too with the networks' size."""
-    named = {one.name: one for one in seen}
+    named, table = {one.name: one for one in seen}, {fault.name: fault for fault in faults}
     found = []
     for one in physics.faults:
         both = named.get(one.fault)
         if both is None:
-            found.append(_physical(one, machine, matters))
+            found.append(_physical(one, table.get(one.fault), machine, matters))
         else:
             station = one.station if both.station is None else both.station
             found.append(dataclasses.replace(both, by=_BOTH, station=station))
     return tuple(found)
 
 
-def _physical(one: PhysicalFault, machine: Machine, matters: Mapping[str, float]) -> FoundFault:
-    fault = FAULTS.get(one.fault)
+def _physical(one: PhysicalFault, fault: Fault | None, machine: Machine, matters: Mapping[str, float]) -> FoundFault:
     if fault is None:
         words = EFFECTS[one.fault].sentence.rstrip(".")
         return FoundFault(

@@ -44,7 +44,7 @@ def diagnosed(
             ])  # fmt: skip
         except SignalError as error:
             remarks = (f"Physics was left out: {error}",)
-    answer = answer_of(network, found, twin.machine, twin.matters)
+    answer = answer_of(network, found, twin.machine, twin.matters, twin.faults)
     left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)
     left = left if comparable else ()
     notes = tuple(f"{note}." for _, one in each for note in one.notes)

@@ -6,6 +6,7 @@ A size is a share t of the fault's largest, in [0, 1]; the effect's parameter is
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from indexer_env.checks import did_you_mean
 from indexer_env.errors import refuse
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
+from indexer_env.operating_point import REFERENCE_MOTOR_SPEED, OperatingPoint
 
 _TURN = 2.0 * math.pi
 
@@ -32,8 +33,8 @@ class Fault:
         As keys and tables have it, and as a sentence has it.
     effect, parameter : str
         The effect of `indexer_env.effects` that it is, and the parameter that says how bad it is.
-    largest : callable
-        Machine -> that parameter's value at t = 1 [SI].
+    reach : callable
+        (Machine, motor speed [rad/s]) -> that parameter's value at t = 1 [SI].
     unit : str
         Of the shop.
     shop : callable
@@ -44,18 +45,25 @@ class Fault:
         Whether the parameter may have either sign.
     most : float
         The size t beyond which there is none: no more than all of the stiffness is lost, no screw is more than loose.
+    motor_speed : float
+        The fastest at which the machine is diagnosed [rad/s]: torques are measured by what the index asks there.
     """
 
     name: str
     words: str
     effect: str
     parameter: str
-    largest: Callable[[Machine], float]
+    reach: Callable[[Machine, float], float]
     unit: str
     shop: Callable[[float, Machine], float]
     others: Mapping[str, Any] = field(default_factory=dict)
     signed: bool = False
     most: float = math.inf
+    motor_speed: float = REFERENCE_MOTOR_SPEED
+
+    def largest(self, machine: Machine) -> float:
+        """The effect's parameter at t = 1 [SI]."""
+        return self.reach(machine, self.motor_speed)
 
     def possible(self, share: float) -> float:
         """The size t next to this one that there can be."""
@@ -85,9 +93,9 @@ def number_of(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}" if math.isfinite(value) else "over 1000"
 
 
-def peak_torque(machine: Machine) -> float:
-    """Largest torque that the index asks of the table at the reference motor speed, J_t h C_a/T² [N m]."""
-    duration = machine.turn_duration(OperatingPoint()) / machine.stations * machine.motion_share
+def peak_torque(machine: Machine, motor_speed: float = REFERENCE_MOTOR_SPEED) -> float:
+    """Largest torque that the index asks of the table at a motor speed [rad/s], J_t h C_a/T² [N m]."""
+    duration = machine.turn_duration(OperatingPoint(motor_speed)) / machine.stations * machine.motion_share
     law = machine.motion_law
     steps = np.linspace(0.0, _TURN * machine.motion_share, 401)
     bent = float(np.abs(law.evaluate(steps, machine.stations, machine.motion_share)[2]).max())
@@ -117,41 +125,41 @@ _PHASE = {"phase": {"uniform": [0.0, _TURN]}}
 FAULTS: dict[str, Fault] = {
     fault.name: fault
     for fault in (
-        Fault("crack", "cracked rollers", "roller.crack", "stiffness_loss", lambda m: 0.6,
+        Fault("crack", "cracked rollers", "roller.crack", "stiffness_loss", lambda m, _: 0.6,
               "% of stiffness lost", _percent, most=1.0 / 0.6),
-        Fault("crack_single", "one cracked roller", "roller.crack_single", "stiffness_loss", lambda m: 0.8,
+        Fault("crack_single", "one cracked roller", "roller.crack_single", "stiffness_loss", lambda m, _: 0.8,
               "% of stiffness lost", _percent, most=1.0 / 0.8),
         Fault("reducer_play", "play in the reducer", "input.backlash", "backlash",
-              lambda m: math.radians(20.0) * m.reduction, "° at the motor shaft",
+              lambda m, _: math.radians(20.0) * m.reduction, "° at the motor shaft",
               lambda v, m: math.degrees(v / m.reduction)),
-        Fault("follower_play", "play of the followers", "output.backlash", "backlash", lambda m: 5e-4,
+        Fault("follower_play", "play of the followers", "output.backlash", "backlash", lambda m, _: 5e-4,
               "arc minutes at the table", lambda v, m: 60.0 * math.degrees(v)),
-        Fault("loose_base", "loose base screws", "base.looseness", "compliance", _full_compliance,
+        Fault("loose_base", "loose base screws", "base.looseness", "compliance", lambda m, _: _full_compliance(m),
               "% loose", lambda v, m: 100.0 * v / _full_compliance(m), most=1.0),
-        Fault("friction", "growing friction", "friction.coulomb", "torque", lambda m: 0.5 * peak_torque(m),
+        Fault("friction", "growing friction", "friction.coulomb", "torque", lambda m, w: 0.5 * peak_torque(m, w),
               "N m", _itself),
-        Fault("imbalance", "imbalance", "load.imbalance", "torque", lambda m: 2.0 * peak_torque(m),
+        Fault("imbalance", "imbalance", "load.imbalance", "torque", lambda m, w: 2.0 * peak_torque(m, w),
               "N m", _itself, _PHASE),
-        Fault("mesh_wear", "worn mesh", "drive.mesh_stiffness", "depth", lambda m: 0.35,
+        Fault("mesh_wear", "worn mesh", "drive.mesh_stiffness", "depth", lambda m, _: 0.35,
               "% of stiffness", _percent, _PHASE),
         Fault("sensor_loose", "loose sensor", "sensor.bracket_resonance", "inverse_square",
-              lambda m: 1.0 / (_TURN * 25.0) ** 2, "Hz bracket resonance", _hertz,
+              lambda m, _: 1.0 / (_TURN * 25.0) ** 2, "Hz bracket resonance", _hertz,
               {"damping": {"uniform": [0.015, 0.06]}}),
-        Fault("sensor_gain", "wrong gain", "sensor.gain", "error", lambda m: 0.3, "%", _percent, signed=True),
+        Fault("sensor_gain", "wrong gain", "sensor.gain", "error", lambda m, _: 0.3, "%", _percent, signed=True),
     )
 }  # fmt: skip
 """All faults that the library can grade. The largest sizes are those of a machine that nobody would call sound: 60 % of
 the stiffness lost, the paper's 20° of play, fully loosened screws, friction of half the index's own torque."""
 
 
-def chosen(names: Sequence[str]) -> tuple[Fault, ...]:
-    """The faults of these names."""
+def chosen(names: Sequence[str], motor_speed: float = REFERENCE_MOTOR_SPEED) -> tuple[Fault, ...]:
+    """The faults of these names, of a machine that is diagnosed up to a motor speed [rad/s]."""
     if not isinstance(names, list | tuple) or not names:
         raise refuse("twin", "faults", "a list of one fault or more", names, "write it as [crack,friction]")
     for name in names:
         if name not in FAULTS:
             raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name, did_you_mean(name, FAULTS))
-    return tuple(FAULTS[name] for name in dict.fromkeys(names))
+    return tuple(dataclasses.replace(FAULTS[name], motor_speed=motor_speed) for name in dict.fromkeys(names))
 
 
 def by_effect(faults: Sequence[Fault]) -> dict[str, Fault]:

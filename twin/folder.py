@@ -19,7 +19,7 @@ from indexer_env.machine import Machine, machine_from_mapping
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
 from twin.components import Components
-from twin.faults import Fault
+from twin.faults import Fault, chosen
 from twin.learn import View
 from twin.network import NETWORKS as KINDS
 from twin.nuisance import Nuisance
@@ -27,7 +27,7 @@ from twin.synthesis import SQUARE, Synthesis
 from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
-VERSION = 6
+VERSION = 7
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
@@ -125,6 +125,11 @@ def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -
             network.load_state_dict(load_weights(path))
         found.append(network.eval())
     return tuple(found)
+
+
+def faults_of(about: Mapping[str, Any]) -> tuple[Fault, ...]:
+    """The fault table of a twin."""
+    return chosen(list(about["settings"]["faults"]), float(about["range"]["motor_speed_rpm"][1]) * RPM)
 
 
 def view_of(about: Mapping[str, Any], remains: Remains) -> View:

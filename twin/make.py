@@ -74,7 +74,6 @@ class Maker:
         """`before` is the folder of the twin that this one continues: its posterior is the bench's prior."""
         check_flag("twin", "overwrite", overwrite)
         self.bench, self.settings, self.out, self.before = bench, settings, out, before
-        self.faults = chosen(list(settings.faults))
         bench.check()
         self.work = Workplace(out, self._fingerprint(), overwrite)
 
@@ -105,6 +104,7 @@ class Maker:
         self.remains = stored_remains(self.out)
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
+        self.faults = chosen(list(self.settings.faults), self.speeds[1] * RPM)
         begin("data")
         learned = self.work.has(["learned.yaml"])
         turns = None if learned else self._data()

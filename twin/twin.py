@@ -24,8 +24,17 @@ from twin import physics
 from twin.corrected import BY_COMPARISON, corrected
 from twin.detection import Seen, worst
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
-from twin.faults import Fault, chosen, share_of
-from twin.folder import about_of, machine_and_sensor, networks_of, reading, stored_remains, synthesis_of, view_of
+from twin.faults import Fault, share_of
+from twin.folder import (
+    about_of,
+    faults_of,
+    machine_and_sensor,
+    networks_of,
+    reading,
+    stored_remains,
+    synthesis_of,
+    view_of,
+)
 from twin.gate import Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
@@ -94,7 +103,7 @@ class Twin:
         remains = stored_remains(folder)
         with reading(folder / "twin.yaml"):
             cells = Cells(**about["cells"])
-            faults = chosen(list(about["settings"]["faults"]))
+            faults = faults_of(about)
             view = view_of(about, remains)
             healthy = Healthy(machine, sensor, cells, float(about["load_factor"]))
             judge, weights = Judge.restore(about["judge"]), Weights.restore(about["weights"])
@@ -110,7 +119,7 @@ class Twin:
     @functools.cached_property
     def faults(self) -> tuple[Fault, ...]:
         """The fault table."""
-        return chosen(list(self.about["settings"]["faults"]))
+        return faults_of(self.about)
 
     @functools.cached_property
     def seen(self) -> tuple[Seen, ...]:

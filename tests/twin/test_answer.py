@@ -137,7 +137,7 @@ def test_the_alarm_of_a_strange_record_does_not_count():
 class OfRecords:
     """A twin that says of each record what it is given."""
 
-    machine, matters = MACHINE, MATTERS
+    machine, matters, faults = MACHINE, MATTERS, tuple(FAULTS.values())
 
     def __init__(self, *said: TurnDiagnosis) -> None:
         self.said = list(said)

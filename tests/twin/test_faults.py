@@ -6,6 +6,7 @@ import pytest
 
 from indexer_env import EFFECTS, load_machine, make_effect
 from indexer_env.errors import ParameterError
+from indexer_env.units import RPM
 from twin.faults import FAULTS, chosen, peak_torque, share_of
 
 MACHINE = load_machine("reference")
@@ -43,6 +44,14 @@ def test_no_interval_ends_beyond_what_there_can_be():
 def test_the_peak_torque_is_that_of_the_motion_law():
     # J_t h Ca / T²: 5 kg m², 2π/8, 5.528 and half of 1.025 s
     assert peak_torque(MACHINE) == pytest.approx(5.0 * 0.7854 * 5.528 / 0.5125**2, rel=1e-3)
+
+
+def test_torques_are_measured_by_what_the_index_asks_at_the_fastest_speed():
+    """At a fifth of the speed a twenty-fifth."""
+    slow, fast = (chosen(["friction", "crack"], speed * RPM) for speed in (300.0, 1500.0))
+    assert fast == chosen(["friction", "crack"])
+    assert slow[0].largest(MACHINE) == pytest.approx(fast[0].largest(MACHINE) / 25.0)
+    assert slow[1].largest(MACHINE) == fast[1].largest(MACHINE) == 0.6
 
 
 def test_an_unknown_fault_is_refused():

@@ -87,9 +87,9 @@ def _percent(share: float) -> str:
 
 def _bar(fault: FoundFault, twin: Twin) -> dict[str, float | None] | None:
     """Places along the bar in per cent of the largest size; None for what is in no table."""
-    if fault.name not in FAULTS:
+    of = next((one for one in twin.faults if one.name == fault.name), None)
+    if of is None:
         return None
-    of = FAULTS[fault.name]
     told = (fault.size, fault.low, fault.high)
     at, one, other = (100.0 * min(1.0, abs(share_of(of, abs(value), twin.machine))) for value in told)
     low, high = min(one, other), max(one, other)
