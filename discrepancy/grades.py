@@ -151,7 +151,7 @@ RULES = (
     Rule(
         "another cause", STANDS_IN,
         lambda e, c: bool(e.elsewhere),
-        lambda e, c: f"Without it {e.elsewhere} explains the records better than it, or anything at its joint.",
+        lambda e, c: f"Without it {e.elsewhere} explains the records better than it does.",
     ),
     Rule(
         "family", FAMILY,

@@ -263,6 +263,15 @@ def test_a_bump_on_the_cam_gets_no_name_where_something_elsewhere_explains_its_p
     assert elsewhere_beside(scene, 0.0, 0.0) == "", "noise is no cause"
 
 
+def test_a_bump_gets_no_name_where_another_law_over_its_phase_explains_its_part_better(scene: Scene) -> None:
+    """Three waves over the cam turn, of which one bump is a small part."""
+
+    def waves(scene: Scene) -> np.ndarray:
+        return scene.at(np.sin(3.0 * scene.row("cam")), "joint 2")
+
+    assert "follows the cam's phase" in elsewhere_beside(scene, 0.0, 2.0 * disturbed(scene, waves), 2e-5)
+
+
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
     assert elsewhere_beside(scene, 2e-5, 0.0, 2e-5) == ""
     monkeypatch.setattr("discrepancy.indexer.scans._LAW", 1.0)
