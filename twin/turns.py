@@ -213,11 +213,9 @@ def remains_of(
         common = left.mean(axis=(0, 1))
         common *= _kept(common, chance / (count * stations))
         own = left.mean(axis=0) - common
-        kept = _kept(own, chance / count) if count > 1 else 0.0
-        fixed.append(common + kept * own)
-        # what a mean of few turns takes of their noise is missing in the rest
-        missing = (1.0 - (1.0 - kept) ** 2) / count
-        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]) / math.sqrt(1.0 - missing))
+        own *= _kept(own, chance / count) if count > 1 else 0.0
+        fixed.append(common + own)
+        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]))
     rows = np.concatenate(rest)
     amplitude = np.sqrt((np.abs(np.fft.rfft(rows, axis=1)) ** 2).mean(axis=0))
     noise = float(rows.std())
@@ -226,10 +224,8 @@ def remains_of(
 
 
 def _chance(left: np.ndarray) -> float:
-    """Variance by chance of a cell of turns (k, stations, cells): among turns at the same station, or, of one turn,
-    among its cam turns."""
-    rows = left if len(left) > 1 else left[0]
-    return float(rows.var(axis=0, ddof=1).mean())
+    """Variance of a cell among the cam turns of a record."""
+    return float((left.reshape(-1, left.shape[2])).var(axis=0, ddof=1).mean())
 
 
 def _kept(mean: np.ndarray, variance: float) -> float:

@@ -99,21 +99,6 @@ def test_what_is_left_follows_the_nearer_record():
     assert share[0] < 0.2 and share[1] > 0.8
 
 
-@pytest.mark.parametrize("count", [2, 6])
-@pytest.mark.parametrize("size", [0.0, 5.0])
-def test_what_differs_between_stations_is_kept_and_no_noise(count, size):
-    """Seed 0: a pattern of each station's own, five times the noise, in so many turns of one record. What looks like a
-    shift of the turn is taken out of it."""
-    sound, point = healthy(), OperatingPoint(1350.0 * RPM, 5.0)
-    rng = np.random.default_rng(0)
-    pattern = size * NOISE * rng.standard_normal((8, CELLS.count))
-    turns = sound.turn(point) + pattern + NOISE * rng.standard_normal((count, 8, CELLS.count))
-    left = remains_of([turns], [point], 0.002, sound)
-    assert left.noise == pytest.approx(NOISE, rel=0.1)
-    missed = (left.fixed[0] - pattern).std() / NOISE
-    assert missed < 1.0 / count**0.5 + 0.3
-
-
 def test_what_does_not_repeat_has_no_part_in_the_healthy_turn():
     """A sensor stated with noise, a range, hum and drift reads the machine as one without; its gain is its own."""
     stated = Sensor(gain=1.1, noise_density=0.1, full_scale=100.0, bits=12, hum_amplitude=1.0, offset_drift=0.5)
