@@ -50,7 +50,7 @@ class Evidence:
     untold : bool
         Whether no interval of its size can be told.
     elsewhere : str
-        What explains better than it, or anything at its joint, what is left without it; "" where nothing does.
+        What explains better than it what is left without it; "" where nothing does.
     """
 
     name: str

@@ -191,8 +191,8 @@ class Subject(ABC):
         return None
 
     def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
-        """In words, what explains better than an effect, or anything at its joint, what a fitted place `without`
-        it leaves, given that of the set with it; "" where nothing does, or nothing can be said of it."""
+        """In words, what explains better than an effect what a fitted place `without` it leaves, given that of the set
+        with it; "" where nothing does, or nothing can be said of it."""
         return ""
 
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:

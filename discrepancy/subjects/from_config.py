@@ -36,10 +36,6 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
     check_records(records, machine)
     sensor = _with_radius(sensor, records)
     given = experiments(records, machine, sensor, check_motion=config["check_motion"])
-    if machine.effects:
-        had = ", ".join(effect.name for effect in machine.effects)
-        said = f"the machine has {had} already: it is taken as it is, neither fitted nor looked for"
-        given = dataclasses.replace(given, notes=(*given.notes, said))
     return IndexerSubject(machine, sensor, given, uncertainty)
 
 

@@ -78,6 +78,10 @@ class IndexerSubject(Subject):
     ) -> None:  # fmt: skip
         self.machine, self.sensor, self.uncertainty = machine, sensor, dict(uncertainty or {})
         self.records, self.notes = records, records.notes
+        if machine.effects:
+            had = ", ".join(effect.name for effect in machine.effects)
+            said = f"the machine has {had} already: it is taken as it is, neither fitted nor looked for"
+            self.notes = (*records.notes, said)
         self.model, self.held_out = (
             IndexerModel(machine, part, sensor, self.uncertainty, known=tuple(known))
             for part in (records.fitted, records.held_out)

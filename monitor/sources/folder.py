@@ -183,12 +183,12 @@ def machine_of(name: Path) -> str:
 
 def time_of(path: Path, duration: float) -> int:
     """When the first sample of a file was taken [ns since 1970]; raises SignalError, and OSError where it is gone."""
-    if _TIME.search(path.name) is None:
-        return path.stat().st_mtime_ns - round(duration * NANO)
-    moment = _moment(path.name)
-    if moment is None:
-        raise SignalError(f"the time in its name must be one, got {_TIME.search(path.name)[1]}")  # type: ignore[index]
-    return moment
+    moment, found = _moment(path.name), _TIME.search(path.name)
+    if moment is not None:
+        return moment
+    if found is not None:
+        raise SignalError(f"the time in its name must be one, got {found[1]}")
+    return path.stat().st_mtime_ns - round(duration * NANO)
 
 
 def _moment(name: str) -> int | None:

@@ -152,6 +152,7 @@ def test_an_effect_of_the_drawing_that_may_grow_is_fitted_about_what_the_drawing
     )
     bench = with_its_effects(Bench(IndexerSubject(machine, Sensor(), experiments([record], machine, Sensor()))))
     assert bench.subject.machine.effects == (bump,)
+    assert "the machine has cam.profile_error already: it is taken as it is" in bench.subject.notes[-1]
     (known,) = bench.subject.model.known
     assert known.name == "friction.coulomb"
     torque = next(p for p in known.parameters if p.name.endswith("torque"))
