@@ -109,6 +109,16 @@ class Fits:
         states = self.model.states_for(smaller, place.states)
         return problem.searched(problem.point(np.delete(place.z, columns), states))
 
+    def alike(self, place: Point, beside: Point, fitted: Fitted) -> Point:
+        """A place whose last effect does what one of a set does: its own numbers fitted alone, all else as at the place
+        `beside` without it, from the better one of its and the set's start states in each window."""
+        others = len(beside.z)
+        problem = Problem(self.model, place.hypothesis, held=range(others))
+        z = np.concatenate([beside.z, place.z[others:]])
+        states = self.model.states_for(place.hypothesis, beside.states)
+        alone = fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
+        return problem.pooled(alone, [fitted.place])
+
     def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
         begun = self.left_out(fitted, k)
         problem = Problem(self.model, begun.hypothesis)

@@ -260,8 +260,8 @@ class Search:
             library = self._listed(beside)
             asked = [h for name in alikes for h in library.get(name, ())]
             # without them a family would be told as one effect: they are fitted though time may have run out
-            leading = race(self.model, beside, asked, self.criteria)
-            found += [self.fits.fit(place) for place in leading[: self.criteria.rivals]]
+            leading = race(self.model, beside, asked, self.criteria)[: self.criteria.rivals]
+            found += [self.fits.fit(self.fits.alike(place, beside, fitted)) for place in leading]
         return tuple(first_of_each(self._ranked(found), lambda one: more_than(one, base)))
 
     def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:
