@@ -119,14 +119,12 @@ class Pipeline:
         block = place.block
         if self._resume_ns is not None and block.pulse is None:
             # Without a pulse the next turn begins where the last one ended.
-            if block.end_ns <= self._resume_ns:
+            left = block.behind(self._resume_ns)
+            if left is None:
                 return False
-            skipped = max(0, round((self._resume_ns - block.start_ns) / NANO * block.rate))
             self._resume_ns = None
-            if 0 < skipped < block.values.size:
-                start = block.start_ns + round(skipped / block.rate * NANO)
-                block = replace(block, start_ns=start, values=block.values[skipped:])
-                self._feed(block, True, outcome)
+            if left is not block:
+                self._feed(left, True, outcome)
                 return False
         elif self.until_ns is not None and self._resume_ns is None and place.shift_ns < 0:
             self.until_ns += place.shift_ns

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -108,6 +108,17 @@ class Block:
     def end_ns(self) -> int:
         """Time of the sample that would follow the last [ns since 1970]."""
         return self.start_ns + self.duration_ns
+
+    def behind(self, time_ns: int) -> Block | None:
+        """The block with the samples alone that lie behind a time [ns since 1970]; None where there are none."""
+        known = max(0, round((time_ns - self.start_ns) / NANO * self.rate))
+        if known >= self.values.size:
+            return None
+        if not known:
+            return self
+        start = self.start_ns + round(known / self.rate * NANO)
+        pulse = None if self.pulse is None else self.pulse[known:]
+        return replace(self, start_ns=start, values=self.values[known:], pulse=pulse)
 
 
 def _samples(name: str, given: object, factor: float) -> np.ndarray:

@@ -164,14 +164,7 @@ def _behind(blocks: list[Block], used_ns: int | None) -> list[Block]:
     """What lies behind the samples that were used, of blocks that begin before their end."""
     if used_ns is None or not blocks[0].start_ns < used_ns < blocks[-1].end_ns:
         return blocks
-    left = []
-    for block in blocks:
-        known = min(max(0, round((used_ns - block.start_ns) / NANO * block.rate)), block.values.size)
-        if known < block.values.size:
-            start = block.start_ns + round(known / block.rate * NANO)
-            pulse = None if block.pulse is None else block.pulse[known:]
-            left.append(replace(block, start_ns=start, values=block.values[known:], pulse=pulse))
-    return left
+    return [left for block in blocks if (left := block.behind(used_ns)) is not None]
 
 
 def machine_of(name: Path) -> str:
