@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +12,7 @@ from numba import njit
 
 from discrepancy.drives.effects.base import PHASES, DriveEffect, Size, standard
 from discrepancy.drives.effects.ripple import ringing
+from indexer_env.compiled import kernel_fingerprint
 from indexer_env.effects.drive import TransmissionError
 from indexer_env.effects.friction import CoulombFriction
 from indexer_env.filters import BRACKET_LIMIT, bracket_sections, filtered
@@ -57,37 +60,48 @@ standard(
 )  # fmt: skip
 
 
-@njit(cache=True)
-def carried(
-    q: np.ndarray, v: np.ndarray, step: float, play: float, dry: float, omega: float, damping: float, law: int
-) -> np.ndarray:
-    """Contact force over mass of a load behind play (n,): ẍ = M(q - x, q̇ - ẋ) - d sign(ẋ), advanced by Moreau's
-    time-stepping, four steps to a sample; the contact is that of `indexer_env.kernels.joints`, with stiffness ω² and
-    damping 2 ζ ω per mass."""
-    out = np.zeros_like(q)
-    x, y, sub = q[0], v[0], 4
-    h = step / sub
-    stiffness_1, damping_1, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
-    for k in range(len(q) - 1):
-        total = 0.0
-        for i in range(sub):
-            share = i / sub
-            d = q[k] + share * (q[k + 1] - q[k]) - x
-            rate = v[k] + share * (v[k + 1] - v[k]) - y
-            region = 1.0 if d > edge else (-1.0 if d < -edge else 0.0)
-            stiffness, offset, r = region_line(
-                region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0
-            )
-            force = line_torque(stiffness, offset, r, d, rate, 0.0)
-            if law == 0 and region * force < 0.0:
-                force = 0.0
-            y += h * force
-            y = max(y - h * dry, 0.0) if y > 0.0 else min(y + h * dry, 0.0)
-            x += h * y
-            total += force
-        out[k] = total / sub
-    out[-1] = out[-2]
-    return out
+def entry(fingerprint: str):
+    """The compiled `carried`; `fingerprint` stands for the kernels that it calls in the key of numba's cache."""
+
+    @njit(cache=True)
+    def carried(
+        q: np.ndarray, v: np.ndarray, step: float, play: float, dry: float, omega: float, damping: float, law: int,
+        out: np.ndarray,
+    ) -> str:  # fmt: skip
+        """Contact force over mass of a load behind play, into out (n,): ẍ = M(q - x, q̇ - ẋ) - d sign(ẋ), advanced by
+        Moreau's time-stepping, four steps to a sample; the contact is that of `indexer_env.kernels.joints`, with
+        stiffness ω² and damping 2 ζ ω per mass."""
+        x, y, sub = q[0], v[0], 4
+        h = step / sub
+        stiffness_1, damping_1, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
+        for k in range(len(q) - 1):
+            total = 0.0
+            for i in range(sub):
+                share = i / sub
+                d = q[k] + share * (q[k + 1] - q[k]) - x
+                rate = v[k] + share * (v[k + 1] - v[k]) - y
+                region = 1.0 if d > edge else (-1.0 if d < -edge else 0.0)
+                stiffness, offset, r = region_line(
+                    region, stiffness_1, damping_1, edge, 1.0, damping_1 if law == 2 else 0.0
+                )
+                force = line_torque(stiffness, offset, r, d, rate, 0.0)
+                if law == 0 and region * force < 0.0:
+                    force = 0.0
+                y += h * force
+                y = max(y - h * dry, 0.0) if y > 0.0 else min(y + h * dry, 0.0)
+                x += h * y
+                total += force
+            out[k] = total / sub
+        out[-1] = out[-2]
+        return fingerprint
+
+    return carried
+
+
+@functools.cache
+def contact() -> Callable[..., str]:
+    """The compiled `carried`."""
+    return entry(kernel_fingerprint())
 
 
 def _contact(m: Track, p, base) -> np.ndarray:
@@ -97,7 +111,9 @@ def _contact(m: Track, p, base) -> np.ndarray:
     if mass <= 0.0:
         return np.zeros_like(m.q)
     omega = 2.0 * math.pi * _CONTACT * 0.5 / m.step
-    return mass * (carried(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law)) - m.a)
+    carried = np.empty_like(m.q)
+    contact()(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law), carried)
+    return mass * (carried - m.a)
 
 
 standard(

@@ -5,14 +5,16 @@ import math
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.effects import EFFECTS
-from discrepancy.drives.effects.coupling import dragged
+from discrepancy.drives.effects.coupling import contact, dragged
 from discrepancy.drives.effects.friction import dahl
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Jobs
+from indexer_env.compiled import kernel_fingerprint
 from indexer_experiments.challenge.drives.motions import reference
 from indexer_experiments.challenge.drives.plant import simulate_plant
 from tests.discrepancy.drives.made import FILE, drive, motion, record, start_of, subject, values
@@ -190,3 +192,10 @@ def test_a_gain_that_known_friction_can_do_is_not_looked_for(tmp_path) -> None:
     known = FILE.replace('"f"}', '"f"}\nknown = {"friction.coulomb": {"force": 8.0}}')
     made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 8.0 * np.sign(v), known)
     assert made.model.left_out == ("inertia", "sensor.gain")
+
+
+@pytest.mark.skipif(not isinstance(contact(), Dispatcher), reason="nothing is compiled")
+def test_a_load_behind_play_is_compiled_anew_where_a_kernel_has_changed() -> None:
+    """numba's key of it holds the hash of all kernel sources."""
+    (held,) = (cell.cell_contents for cell in contact().py_func.__closure__)
+    assert held == kernel_fingerprint()
