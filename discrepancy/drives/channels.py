@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import LOAD, Channel, Drive
+from discrepancy.records.conditions import FLAGS, written
 from discrepancy.records.reading import measured_paths
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
@@ -41,7 +43,6 @@ _AGREES = (0.67, 1.5)
 _LIKE = 0.9
 """Correlation of the two from which on their ratio is known."""
 
-_FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 _KEYS = ("held_out", "motion", "noise", "sample_rate")
 """Columns of the table beside the files, besides those that name channels."""
 
@@ -100,12 +101,14 @@ def _rows(table: Path, drive: Drive, root: Path) -> dict[str, dict[str, Any]]:
     """Cells by file: of `_KEYS`, and columns of channels by their roles."""
     found: dict[str, dict[str, Any]] = {}
     for line, row in table_rows(table, "table of records", (FILE,)):
-        name = row.pop(FILE).replace("\\", "/").removeprefix("./")
+        name = written(row.pop(FILE))
         if not (root / name).is_file():
             raise SignalError(
                 f"{table}, line {line}: file must be one of those beside it, got {name!r}; correct the cell."
             )
-        cells: dict[str, Any] = {}
+        if name in found:
+            raise SignalError(f"{table}, line {line}: a file must have one row, got a second for {name}; keep one.")
+        cells = found[name] = {}
         for key, cell in row.items():
             if key not in _KEYS and key not in drive.channels:
                 hint = (
@@ -114,15 +117,14 @@ def _rows(table: Path, drive: Drive, root: Path) -> dict[str, dict[str, Any]]:
                 raise SignalError(f"{table} must have columns that say something of a record, got {key!r}; {hint}.")
             if not cell:
                 continue
-            if key == "held_out" and cell.lower() not in _FLAGS:
+            if key == "held_out" and cell.lower() not in FLAGS:
                 raise SignalError(f"{table}, line {line}: held_out must be yes or no, got {cell!r}; correct the cell.")
-            cells[key] = _FLAGS[cell.lower()] if key == "held_out" else cell
+            cells[key] = FLAGS[cell.lower()] if key == "held_out" else cell
             if key in ("noise", "sample_rate"):
                 try:
                     cells[key] = float(cell)
                 except ValueError:
                     raise SignalError(f"{table}, line {line}: {key} must be a number, got {cell!r}.") from None
-        found[name] = cells
     return found
 
 
@@ -238,8 +240,6 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
 
 def _kept(records: list[Record], wanted: Sequence[str]) -> list[Record]:
     """The records, those that are named, by file or by motion, marked as held out."""
-    import dataclasses
-
     kept = set()
     for name in wanted:
         meant = [r.name for r in records if name in (r.name, r.motion) or name.endswith(f"/{r.name}")]

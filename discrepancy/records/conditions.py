@@ -20,7 +20,8 @@ TABLES = ("records.csv", "records.yaml")
 """Names under which the table is looked for beside the files."""
 
 _TEXTS = ("machine", "unit", "time_column", "signal_column")
-_FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+"""Cells that say yes or no."""
 
 
 @dataclass(frozen=True)
@@ -229,9 +230,9 @@ def _value(key: str, cell: str, place: str) -> Any:
     if key in _TEXTS:
         return cell
     if key == "held_out":
-        if cell.lower() not in _FLAGS:
+        if cell.lower() not in FLAGS:
             raise SignalError(f"{place}: held_out must be yes or no, got {cell!r}; correct the cell.")
-        return _FLAGS[cell.lower()]
+        return FLAGS[cell.lower()]
     try:
         return float(cell)
     except ValueError:

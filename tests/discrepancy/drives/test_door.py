@@ -113,6 +113,13 @@ def test_a_table_that_names_a_file_which_is_not_there_is_refused(tmp_path: Path)
         read_drive_records(drive(tmp_path), str(folder), None, {}, [])
 
 
+def test_a_second_row_for_a_file_is_refused(tmp_path: Path) -> None:
+    folder = _csv(tmp_path / "runs")
+    (folder / "records.csv").write_text("file,noise\na.csv,2\n./a.csv,3\n")
+    with pytest.raises(IndexerError, match=r"line 3: a file must have one row, got a second for a\.csv; keep one"):
+        read_drive_records(drive(tmp_path), str(folder), None, {}, [])
+
+
 def test_units_and_the_table_beside_the_files_are_read(tmp_path: Path) -> None:
     folder = _csv(tmp_path / "runs", header="t [ms],q [mm],f [kN]")
     (folder / "b.csv").write_text((folder / "a.csv").read_text())
