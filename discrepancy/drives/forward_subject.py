@@ -184,7 +184,8 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
         notes.append(f"Each record has its own: {', '.join(drive.sessions)}.")
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
-    notes.append(f"Not looked for, as the forward form does not have them: {', '.join(model.left_out)}.")
+    if model.left_out:
+        notes.append(f"Not looked for, as the forward form does not have them: {', '.join(model.left_out)}.")
     return ForwardSubject(drive, model, other, roles, records[0].units[roles[0]], tuple(notes))
 
 

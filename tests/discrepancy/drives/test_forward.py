@@ -119,6 +119,13 @@ def test_a_function_that_numba_cannot_compile_still_works(tmp_path: Path) -> Non
     np.testing.assert_allclose(rows[0], rows[1], atol=1e-9)
 
 
+@pytest.mark.parametrize(("effects", "said"), [(("play", "offset"), ["play"]), (("offset",), [])])
+def test_what_is_not_looked_for_is_told_where_there_is_any(effects: tuple, said: list[str], tmp_path: Path) -> None:
+    notes = made(tmp_path, 0.2 * np.sin(3.0 * T), f"{FILE}effects = {effects}\n").notes
+    told = [note for note in notes if note.startswith("Not looked for")]
+    assert told == [f"Not looked for, as the forward form does not have them: {name}." for name in said]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
