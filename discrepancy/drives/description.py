@@ -154,8 +154,8 @@ def load_drive(path: Path) -> Drive:
     return Drive(
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
         _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
-        found.get("noise"), float(share), states, joints, found.get("windows"), _known(name, found.get("known", {})),
-        _sessions(name, found.get("sessions", False)),
+        found.get("noise"), float(share), states, joints, found.get("windows"),
+        effects_stated(name, "known", found.get("known", {})), _sessions(name, found.get("sessions", False)),
     )  # fmt: skip
 
 
@@ -267,10 +267,11 @@ def _sessions(name: str, given: Any) -> tuple[str, ...]:
     return tuple(given)
 
 
-def _known(name: str, given: Any) -> Mapping[str, Mapping[str, float]]:
+def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str, float]]:
+    """Effects with their parameters' values as a file states them; anything else is refused."""
     if not isinstance(given, Mapping) or not all(isinstance(values, Mapping) for values in given.values()):
         rule = "a mapping of effects to their parameters, {'friction.coulomb': {'force': 4.0}}"
-        raise refuse(name, "known", rule, given)
+        raise refuse(owner, key, rule, given)
     return given
 
 

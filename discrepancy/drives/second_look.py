@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.description import LOAD, Drive, known_parameter
+from discrepancy.drives.description import LOAD, Drive, effects_stated, known_parameter
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.effects.tabulated import ends_of
 from discrepancy.drives.sessions import Slots, stated
@@ -50,16 +50,23 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
     Raises
     ------
     ParameterError
-        It is of another drive, or names a parameter that the file does not have.
+        It is of another drive, names a parameter that the file does not have, or holds something else than values.
     """
     if mapping.get(KEY) != drive.path.name:
         remedy = "give the machine.yaml that a look at this drive has left"
         raise refuse("discrepancy", "machine", f"of the drive {drive.path.name}", mapping.get(KEY), remedy)
     given = mapping.get("parameters") or {}
+    if not isinstance(given, Mapping):
+        remedy = "write parameters: {NAME: {value: NUMBER}}"
+        raise refuse("machine", "parameters", "a mapping of names to values", given, remedy)
+    effects_stated("machine", "effects", mapping.get("effects") or {})
     parameters = []
     for p in drive.parameters:
         row = given.get(p.name, {"value": p.nominal})
-        check_number("machine", p.name, row.get("value") if isinstance(row, Mapping) else row, unit=p.unit)
+        if not isinstance(row, Mapping):
+            remedy = f"write {p.name}: {{value: NUMBER, unit: {p.unit}}}"
+            raise refuse("machine", p.name, f"a mapping with its value [{p.unit}]", row, remedy)
+        check_number("machine", p.name, row.get("value"), unit=p.unit)
         value = float(row["value"])
         spread = p.scale * abs(value) if p.logarithmic else p.scale
         parameters.append(known_parameter(p.name, p.unit, value, spread))

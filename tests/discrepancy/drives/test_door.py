@@ -189,6 +189,25 @@ def test_a_second_look_stands_where_the_first_one_ended(tmp_path: Path) -> None:
         subject_of(drive(tmp_path), [record(lambda t, q, v, a: 95.0 * a)], {**machine, "drive": "other.py"})
 
 
+@pytest.mark.parametrize(
+    ("machine", "said"),
+    [
+        (
+            {"parameters": {"mass": 2.0}},
+            r"machine.mass must be a mapping with its value \[kg\], got 2.0; write mass: {v",
+        ),
+        ({"parameters": {"mass": [2.0]}}, r"machine.mass must be a mapping with its value \[kg\], got \[2.0\]; write"),
+        ({"parameters": {"mass": {}}}, "machine.mass must be a finite number kg, got None"),
+        ({"parameters": [2.0]}, r"machine.parameters must be a mapping of names to values, got \[2.0\]; write"),
+        ({"effects": ["offset"]}, "machine.effects must be a mapping of effects to their parameters.* got"),
+        ({"effects": {"offset": 3.0}}, "machine.effects must be a mapping of effects to their parameters.* got"),
+    ],
+)
+def test_a_mistake_in_the_machine_of_a_first_look_is_one_sentence(machine: dict, said: str, tmp_path: Path) -> None:
+    with pytest.raises(IndexerError, match=said):
+        subject_of(drive(tmp_path), [record(lambda t, q, v, a: 95.0 * a)], {"drive": "my_drive.py", **machine})
+
+
 def test_what_the_model_can_do_itself_is_not_looked_for(tmp_path: Path) -> None:
     made = subject(tmp_path, lambda t, q, v, a: 95.0 * a)
     assert made.model.left_out == ("inertia", "sensor.gain")
