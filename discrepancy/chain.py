@@ -82,10 +82,7 @@ class Outcome:
 
 
 def run_chain(
-    subject: Subject,
-    seed: int,
-    begin: Callable[[str], None] = lambda stage: None,
-    criteria: Criteria | None = None,
+    subject: Subject, seed: int, begin: Callable[[str], None] = lambda stage: None, criteria: Criteria | None = None
 ) -> Outcome:
     """All stages; `begin` is told each of STAGES as it begins."""
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)]

@@ -21,18 +21,8 @@ from indexer_cli.job_paths import path_given
 from indexer_env.errors import refuse
 
 _KEYS = (
-    "system",
-    "measured",
-    "records",
-    "held_out",
-    "machine",
-    "known",
-    "out",
-    "overwrite",
-    "seed",
-    "seconds",
-    "tolerance",
-)
+    "system", "measured", "records", "held_out", "machine", "known", "out", "overwrite", "seed", "seconds", "tolerance",
+)  # fmt: skip
 """Keys of conf/explain.yaml that a drive takes; the others belong to the indexing machine."""
 
 _KNOWN = ("noise", "sample_rate")

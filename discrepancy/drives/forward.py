@@ -62,17 +62,10 @@ class ForwardModel(Model):
     """
 
     def __init__(
-        self,
-        drive: Drive,
-        courses: Sequence[Course],
-        windows: Windows,
-        scales: Sequence[Scales],
-        measured: np.ndarray,
-        rates: Any,
-        known: tuple[Hypothesis, ...] = (),
-        library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
+        self, drive: Drive, courses: Sequence[Course], windows: Windows, scales: Sequence[Scales], measured: np.ndarray,
+        rates: Any, known: tuple[Hypothesis, ...] = (), library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
         substeps: int = 0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.drive, self.courses, self.windows = drive, tuple(courses), windows
         self.scales: tuple[Scales, ...] = tuple(scales)
         self.measured, self.rates, self.known = measured, rates, known

@@ -51,14 +51,9 @@ class InverseModel(Model):
     """
 
     def __init__(
-        self,
-        drive: Drive,
-        tracks: Sequence[Track],
-        scales: Scales,
-        windows: Windows,
-        known: tuple[Hypothesis, ...] = (),
-        library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
-    ) -> None:
+        self, drive: Drive, tracks: Sequence[Track], scales: Scales, windows: Windows,
+        known: tuple[Hypothesis, ...] = (), library: Mapping[str, tuple[Hypothesis, ...]] | None = None,
+    ) -> None:  # fmt: skip
         self.drive, self.tracks, self.scales, self.windows, self.known = drive, tuple(tracks), scales, windows, known
         self.effects = {effect.name: effect for effect in drive.effects} | TABLES
         self.own, self._offset = len(drive.parameters), zeroed(drive, scales.F, scales.unit("F"))

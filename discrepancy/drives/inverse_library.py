@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from discrepancy.drives.library import (
-    check_slopes,
-    done_by_model,
-    hypotheses_of,
-    proposals,
-    sensible,
-    sized,
-    without,
-)
+from discrepancy.drives.library import check_slopes, done_by_model, hypotheses_of, proposals, sensible, sized, without
 from discrepancy.model import NONE, Hypothesis
 
 if TYPE_CHECKING:

@@ -54,14 +54,10 @@ class IndexerModel(Model):
     _with_all: IndexerModel | None = None  # the windows of a part with the samples that were left out
 
     def __init__(
-        self,
-        machine: Machine,
-        experiments: Sequence[Experiment],
-        sensor: Sensor | None = None,
-        uncertainty: Mapping[str, float] | None = None,
-        without: tuple[str, ...] = (),
+        self, machine: Machine, experiments: Sequence[Experiment], sensor: Sensor | None = None,
+        uncertainty: Mapping[str, float] | None = None, without: tuple[str, ...] = (),
         known: tuple[Hypothesis, ...] = (),
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.machine, self.experiments, self.without, self.known = machine, tuple(experiments), without, known
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         check_rest(machine)

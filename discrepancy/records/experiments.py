@@ -20,12 +20,7 @@ from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, likest_other, nominal_orders, upright
 from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
-from discrepancy.records.speed import (
-    by_pulses,
-    check_period,
-    put_right,
-    speed_known_to,
-)
+from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
 from discrepancy.records.start import start_of
 from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
