@@ -7,6 +7,7 @@ and O'Hagan, Inverse Problems 30 (2014) 114007).
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -137,7 +138,8 @@ class Estimates:
         mine = [k for k, p in enumerate(self.parameters) if p.name.startswith(f"{name}.")]
         held = [self.estimates[k] for k in mine if self.at_bound[k]]
         bound = " and ".join(f"{e.name} {e.value:.4g} {e.unit}" for e in held)
-        own = tuple(_renamed(self.estimates[k], name) for k in mine)
+        own = (self.estimates[k] for k in mine)
+        own = tuple(dataclasses.replace(e, name=e.name.removeprefix(f"{name}.")) for e in own)
         return FoundEffect(name, own, tuple(choices), bound, self.untold[mine[0]])
 
     def calibration(self, count: int) -> Calibration:
@@ -173,13 +175,6 @@ def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estima
     moved = float(z) if parameter.known else None
     low, value, high = ends
     return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
-
-
-def _renamed(estimate: Estimate, effect: str) -> Estimate:
-    name = estimate.name.removeprefix(f"{effect}.")
-    return Estimate(
-        name, estimate.unit, estimate.value, estimate.low, estimate.high, estimate.nominal, estimate.moved
-    )  # fmt: skip
 
 
 def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.arrow import Arrow
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 
@@ -82,7 +81,7 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
         number += 1
         problem = exact.eased(place)
         place = problem.adopted(place)
-        best, damping = _step(problem, place, problem.equations(place), damping)
+        best, damping = _step(problem, place, damping)
         gain = _GAIN * place.dispersion(exact.model)
         idle = idle + 1 if best is None or place.cost - best.cost < gain else 0
         place = best or place
@@ -156,7 +155,7 @@ def _crossed(problem: Problem, place: Point) -> Point:
     damping = _UNDAMPED
     for _ in range(_CROSSINGS):
         before = place
-        best, damping = _step(problem, place, problem.equations(place), damping)
+        best, damping = _step(problem, place, damping)
         place = best or place
         if before.cost - place.cost < _SLIGHT * before.dispersion(problem.model):
             break
@@ -169,8 +168,9 @@ def stand_out(problem: Problem, place: Point) -> np.ndarray:
     return np.flatnonzero(level > max(1.5 * float(np.median(level)), 1.2 * float(level.min())))
 
 
-def _step(problem: Problem, place: Point, system: Arrow, damping: float) -> tuple[Point | None, float]:
+def _step(problem: Problem, place: Point, damping: float) -> tuple[Point | None, float]:
     """The best place one damped step away, or None; and the damping to go on with."""
+    system = problem.equations(place)
     free = problem.free(place, system)
     for _ in range(4):
         ladder = damping * np.array([0.1, 1.0, 10.0])

@@ -97,7 +97,14 @@ class Fits:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
         make an effect look needed."""
         if (fitted, k) not in self._smaller:
-            self._smaller[fitted, k] = self._refitted_without(fitted, k)
+            begun = self.left_out(fitted, k)
+            problem = Problem(self.model, begun.hypothesis)
+            result = fit(problem, begun, steps=_LONG, thorough=True)
+            if not begun.hypothesis.effects:
+                before = self.own(self.begun.place)
+                if before.cost < result.place.cost:
+                    result = fit(problem, before, steps=_LONG, thorough=True)
+            self._smaller[fitted, k] = self.kept(result.place, result.converged)
         return self._smaller[fitted, k]
 
     def left_out(self, fitted: Fitted, k: int) -> Point:
@@ -119,26 +126,14 @@ class Fits:
         alone = fit(problem, problem.searched(problem.point(z, states)), steps=_CAREFUL).place
         return problem.pooled(alone, [fitted.place])
 
-    def _refitted_without(self, fitted: Fitted, k: int) -> Fitted:
-        begun = self.left_out(fitted, k)
-        problem = Problem(self.model, begun.hypothesis)
-        result = fit(problem, begun, steps=_LONG, thorough=True)
-        if not begun.hypothesis.effects:
-            before = self.own(self.begun.place)
-            if before.cost < result.place.cost:
-                result = fit(problem, before, steps=_LONG, thorough=True)
-        return self.kept(result.place, result.converged)
-
     def on_all(self, fitted: Fitted) -> Fitted:
         """A set fitted to all windows of all records."""
         if self.whole is self.model:
             return fitted
         if fitted not in self._whole:
-            self._whole[fitted] = self._fitted_to_all(fitted)
+            place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
+            states = np.zeros((len(self.whole.counts), place.states.shape[1]))
+            result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
+            whole = crossed(problem, result.place)
+            self._whole[fitted] = fitted_set(self.whole, whole, fitted.converged, fitted.price)
         return self._whole[fitted]
-
-    def _fitted_to_all(self, fitted: Fitted) -> Fitted:
-        place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
-        states = np.zeros((len(self.whole.counts), place.states.shape[1]))
-        result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
-        return fitted_set(self.whole, crossed(problem, result.place), fitted.converged, fitted.price)

@@ -46,17 +46,15 @@ _MAD = 0.6745
 
 def noise_of(values: np.ndarray, rate: float) -> tuple[float, float]:
     """Standard deviation of a record's noise [its unit], and ρ at its sampling rate [Hz]."""
-    return _noise_of([values], rate)
+    return shared_noise([values], rate)
 
 
 def shared_noise(records: Sequence[np.ndarray], rate: float) -> tuple[float, float]:
     """The same of records that one sensor took, by the quieter half of them: what a machine does in a record, hum and
     rattling say, looks like more noise and never like less."""
-    by_noise = sorted(records, key=lambda values: noise_of(values, rate)[0]) if len(records) > 1 else records
-    return _noise_of(by_noise[: math.ceil(0.5 * len(records))], rate)
-
-
-def _noise_of(records: Sequence[np.ndarray], rate: float) -> tuple[float, float]:
+    if len(records) > 1:
+        by_noise = sorted(records, key=lambda values: noise_of(values, rate)[0])
+        records = by_noise[: math.ceil(0.5 * len(records))]
     pieces = _pieces([_level(values) for values in records], rate)
     pieces -= pieces.mean(axis=1, keepdims=True)
     found = _fitted(pieces, rate)

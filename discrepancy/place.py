@@ -34,14 +34,10 @@ class Point:
     cost: float
 
     @property
-    def own(self) -> np.ndarray:
-        """The hypothesis's own parameters (k,), scaled."""
-        return self.z[len(self.z) - len(self.hypothesis.parameters) :]
-
-    @property
     def values(self) -> tuple[float, ...]:
         """The hypothesis's own parameters [units]."""
-        return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, self.own, strict=True))
+        own = self.z[len(self.z) - len(self.hypothesis.parameters) :]
+        return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, own, strict=True))
 
     def level(self, model: Model) -> float:
         """rms of the normalised residuals; 1 is the noise."""

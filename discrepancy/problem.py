@@ -98,11 +98,7 @@ class Problem:
         return self._scored(place.z, place.states, place.squares)
 
     def _scored(self, z: np.ndarray, states: np.ndarray, squares: np.ndarray) -> Point:
-        return Point(self.hypothesis, z, states, squares, self.cost(squares) + float(self.prior(z)))
-
-    def cost(self, squares: np.ndarray) -> float:
-        """Σ_w ρ_w of squares (w,)."""
-        return float(self.losses(squares).sum())
+        return Point(self.hypothesis, z, states, squares, float(self.losses(squares).sum()) + float(self.prior(z)))
 
     def losses(self, squares: np.ndarray, windows: np.ndarray | None = None) -> np.ndarray:
         """ρ_w (…, w) of squares (…, w) of all windows, or of these (w,)."""

@@ -129,7 +129,7 @@ def fitted_set(model: Model, place: Point, converged: bool, price: float, *, opt
 
 def scores(sets: Sequence[Fitted], model: Model) -> list[float]:
     """Scores of sets under the dispersion of that one which leaves least, lower is better."""
-    dispersion = min(sets, key=_cost).dispersion
+    dispersion = min(sets, key=lambda one: one.place.cost).dispersion
     return [_score(one, model, dispersion) for one in sets]
 
 
@@ -147,7 +147,3 @@ def _score(one: Fitted, model: Model, dispersion: float) -> float:
     room = np.where(step > 0.0, problem.high[within] - z, z - problem.low[within])
     way = float(np.clip(room / np.maximum(np.abs(step), 1e-300), 0.0, 1.0).min(initial=1.0))
     return score + (2.0 * way - way**2) * float(b @ step)
-
-
-def _cost(fitted: Fitted) -> float:
-    return fitted.place.cost

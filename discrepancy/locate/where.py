@@ -76,15 +76,12 @@ class Law:
         self.lines = self._prominence.lines
         drawn, under = iter(drawn), []
         while some := list(itertools.islice(drawn, _AT_ONCE)):
-            under.append(self._statistics(np.array(some)))
+            under.append(self.statistics(np.array(some)))
         self.under = np.concatenate(under)
 
-    def statistics(self, residual: np.ndarray) -> np.ndarray:
-        """Mean squares of the cells of all axes and of the map, then prominences of the lines (k,)."""
-        return self._statistics(residual[None])[0]
-
-    def _statistics(self, residuals: np.ndarray) -> np.ndarray:
-        """The same of several residuals (d, w, n): (d, k)."""
+    def statistics(self, residuals: np.ndarray) -> np.ndarray:
+        """Mean squares of the cells of all axes and of the map, then prominences of the lines (d, k), of several
+        residuals (d, w, n)."""
         return np.concatenate([self._levels.of(residuals) ** 2, self._prominence.of(residuals)], axis=1)
 
     def chances(self, found: np.ndarray) -> np.ndarray:
@@ -103,7 +100,7 @@ class Law:
 
 def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
     """What the test says of residuals (w, n)."""
-    view, found = law.view, law.statistics(residual)
+    view, found = law.view, law.statistics(residual[None])[0]
     chances = law.chances(found)
     significant = chances <= alarms
     expected = np.sqrt(law.under.mean(axis=0))

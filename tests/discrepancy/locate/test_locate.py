@@ -197,7 +197,7 @@ def _without_slack(law: Law, residual: np.ndarray) -> np.ndarray:
     """Statistics raised by the slack that the test allows to cells, so that its own rate shows."""
     from discrepancy.locate.where import _SLACK
 
-    found = law.statistics(residual)
+    found = law.statistics(residual[None])[0]
     found[: len(found) - len(law.lines)] *= 1.0 + _SLACK
     return found
 
