@@ -63,22 +63,19 @@ class InverseModel(Model):
         self.noise = np.array([self._noise(self.tracks[k]) for k in windows.tracks])
         self.measured = [self.tracks[k].measured for k in windows.tracks]
         self._kept: dict[Any, Any] = {}
-        self._left_out: tuple[str, ...] = ()
-        self._inside = [self._covered(group) for group in range(len(self.measured))]
+        self.inside = [self._covered(group) for group in range(len(self.measured))]
+        self.left_out: tuple[str, ...] = ()  # effects not tried, as the model's own parameters can do the same
         if library is None:
-            library, self._left_out = library_of(self)
+            library, self.left_out = library_of(self)
         self._library = library
 
     def _covered(self, group: int) -> np.ndarray:
+        """Which samples (m,) of a record, as they are compared, lie in the windows."""
         inside = np.zeros(len(self.measured[group]), dtype=bool)
         mine = self.groups == group
         for first, count in zip(self.windows.first[mine], self.counts[mine], strict=True):
             inside[first : first + count] = True
         return inside
-
-    def inside(self, group: int) -> np.ndarray:
-        """Which samples (m,) of a record, as they are compared, lie in the windows."""
-        return self._inside[group]
 
     # ------------------------------------------------------------------ the model's own force
 
@@ -186,11 +183,6 @@ class InverseModel(Model):
         """The library; what a fit has left, residuals (w, n), proposes wavelengths of what wavers, and sizes."""
         return self._library if residual is None else proposed_by(self, self._library, residual)
 
-    @property
-    def left_out(self) -> tuple[str, ...]:
-        """Effects that are not tried, as the model's own parameters can do the same."""
-        return self._left_out
-
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         out = np.zeros((len(jobs.point), int(self.counts.max())))
         for p, point in enumerate(jobs.points):
@@ -210,7 +202,7 @@ class InverseModel(Model):
         rows = self._starts(group, hypothesis, point)
         if len(rows):
             # what friction at rest holds tells nothing of the start
-            told = self.inside(group) & (rest[0] == rest[1])
+            told = self.inside[group] & (rest[0] == rest[1])
             seen = rows[:, told] / self.noise[group]
             found = np.linalg.solve(np.eye(len(rows)) + seen @ seen.T, seen @ left[told] / self.noise[group])
             left = left - found @ rows

@@ -20,7 +20,7 @@ _NUDGE = 1e-4
 def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], tuple[str, ...]]:
     """Effects that may be missing, sensible for the channels; and those left out as the model's own parameters can do
     the same."""
-    zero, slopes, inside = np.zeros(len(model.parameters)), _slopes(model), _fitted(model)
+    zero, slopes, inside = np.zeros(len(model.parameters)), _slopes(model), np.concatenate(model.inside)
     check_slopes(model.drive, slopes[: model.own])
     slopes = _apart(model, slopes)
     tracks, left = [model.tracks[k] for k in model.windows.tracks], _left_by(model, slopes, inside)
@@ -53,7 +53,7 @@ def proposed_by(
     for name in found:
         if proposed := proposals(model.effects[name], tracks, left):
             found[name] = hypotheses_of(model.effects[name], model.scales, proposed)
-    zero, inside = np.zeros(len(model.parameters)), _fitted(model)
+    zero, inside = np.zeros(len(model.parameters)), np.concatenate(model.inside)
     slopes = _apart(model, _slopes(model))[:, inside]
     plain, whole = _plain(model, NONE, zero), without(np.concatenate(left)[inside], slopes)
 
@@ -62,11 +62,6 @@ def proposed_by(
         return without((given - plain)[inside], slopes)
 
     return {name: tuple(sized(one, response, whole) for one in choices) for name, choices in found.items()}
-
-
-def _fitted(model: InverseModel) -> np.ndarray:
-    """Which samples (n,) of all records, one after the other, lie in the model's windows."""
-    return np.concatenate([model.inside(group) for group in range(len(model.measured))])
 
 
 def _plain(model: InverseModel, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ def hypotheses_of(
             if not proposed:
                 return ()
             nominal = proposed[0][place] / scales.of(size.dimension) if size.null is None else size.null
-            size = _with(size, nominal)
+            size = dataclasses.replace(size, starts=(nominal,))
         own.append(size.parameter(effect.name, scales))
     laid = product(*([s * scales.of(size.dimension) for s in size.starts] for size in effect.sizes))
     starts = (*proposed, *(tuple(row) for row in laid if row))
@@ -42,10 +42,6 @@ def hypotheses_of(
         Hypothesis(effect.name, tuple(own), dict(c), inside, effect.alike, over=effect.over, limits=effect.limits)
         for c in effect.choices
     )
-
-
-def _with(size: Any, nominal: float) -> Any:
-    return dataclasses.replace(size, starts=(nominal,), step=size.step)
 
 
 def _inside(parameters: Sequence[Parameter], values: Sequence[float]) -> tuple[float, ...]:

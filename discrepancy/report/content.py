@@ -16,7 +16,7 @@ from discrepancy.grades import NAMED, RULES
 from discrepancy.locate import Cell, Spot, Where
 from discrepancy.origin import Origin
 from discrepancy.report.ranking import rankings
-from discrepancy.report.words import comes_from, headline, remaining, where_in_short
+from discrepancy.report.words import comes_from, headline, where_in_short
 from discrepancy.subjects.base import Subject
 from discrepancy.table import Table
 
@@ -92,7 +92,7 @@ def _finding(finding: Finding, subject: Subject) -> dict[str, Any]:
 def _remains(outcome: Outcome) -> dict[str, Any]:
     answer = outcome.answer
     return {
-        "times_noise": remaining(outcome),
+        "times_noise": answer.after,
         "with_hints": answer.remains.level,
         "unrepeated": answer.remains.noise,
         "looks_like": answer.remains.looks_like,

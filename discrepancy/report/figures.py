@@ -17,8 +17,6 @@ from matplotlib.figure import Figure
 
 from discrepancy.chain import Outcome
 from discrepancy.locate import Map, Spot, Where
-from discrepancy.model import Model
-from discrepancy.place import Point
 from discrepancy.problem import Problem
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
@@ -74,7 +72,8 @@ def _records(outcome: Outcome) -> Figure:
     answer = outcome.answer
     view = outcome.subject.view(outcome.subject.held_out)
     held = answer.held[answer.base.name]
-    old, new = (residual_of(answer.held_out, answer.held[name]) for name in (answer.base.name, answer.accepted.name))
+    places = held, answer.held[answer.accepted.name]
+    old, new = (Problem(answer.held_out, place.hypothesis).left(place) for place in places)
     window = int((held.squares / view.inside.sum(axis=1)).argmax())
     inside, noise = view.inside[window], float(view.noise[view.groups[window]])
     every = max(1, int(inside.sum()) // _MOST_POINTS)
@@ -101,11 +100,6 @@ def _records(outcome: Outcome) -> Figure:
     return figure
 
 
-def residual_of(model: Model, place: Point) -> np.ndarray:
-    """Residuals (w, n) at a place."""
-    return Problem(model, place.hypothesis).left(place)
-
-
 def missing_torque(outcome: Outcome) -> Figure | None:
     """What remains on the records fitted as the torque that the machine with what was found still lacks: in each cell
     its mean and, shaded, the spread between windows."""
@@ -114,7 +108,8 @@ def missing_torque(outcome: Outcome) -> Figure | None:
     if view.torque is None:
         return None
     noise = view.noise[view.groups][:, None]
-    lacking = -view.torque.per_unit * noise * residual_of(answer.model, answer.accepted.place)
+    place = answer.accepted.place
+    lacking = -view.torque.per_unit * noise * Problem(answer.model, place.hypothesis).left(place)
     figure = Figure(figsize=(_WIDTH, 2.5), layout="constrained")
     axes = figure.subplots(1, len(view.torque.over), sharey=True, squeeze=False)[0]
     for ax, (name, values) in zip(axes, view.torque.over.items(), strict=True):

@@ -13,7 +13,7 @@ from discrepancy.grades import NAMED
 from discrepancy.report.figures import figures
 from discrepancy.report.picture import picture
 from discrepancy.report.ranking import rankings
-from discrepancy.report.words import percent, ranged, remaining, remains_more, times, to_do
+from discrepancy.report.words import percent, ranged, remains_more, times, to_do
 
 _TEMPLATE = "page.html"
 _MOST_NEXT = 6
@@ -50,7 +50,7 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         calibration=[(e, subject.shop(e.name, (e.value, e.low, e.high))) for e in answer.calibration.estimates],
         gap=outcome.gap,
         table=content["table"],
-        times=times(remaining(outcome)),
+        times=times(answer.after),
         remains_more=remains_more(outcome),
         to_do=to_do(outcome),
         following=outcome.next[:_MOST_NEXT],

@@ -29,7 +29,7 @@ def headline(outcome: Outcome) -> str:
         return f"{said} on records that were never fitted ({times(answer.before)} it).{_cut_short(outcome)}"
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
-    remains = f"{times(remaining(outcome))} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
+    remains = f"{times(answer.after)} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
     if named:
         closes = "close" if len(named) > 1 else "closes"
         said = f"{capital(joined([described(finding) for finding in named]))} {closes} {_closed(outcome)} of the gap"
@@ -47,16 +47,11 @@ def headline(outcome: Outcome) -> str:
     return f"{said}.{_cut_short(outcome)}"
 
 
-def remaining(outcome: Outcome) -> float:
-    """What the machine with everything accepted leaves on records held out, in times of their noise."""
-    return outcome.answer.after
-
-
 def remains_more(outcome: Outcome) -> bool:
     """Whether more than noise, and what is tolerated, remains beside what is accepted."""
     criteria, noise = outcome.answer.criteria, outcome.answer.remains.noise
     floor = 1.0 if criteria.tolerance is None else noise
-    return (remaining(outcome) / floor) ** 2 - 1.0 >= criteria.at_noise
+    return (outcome.answer.after / floor) ** 2 - 1.0 >= criteria.at_noise
 
 
 def _unrepeated(outcome: Outcome) -> str:
