@@ -122,8 +122,6 @@ class Estimates:
         Whether nothing is told of it.
     information : ndarray (g, g)
         Of the records alone, in scaled coordinates, start states eliminated.
-    dispersion : float
-        The typical D.
     """
 
     parameters: tuple[Parameter, ...]
@@ -131,7 +129,6 @@ class Estimates:
     at_bound: tuple[bool, ...]
     untold: tuple[bool, ...]
     information: np.ndarray
-    dispersion: float
 
     def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
         """One effect of the place, its parameters known by their prefix."""
@@ -167,7 +164,7 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     low, high = believed.ends(found)
     rows = zip(problem.parameters, low, believed.z, high, strict=True)
     estimates, untold = tuple(_estimate(*row) for row in rows), tuple(believed.untold.tolist())
-    return Estimates(problem.parameters, estimates, at_bound, untold, told.information, found.typical)
+    return Estimates(problem.parameters, estimates, at_bound, untold, told.information)
 
 
 def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estimate:

@@ -24,7 +24,6 @@ class Evidence:
 
     Attributes
     ----------
-    name : str
     closes : float
         Share of the gap on records held out that it closes beside the others, of what repeats.
     remains : float
@@ -53,7 +52,6 @@ class Evidence:
         What explains better than it what is left without it; "" where nothing does.
     """
 
-    name: str
     closes: float
     remains: float
     better: float

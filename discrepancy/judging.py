@@ -192,7 +192,6 @@ class Judge:
         largest = max(closes, key=closes.__getitem__)
         size = found.parameters[0]
         return Evidence(
-            name=found.name,
             closes=closed(open_, left),
             remains=math.sqrt(1.0 + left / self.floor),
             better=steadily(place, other, self.held_out, 1.0 - self.criteria.closes, self.criteria.at_noise),

@@ -55,7 +55,7 @@ class Problem:
         self, model: Model, hypothesis: Hypothesis, *, frozen: bool = False, caution: float = 1.0,
         held: Sequence[int] = (), dispersion: float | None = None,
     ) -> None:  # fmt: skip
-        self.model, self.hypothesis, self.caution, self.ease = model, hypothesis, caution, 1.0
+        self.model, self.hypothesis, self.ease = model, hypothesis, 1.0
         self.dispersion = dispersion
         self.parameters = model.parameters + hypothesis.parameters
         fixed = [not p.of_record and (frozen or (p.rough and caution > 1.0)) for p in self.parameters]

@@ -23,9 +23,6 @@ from indexer_env.errors import ParameterError, refuse
 INVERSE, FORWARD = ("q", "v", "a", "u", "t", "p"), ("x", "u", "t", "p")
 """Arguments of the two forms."""
 
-MOTION = ("q", "v", "a")
-"""Roles of channels that hold the motion: position, speed, acceleration."""
-
 LOAD = ("q_load", "v_load", "a_load")
 """The role of a load's own position, and what it gives the inverse form as inputs."""
 

@@ -26,7 +26,7 @@ from discrepancy.subjects.base import Axis, View
 ALARMS = 0.05
 """Rate at which a machine that lacks nothing gets one cell or line or more."""
 
-DRAWS = 199
+_DRAWS = 199
 """With the record itself 200, of which the rate of alarms is a whole number: the test is exact (Davison and Hinkley,
 Bootstrap Methods and their Application, 1997, section 4.2), and more draws would hardly see more."""
 
@@ -37,9 +37,7 @@ _SLACK = 0.1
 """Mean square over the noise's that a cell may have beyond it: fits with play reach the noise floor no nearer."""
 
 
-def locate(
-    model: Model, place: Point, view: View, rng: np.random.Generator, *, alarms: float = ALARMS, draws: int = DRAWS
-) -> Where:
+def locate(model: Model, place: Point, view: View, rng: np.random.Generator) -> Where:
     """Test every cell and line of the residuals at a fitted place.
 
     Parameters
@@ -50,14 +48,10 @@ def locate(
     view : View
         Of this model.
     rng : numpy.random.Generator
-    alarms : float
-        Rate of false alarms over all cells and lines, in (0, 1).
-    draws : int
-        Residuals drawn under the null.
     """
     null = Null(model, place, view)
-    law = Law(with_found_lines(view, null.residual), null.draws(rng, draws))
-    return located(null.residual, law, alarms)
+    law = Law(with_found_lines(view, null.residual), null.draws(rng, _DRAWS))
+    return located(null.residual, law)
 
 
 class Law:
@@ -98,11 +92,11 @@ class Law:
         return out
 
 
-def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
+def located(residual: np.ndarray, law: Law) -> Where:
     """What the test says of residuals (w, n)."""
     view, found = law.view, law.statistics(residual[None])[0]
     chances = law.chances(found)
-    significant = chances <= alarms
+    significant = chances <= ALARMS
     expected = np.sqrt(law.under.mean(axis=0))
     rows, at = [], 0
     for axis in view.axes:
@@ -125,7 +119,7 @@ def located(residual: np.ndarray, law: Law, alarms: float) -> Where:
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
     said = sentences(level, rows, spots, _passes(residual, view))
     repeats = _repeats(residual, view) if view.aligned else math.nan
-    return Where(level, repeats, tuple(rows), tuple(spots), picture, said, alarms, len(law.under))
+    return Where(level, repeats, tuple(rows), tuple(spots), picture, said, ALARMS, len(law.under))
 
 
 def _passes(residual: np.ndarray, view: View) -> np.ndarray:

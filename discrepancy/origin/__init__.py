@@ -7,7 +7,7 @@ In reading order:
 The causes of a machine are its own: `indexer.causes`.
 """
 
-from discrepancy.origin.choose import JOINTS, KINDS, Form, Origin, Place, likeliest, origin_of
+from discrepancy.origin.choose import Form, Origin, Place, likeliest, origin_of
 from discrepancy.origin.residue import Laid, Residue
 
-__all__ = ["JOINTS", "KINDS", "Form", "Laid", "Origin", "Place", "Residue", "likeliest", "origin_of"]
+__all__ = ["Form", "Laid", "Origin", "Place", "Residue", "likeliest", "origin_of"]

@@ -18,14 +18,6 @@ import numpy as np
 
 from discrepancy.origin.residue import Residue
 
-JOINTS = ("input", "output", "base", "sensor")
-"""Where it may come from: drive, reducer and input shaft; indexer, output shaft and table; what the machine stands on;
-the measuring chain. One accelerometer on the table cannot tell a torque on the table from one of the joint before it,
-so the two are one."""
-
-KINDS = ("phase", "station", "speed", "time", "frequency")
-"""What it may vary with."""
-
 MARGIN = 10.0
 """ln E by which a cause must win: forms, frequencies and dampings are chosen among some hundred."""
 
@@ -47,8 +39,12 @@ class Form:
 
     Attributes
     ----------
-    joint, kind : str
-        Of JOINTS and of KINDS.
+    joint : str
+        Where it may come from: "input" (drive, reducer and input shaft), "output" (indexer, output shaft and table: one
+        accelerometer on the table cannot tell a torque on it from one of the joint before it), "base" (what the machine
+        stands on) or "sensor" (the measuring chain).
+    kind : str
+        What it may vary with: "phase", "station", "speed", "time" or "frequency".
     name : str
         In words, as a sentence may hold it: "a gain of the sensor that changes slowly".
     columns : ndarray (m, k)

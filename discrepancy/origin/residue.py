@@ -66,13 +66,13 @@ class Laid:
 
 
 class Residue:
-    """The residuals y (m,) of `laid`, cleaned and white; `colour` is that of the noise, else it is what they show."""
+    """The residuals y (m,) of `laid`, cleaned and white; `colour` is the coefficient of the noise's autoregression from
+    sample to sample, `noise` the variance of what it adds."""
 
-    def __init__(self, laid: Laid, colour: float | None = None) -> None:
+    def __init__(self, laid: Laid) -> None:
         self.laid = laid
-        self.colour, self.noise = colour_of(laid)
-        if colour is not None:
-            self.colour = colour
+        rows = [row[inside] for row, inside in zip(laid.residual, laid.inside, strict=True)]
+        self.colour, self.noise = autoregression(rows, 1.0 / float(np.median(laid.step))) or (0.0, 1.0)
         basis, sizes, _ = np.linalg.svd(self._whitened(laid.by_local), full_matrices=False)
         kept = sizes > _RANK * np.maximum(sizes[:, :1], 1e-300)
         self._local = basis * kept[:, None, :]
@@ -186,9 +186,3 @@ def less(columns: np.ndarray, part: tuple[np.ndarray, np.ndarray]) -> np.ndarray
     """Columns (m, k) of which a basis (m, j) keeps 1 - d (j,)."""
     basis, d = part
     return columns - basis @ (d[:, None] * (basis.T @ columns))
-
-
-def colour_of(laid: Laid) -> tuple[float, float]:
-    """Coefficient of the noise's autoregression from sample to sample, and the variance of what it adds."""
-    rows = [row[inside] for row, inside in zip(laid.residual, laid.inside, strict=True)]
-    return autoregression(rows, 1.0 / float(np.median(laid.step))) or (0.0, 1.0)

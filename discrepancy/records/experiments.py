@@ -63,15 +63,12 @@ class Experiments:
     Attributes
     ----------
     fitted, held_out : tuple of Experiment
-    names : tuple of str
-        Records fitted, then those held out; the same twice where each is divided.
     notes : tuple of str
         What was put right or assumed, one sentence each.
     """
 
     fitted: tuple[Experiment, ...]
     held_out: tuple[Experiment, ...]
-    names: tuple[tuple[str, ...], tuple[str, ...]]
     notes: tuple[str, ...]
 
 
@@ -113,8 +110,7 @@ def experiments(
     speeds = {round(e.operating_point.motor_speed / RPM) for e in made}
     if len(speeds) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
-    names = tuple(tuple(e.signal.source for e in part) for part in (fitted, held))
-    return Experiments(fitted, held, (names[0], names[1]), tuple(notes))
+    return Experiments(fitted, held, tuple(notes))
 
 
 def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> None:

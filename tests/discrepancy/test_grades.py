@@ -9,7 +9,7 @@ from discrepancy.criteria import Criteria
 from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, GRADES, RULES, STANDS_IN, Evidence, graded
 from indexer_env.errors import ParameterError
 
-CLEAR = Evidence("tone", 0.95, 3.0, 1.0, "size 3 N, 2.9 to 3.1", False, "", ())
+CLEAR = Evidence(0.95, 3.0, 1.0, "size 3 N, 2.9 to 3.1", False, "", ())
 CASES = {
     "size zero": ({"zero": True}, DISMISSED, "The interval of its size (size 3 N, 2.9 to 3.1) holds zero."),
     "closes nothing": (

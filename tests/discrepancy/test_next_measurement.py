@@ -42,7 +42,7 @@ def made(one_record) -> tuple[IndexerSubject, Machine, dict[str, Point], tuple[S
     nominal = changed(load_machine("reference"), {"input_joint.backlash": 0.0})
     truth = nominal.with_effects(make_effect("friction.viscous", coefficient=10.0))
     records = (one_record(truth, Sensor(), np.random.default_rng(31), 1500.0, 2.0, 1.0),)
-    subject = IndexerSubject(nominal, Sensor(), Experiments(records, records, (("a",), ("a",)), ()))
+    subject = IndexerSubject(nominal, Sensor(), Experiments(records, records, ()))
     library = subject.model.hypotheses()
     places = {name: fitted(subject.model, library[name][0], start) for name, start in PAIR.items()}
     return subject, truth, places, separated(subject, *places.values())

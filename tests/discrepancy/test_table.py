@@ -58,7 +58,7 @@ def taken_up(hidden: Callable[[Machine, OperatingPoint, int], np.ndarray], like:
     fitted, held = (experiment(1500.0, 2.0), experiment(1100.0, 2.0)), (experiment(1300.0, 20.0),)
     model, held_out = (IndexerModel(nominal, part, without=tuple(EFFECTS)) for part in (fitted, held))
     answer = explain(model, held_out)
-    subject = IndexerSubject(nominal, Sensor(), Experiments(fitted, held, (("", ""), ("",)), ()))
+    subject = IndexerSubject(nominal, Sensor(), Experiments(fitted, held, ()))
     assert answer.names == ()
     return tabulate(answer, subject.forms())
 

@@ -35,8 +35,7 @@ def calibrated(model: IndexerModel, truth: Machine) -> Point:
 
 
 def view_of(model: IndexerModel, held_out: IndexerModel) -> View:
-    names = (("a", "b"), ("c",))
-    experiments = Experiments(model.experiments, held_out.experiments, names, ())
+    experiments = Experiments(model.experiments, held_out.experiments, ())
     return IndexerSubject(model.machine, Sensor(), experiments).view(model)
 
 
@@ -47,7 +46,7 @@ def where(records) -> Located:
     def make(seed: int, effect=None) -> Where:
         model, held_out, truth = records(seed, 0.0, effect)
         place = calibrated(model, truth)
-        return locate(model, place, view_of(model, held_out), np.random.default_rng(seed), draws=200)
+        return locate(model, place, view_of(model, held_out), np.random.default_rng(seed))
 
     return make
 
@@ -81,7 +80,7 @@ class Turns:
         self.noise = rng.standard_normal((windows, 200))
 
     def said(self, residual: np.ndarray) -> str:
-        return " ".join(located(self.noise + residual, self.law, ALARMS).sentences)
+        return " ".join(located(self.noise + residual, self.law).sentences)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +188,7 @@ def test_false_alarms_keep_their_rate(records) -> None:
     law = Law(view, null.draws(np.random.default_rng(1), 300))
     exact = [law.chances(_without_slack(law, r)).min() for r in null.draws(np.random.default_rng(2), 300)]
     assert 3 <= sum(p <= ALARMS for p in exact) <= 29
-    with_slack = [located(r, law, ALARMS) for r in null.draws(np.random.default_rng(3), 20)]
+    with_slack = [located(r, law) for r in null.draws(np.random.default_rng(3), 20)]
     assert sum(bool(one.significant) for one in with_slack) <= 5
 
 
