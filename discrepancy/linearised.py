@@ -32,15 +32,12 @@ class Start:
     values : tuple of float
         Its parameters [units].
     place : Point
-        Of the whole set.
-    promised : float
-        The cost there, in the units of one race.
+        Of the whole set; its cost, which is promised, in the units of one race.
     """
 
     effect: Hypothesis
     values: tuple[float, ...]
     place: Point
-    promised: float
 
     @functools.cached_property
     def rungs(self) -> np.ndarray:
@@ -99,7 +96,7 @@ class Linearised:
                 # windows start elsewhere, in another play, than any small change of the fitted states
                 states, _ = problem.started(z, states, problem.all)
             places = self._moved(problem, z, states, problem.residuals(z, states))
-            found += [Start(effect, v, place, place.cost) for v, place in zip(some, places, strict=True)]
+            found += [Start(effect, v, place) for v, place in zip(some, places, strict=True)]
         return found
 
     def _moved(self, problem: Problem, z: np.ndarray, states: np.ndarray, residuals: np.ndarray) -> list[Point]:

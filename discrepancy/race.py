@@ -112,7 +112,7 @@ def _first(pair: tuple[float, Start]) -> float:
 
 
 def _promised(start: Start) -> float:
-    return start.promised
+    return start.place.cost
 
 
 def _best_of_each(starts: Sequence[Start], count: int) -> list[Start]:
@@ -171,10 +171,8 @@ def _left(around: Linearised, starts: Sequence[Start], windows: np.ndarray) -> l
 
 def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
     """Starts of two rankings, in turns, each once."""
-    found: list[Start] = []
-    for pair in itertools.zip_longest(a, b):
-        found += [start for start in pair if start is not None and not any(start is other for other in found)]
-    return found
+    pairs = itertools.zip_longest(a, b)
+    return list(dict.fromkeys(start for pair in pairs for start in pair if start is not None))
 
 
 def _fitted(model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = _always) -> list[Point]:

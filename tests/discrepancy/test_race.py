@@ -1,5 +1,6 @@
 """The race for starts, and what begins anew: each step is needed by a case that goes wrong without it."""
 
+import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
@@ -70,7 +71,7 @@ def base(model: Shaken) -> Point:
 @pytest.mark.parametrize("judged", [True, False])
 def test_the_worst_windows_see_what_the_linearisation_overlooks(judged: bool, monkeypatch) -> None:
     if not judged:
-        monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [s.promised for s in starts])
+        monkeypatch.setattr(racing, "_left", lambda around, starts, windows: [s.place.cost for s in starts])
     model = Shaken(0.1, 0.0)
     found = race(model, base(model), [h for of in model.library.values() for h in of], Criteria(fits=1))
     assert (found[0].hypothesis.name == "shake") == judged
@@ -174,7 +175,10 @@ def promising(*promised: float) -> list[Start]:
     sizes = [2.0**k for k in range(len(promised))]
     wave = Hypothesis("wave", (Parameter("wave.size", "N", 0.0, 1.0),), {}, tuple((size,) for size in sizes))
     nowhere = Problem(Chord({}, 5), NONE).point(np.zeros(1), np.zeros((8, 0)))
-    return [Start(wave, (size,), nowhere, cost) for size, cost in zip(sizes, promised, strict=True)]
+    return [
+        Start(wave, (size,), dataclasses.replace(nowhere, cost=cost))
+        for size, cost in zip(sizes, promised, strict=True)
+    ]
 
 
 def test_a_wide_race_begins_at_no_size_below_the_most_promising_one() -> None:
@@ -188,7 +192,7 @@ def test_a_smaller_size_elsewhere_is_a_start_of_its_own() -> None:
     places = tuple((size, phase) for size in (1.0, 2.0, 4.0) for phase in (0.0, 1.0, 2.0, 3.0))
     wave = Hypothesis("wave", (size, phase), {}, places)
     nowhere = Problem(Chord({}, 5), NONE).point(np.zeros(1), np.zeros((8, 0)))
-    large, same, other = (Start(wave, values, nowhere, 1.0) for values in ((4.0, 0.0), (1.0, 0.0), (1.0, 3.0)))
+    large, same, other = (Start(wave, values, nowhere) for values in ((4.0, 0.0), (1.0, 0.0), (1.0, 3.0)))
     assert same.smaller(large) and not other.smaller(large) and not large.smaller(same)
 
 
