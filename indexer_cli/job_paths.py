@@ -30,6 +30,21 @@ def path_given(command: str, key: str, value: object) -> Path:
     return Path(value)
 
 
+def files_given(command: str, key: str, value: object) -> str | list[str]:
+    """The files that a key of a command holds: their list, or the path of a folder or a pattern."""
+    if isinstance(value, list) and value and all(isinstance(name, str) for name in value):
+        return value
+    return str(path_given(command, key, value))
+
+
+def texts_given(command: str, key: str, value: object, rule: str) -> list[str]:
+    """The texts that a key of a command holds, one or a list of them; `rule` says so."""
+    given = [value] if isinstance(value, str) else value
+    if not isinstance(given, list) or not all(isinstance(text, str) for text in given):
+        raise refuse(command, key, rule, given)
+    return given
+
+
 def place_given(command: str, key: str, value: object) -> Place:
     """As `path_given`, for a command that reads URLs as well."""
     return open_place(str(value) if is_url(value) else path_given(command, key, value))

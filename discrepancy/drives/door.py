@@ -17,7 +17,7 @@ from discrepancy.drives.subject import DriveSubject
 from discrepancy.drives.track import Track, tracks_of
 from discrepancy.drives.windows import Windows, split
 from discrepancy.subjects.base import Subject
-from indexer_cli.job_paths import path_given
+from indexer_cli.job_paths import files_given, path_given, texts_given
 from indexer_env.errors import refuse
 
 _KEYS = (
@@ -48,7 +48,9 @@ def drive_subject(config: Mapping[str, Any]) -> Subject:
     for key in known:
         if key not in _KNOWN:
             raise refuse("known", key, f"left out for a drive, which takes {' and '.join(_KNOWN)}", known[key])
-    records = read_drive_records(drive, _measured(config["measured"]), table, known, _texts(config["held_out"]))
+    measured = files_given("discrepancy", "measured", config["measured"])
+    held_out = texts_given("discrepancy", "held_out", config["held_out"], "a list of files or motions, [a.csv,b.csv]")
+    records = read_drive_records(drive, measured, table, known, held_out)
     return subject_of(drive, records, machine)
 
 
@@ -92,19 +94,6 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
         names = ", ".join(model.left_out)
         notes.append(f"Not looked for, as the drive's own parameters do the same: {names}.")
     return tuple(notes)
-
-
-def _measured(given: Any) -> str | Sequence[str]:
-    if isinstance(given, list) and given and all(isinstance(name, str) for name in given):
-        return given
-    return str(path_given("discrepancy", "measured", given))
-
-
-def _texts(given: Any) -> Sequence[str]:
-    given = [given] if isinstance(given, str) else given
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        raise refuse("discrepancy", "held_out", "a list of files or motions, [a.csv,b.csv]", given)
-    return given
 
 
 def _refuse_others() -> None:

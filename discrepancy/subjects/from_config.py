@@ -12,9 +12,9 @@ from discrepancy.records.quality import check_records
 from discrepancy.records.reading import Record, read_records
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_cli.command import check_flag
-from indexer_cli.job_paths import path_given
+from indexer_cli.job_paths import files_given, path_given, texts_given
 from indexer_env.build import from_mapping
-from indexer_env.errors import SignalError, refuse
+from indexer_env.errors import SignalError
 from indexer_env.sensors import Sensor
 from indexer_records.conditions import Pulse
 
@@ -32,25 +32,13 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
     sensor = from_mapping(Sensor, config["sensor"], "sensor")
     table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
     pulse = from_mapping(Pulse, config["pulse"], "pulse")
-    records = read_records(_measured(config["measured"]), table, config["known"], pulse, _texts("held_out", config))
+    measured = files_given("discrepancy", "measured", config["measured"])
+    held_out = texts_given("discrepancy", "held_out", config["held_out"], "a list of files, [a.csv,b.csv]")
+    records = read_records(measured, table, config["known"], pulse, held_out)
     check_records(records, machine)
     sensor = _with_radius(sensor, records)
     given = experiments(records, machine, sensor, check_motion=config["check_motion"])
     return IndexerSubject(machine, sensor, given, uncertainty)
-
-
-def _measured(given: Any) -> str | Sequence[str]:
-    if isinstance(given, list) and given and all(isinstance(name, str) for name in given):
-        return given
-    return str(path_given("discrepancy", "measured", given))
-
-
-def _texts(key: str, config: dict[str, Any]) -> Sequence[str]:
-    given = config[key]
-    given = [given] if isinstance(given, str) else given
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        raise refuse("discrepancy", key, "a list of files, [a.csv,b.csv]", given)
-    return given
 
 
 def _with_radius(sensor: Sensor, records: Sequence[Record]) -> Sensor:
