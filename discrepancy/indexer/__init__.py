@@ -14,8 +14,8 @@ scans       lines, resonances and bursts, which have to be looked for
 extend      the machine extended by what was found, as YAML that every command loads
 """
 
-from discrepancy.indexer.extend import extended_machine, machine_yaml
+from discrepancy.indexer.extend import machine_yaml, sensor_yaml
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.indexer.windows import Experiment
 
-__all__ = ["Experiment", "IndexerModel", "extended_machine", "machine_yaml"]
+__all__ = ["Experiment", "IndexerModel", "machine_yaml", "sensor_yaml"]

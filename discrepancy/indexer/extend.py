@@ -6,15 +6,9 @@ import dataclasses
 import math
 from typing import Any
 
-from discrepancy.indexer.model import IndexerModel
-from discrepancy.place import Point
 from indexer_env.machine import Joint, Machine
 from indexer_env.motion_law import MotionLaw, TableLaw
-
-
-def extended_machine(model: IndexerModel, place: Point) -> Machine:
-    """The machine with its calibrated parameters and the effects found, those of the sensor left out."""
-    return model.machine_at(place.hypothesis, place.z)[0]
+from indexer_env.sensors import Sensor
 
 
 def machine_yaml(machine: Machine) -> str:
@@ -34,6 +28,13 @@ def machine_yaml(machine: Machine) -> str:
         else:
             content |= _plain({field.name: value})
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def sensor_yaml(sensor: Sensor) -> str:
+    """A sensor as YAML text."""
+    import yaml
+
+    return yaml.safe_dump(_plain(dataclasses.asdict(sensor)), sort_keys=False)
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from discrepancy.form import Form, shaped
-from discrepancy.indexer import IndexerModel, extended_machine, machine_yaml
+from discrepancy.indexer import IndexerModel, machine_yaml, sensor_yaml
 from discrepancy.indexer.scans import elsewhere_at, origin_at
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.model import Hypothesis, Model, Parameter
@@ -175,14 +175,9 @@ class IndexerSubject(Subject):
         return tuple(lines + fixed)
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
-        import yaml
-
         assert isinstance(model, IndexerModel)
-        sensor = model.machine_at(place.hypothesis, place.z)[1]
-        return {
-            "machine.yaml": machine_yaml(extended_machine(model, place)),
-            "sensor.yaml": yaml.safe_dump(_plain(sensor), sort_keys=False),
-        }
+        machine, sensor = model.machine_at(place.hypothesis, place.z)
+        return {"machine.yaml": machine_yaml(machine), "sensor.yaml": sensor_yaml(sensor)}
 
     def meaning(self, effect: str) -> str:
         return EFFECTS[effect].sentence
@@ -253,9 +248,3 @@ def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:
     edges = np.linspace(float(time[inside].min()), float(time[inside].max()), TIMES + 1)
     labels = tuple(f"{edge:.2g} s" for edge in edges[:-1])
     return Axis("time", labels, binned(time, edges, inside))
-
-
-def _plain(sensor: Sensor) -> dict[str, object]:
-    """The sensor's fields as YAML knows them: a fit gives numpy's floats."""
-    values = dataclasses.asdict(sensor)
-    return {name: float(value) if isinstance(value, float) else value for name, value in values.items()}
