@@ -13,6 +13,7 @@ In reading order:
     job_paths      the paths and URLs that verbs are given, and where each job of a sweep writes
     output_folder  result folders that appear whole or not at all
     words          numbers with their nouns, and the console of what is said
+    json_values    plain values that every reader of JSON takes
     sweep          a sweep as one table: job -> what it was given -> what came out
 
 Help must come at once, so the modules down to `__main__` import the standard library alone; a verb's own module is

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from discrepancy.records.reading import Record, read_records
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.json_values import finite
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
@@ -75,7 +75,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     if out is not None:
         content = {"answer": answer.plain(), "records": {name: dataclasses.asdict(one) for name, one in each}}
         with output_folder(out, FILES, config["overwrite"]) as folder:
-            text = json.dumps(_finite(content), indent=1, ensure_ascii=False, default=float)
+            text = json.dumps(finite(content), indent=1, ensure_ascii=False, default=float)
             (folder / FILES[0]).write_text(text, encoding="utf-8")
             (folder / FILES[1]).write_text(answer_page(answer, each, twin), encoding="utf-8")
         console.print(f"written {out}")
@@ -92,15 +92,6 @@ def records_of(config: dict[str, Any], key: str) -> list[Record]:
         return read_records(files, table, config["known"], pulse, [])
     except IndexerError as error:
         raise type(error)(in_words(str(error), key)) from None
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no infinity: a size without end is null."""
-    if isinstance(value, dict):
-        return {key: _finite(below) for key, below in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(below) for below in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 main = hydra_command("twin-diagnose")(run)

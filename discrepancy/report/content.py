@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
 from datagen.versions import versions_of
@@ -19,6 +18,7 @@ from discrepancy.report.ranking import rankings
 from discrepancy.report.words import comes_from, headline, where_in_short
 from discrepancy.subjects.base import Subject
 from discrepancy.table import Table
+from indexer_cli.json_values import finite
 
 _DISTRIBUTION = "indexer-diagnosis"
 
@@ -67,7 +67,7 @@ def content(outcome: Outcome) -> dict[str, Any]:
         "seed": outcome.seed,
         "version": versions_of([_DISTRIBUTION])[_DISTRIBUTION],
     }
-    return _finite(whole)
+    return finite(whole)
 
 
 def _criteria(criteria: Criteria) -> dict[str, Any]:
@@ -167,12 +167,3 @@ def _test(where: Where) -> dict[str, Any]:
         "false_alarms": where.alarms, "draws": where.draws, "cells": len(where.cells) + where.map.levels.size,
         "lines": len(where.spots), "level": where.level, "between_repeats": where.repeats,
     }  # fmt: skip
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no NaN and no infinity: null stands for both."""
-    if isinstance(value, dict):
-        return {key: _finite(below) for key, below in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(below) for below in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

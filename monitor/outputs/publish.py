@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from indexer_cli.json_values import finite
 from monitor.sources.mqtt import Broker
-from monitor.store.codec import finite
 
 CHANNEL = "mqtt"
 _TIMEOUT_S = 10.0

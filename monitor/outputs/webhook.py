@@ -15,8 +15,8 @@ import urllib.error
 import urllib.request
 from typing import Any
 
+from indexer_cli.json_values import finite
 from monitor.outputs.outbox import Refused
-from monitor.store.codec import finite
 
 CHANNEL = "webhook"
 _TIMEOUT_S = 10.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import zlib
 from typing import Any
 
@@ -13,17 +12,6 @@ from monitor.intake.blocks import Block
 
 _FAST = 1
 """Level of zlib: the quickest; states of a machine shrink to a quarter by it."""
-
-
-def finite(value: Any) -> Any:
-    """Plain values with None for what is not finite: the JSON of others has no word for it."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(one) for one in value]
-    return value
 
 
 def pack(body: dict[str, Any]) -> bytes:

@@ -13,9 +13,10 @@ from sqlalchemy import Connection, Engine, create_engine, delete, event, func, i
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
+from indexer_cli.json_values import finite
 from indexer_env.errors import IndexerError
 from monitor.intake.blocks import Block
-from monitor.store.codec import block_bytes, block_from, finite, pack, unpack
+from monitor.store.codec import block_bytes, block_from, pack, unpack
 from monitor.store.schema import (
     ARCHIVE,
     BLOCK,

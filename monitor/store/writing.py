@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, insert
 
+from indexer_cli.json_values import finite
 from monitor.alarms.condition import plain
 from monitor.pipeline import Pipeline
 from monitor.plan import Outcome, Turn
-from monitor.store.codec import finite
 from monitor.store.schema import EVENT, OUTBOX, RAW, TURN
 
 

@@ -13,6 +13,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from indexer_cli.json_values import finite
 from indexer_env.errors import ParameterError
 from monitor.alarms import Event
 from monitor.alarms.condition import plain
@@ -22,7 +23,6 @@ from monitor.intake.states import WORDS
 from monitor.pipeline import Pipeline
 from monitor.plan import Plan
 from monitor.store import Store
-from monitor.store.codec import finite
 from monitor.web import views
 from monitor.web.access import COOKIE, Gate, Person
 from monitor.web.hub import MOST_PAGES, Hub

@@ -7,8 +7,8 @@ import json
 from collections.abc import AsyncIterator
 from typing import Any
 
+from indexer_cli.json_values import finite
 from monitor.engine import Change
-from monitor.store.codec import finite
 
 MOST_PAGES = 100
 _WAITING = 200

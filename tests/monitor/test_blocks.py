@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from indexer_cli.json_values import finite
 from indexer_env.errors import SignalError
 from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
 from monitor.intake.payload import LARGEST_PAYLOAD, block_of, nanoseconds
-from monitor.store.codec import block_bytes, block_from, finite, pack, unpack
+from monitor.store.codec import block_bytes, block_from, pack, unpack
 
 GOOD = {"time": 1_800_000_000, "rate": 1000, "unit": "g", "values": [1, 2.5, None]}
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from indexer_cli.json_values import finite
 from monitor.analysis.baseline import LEARNED, Baseline
 from monitor.analysis.finding import Size
 from monitor.analysis.remaining import ALIKE, remaining_time
 from monitor.analysis.trend import POINTS, Trend
-from monitor.store.codec import finite, pack, unpack
+from monitor.store.codec import pack, unpack
 
 
 def test_one_strange_turn_does_not_move_the_trend():
