@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from discrepancy.criteria import Criteria
+from indexer_cli.words import joined
 
 ESTABLISHED, FAMILY, STANDS_IN, DISMISSED = "established", "family", "stands in", "dismissed"
 
@@ -154,7 +155,7 @@ RULES = (
     Rule(
         "family", FAMILY,
         lambda e, c: bool(e.alike),
-        lambda e, c: f"These records cannot tell it from {_or(e.alike)}.",
+        lambda e, c: f"These records cannot tell it from {joined(e.alike, 'or')}.",
     ),
     Rule(
         "established", ESTABLISHED,
@@ -173,7 +174,3 @@ def graded(evidence: Evidence, criteria: Criteria) -> tuple[str, str]:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %"
-
-
-def _or(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import Console
 
 
 def counted(number: int, one: str, many: str | None = None) -> str:
     """A number with its noun: "1 file", "2 files"; `many` where the plural is not `one` with an s."""
     return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def joined(words: Sequence[str], last: str = "and") -> str:
+    """ "a, b and c"."""
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def plain_console() -> Console:

@@ -23,6 +23,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from indexer_cli.words import joined
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, TurnDiagnosis
@@ -120,7 +121,7 @@ def answer_of(
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
-            said = _list([fault.told for fault in seen]) or "something that is in no table"
+            said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
         return _with(HEALTHY, (), remarks, network, physics)
     why = physics.sentence.rstrip(".")
@@ -136,14 +137,14 @@ def _with(
     large = [fault for fault in faults if fault.matters]
     slight = [fault for fault in faults if not fault.matters]
     if slight and (large or verdict == FAULTY):
-        said = _list([fault.told for fault in slight])
+        said = joined([fault.told for fault in slight])
         remarks = (*remarks, f"Smaller than what is surely seen: {said}.")
     if verdict == FAULTY and faults and not large:
         verdict = HEALTHY
     ordered = tuple(sorted(faults, key=lambda fault: (not fault.matters, -fault.probability)))
     headline = {
         HEALTHY: "Healthy: nothing that matters differs from the healthy machine.",
-        FAULTY: f"Faulty: {_list([fault.told for fault in large])}.",
+        FAULTY: f"Faulty: {joined([fault.told for fault in large])}.",
         UNKNOWN: "Unknown: the record is unlike the healthy machine, and no fault of the table explains it.",
     }[verdict]
     return Answer(verdict, headline, ordered, tuple(remarks), network, physics)
@@ -201,16 +202,12 @@ def _differences(faults: Sequence[FoundFault], seen: Sequence[FoundFault], physi
     left = physics.level > _MORE_THAN_NOISE
     remarks = []
     if more:
-        said, found = (_list([fault.told for fault in some]) for some in (more, faults))
+        said, found = (joined([fault.told for fault in some]) for some in (more, faults))
         judged = "leaves more than noise" if left else "explains the record, and these nothing more"
         remarks.append(f"Networks: also {said}; physics: {found} {judged}.")
     if any(fault.by == "physics" and fault.matters for fault in faults):
-        said = _list([fault.words for fault in faults if fault.by == "physics" and fault.matters])
+        said = joined([fault.words for fault in faults if fault.by == "physics" and fault.matters])
         remarks.append(f"By physics alone: {said}; the networks do not name it.")
     if left:
         remarks.append(f"{physics.level:.1f} times the noise remains.")
     return tuple(remarks)
-
-
-def _list(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

@@ -14,6 +14,7 @@ import numpy as np
 from discrepancy.drives.description import LOAD, Channel, Drive
 from discrepancy.records.conditions import FLAGS, written
 from discrepancy.records.reading import measured_paths
+from indexer_cli.words import joined
 from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
 from indexer_records.file_table import FILE, table_rows
@@ -166,7 +167,7 @@ def _motion_of(drive: Drive) -> list[dict[str, str]]:
 def _check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
     remedy = "correct the header, or give channels = {{{!r}: (column, factor, {!r})}}"
     if not drive.forward and units["force"] not in _FORCE:
-        rule = f"in {', '.join(_FORCE[:-1])} or {_FORCE[-1]}"
+        rule = f"in {joined(_FORCE, 'or')}"
         raise refuse(str(path), "force", rule, units["force"], remedy.format("force", "N"))
     for roles in _motion_of(drive):
         there = {kind: role for kind, role in roles.items() if role in units}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from discrepancy.locate.result import Cell, Spot
+from indexer_cli.words import joined
 
 _UNEVEN = 3.0
 """Mean square above the noise, over the median of its axis, at which a cell stands out from the others."""
@@ -98,7 +99,7 @@ def _phases(cells: list[Cell], excess: np.ndarray) -> str:
         elif k not in chosen and start is not None:
             ranges.append(f"{start * width:.0f}° to {k * width:.0f}°")
             start = None
-    return f"Half of what exceeds the noise lies at a cam phase of {_and(ranges)}."
+    return f"Half of what exceeds the noise lies at a cam phase of {joined(ranges)}."
 
 
 def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
@@ -107,7 +108,7 @@ def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
         return "It is much the same at every station, so it is not locked to the table's turns."
     stands_out = top >= _UNEVEN * max(middle, 0.05 * top, 0.1)
     strong = [int(k) for k in np.argsort(-excess) if excess[k] > (_HALF if stands_out else 1.0 - 1e-9) * top]
-    names = _and([cells[k].label for k in strong[:3]])
+    names = joined([cells[k].label for k in strong[:3]])
     weak = [cells[k].level for k in range(len(cells)) if k not in strong]
     where = f"at station {names}: {cells[strong[0]].level:.1f} times the noise, where the other stations have "
     where += f"{float(np.median(weak)):.1f}"
@@ -142,19 +143,16 @@ def _of_lines(spots: Sequence[Spot]) -> list[str]:
         strong = sorted((s for s in spots if s.significant), key=lambda s: -s.prominence)
         if not strong:
             return []
-        names = _and([f"{s.name} ({s.frequency[0]:.4g} Hz)" if s.kind != "fixed frequency" else s.name for s in strong])
+        at = [f" ({s.frequency[0]:.4g} Hz)" if s.kind != "fixed frequency" else "" for s in strong]
+        names = joined([s.name + hertz for s, hertz in zip(strong, at, strict=True)])
         return [f"Lines stand at {names}; at one speed an order of a shaft is not told from a fixed frequency."]
     for kind in dict.fromkeys(spot.kind for spot in spots):
         strong = sorted((s for s in spots if s.kind == kind and s.significant), key=lambda s: -s.prominence)
         if not strong:
             continue
         if kind == "fixed frequency":
-            said.append(f"A line stands at {_and([s.name for s in strong])} at every speed, locked to no shaft.")
+            said.append(f"A line stands at {joined([s.name for s in strong])} at every speed, locked to no shaft.")
         else:
             orders = [s.name.removeprefix("order ").partition(" of")[0] for s in strong[:4]]
-            said.append(f"Lines stand at order {_and(orders)} of the {kind} at every speed.")
+            said.append(f"Lines stand at order {joined(orders)} of the {kind} at every speed.")
     return said
-
-
-def _and(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from discrepancy.chain import Outcome
 from discrepancy.estimates import Estimate, FoundEffect
@@ -12,6 +11,7 @@ from discrepancy.grades import FAMILY, NAMED
 from discrepancy.locate import Where
 from discrepancy.locate.sentences import shortly
 from discrepancy.origin import Origin
+from indexer_cli.words import joined
 
 JOINT_WORDS = {
     "input": "the drive or the input joint", "output": "the output joint or the table", "base": "the base",
@@ -115,11 +115,6 @@ def percent(share: float) -> str:
     """A share in per cent, with as many digits as it needs near 0 and 1."""
     distance = min(abs(share), abs(1.0 - share))
     return f"{100.0 * share:.{1 if 0.0 < distance < 0.095 else 0}f} %"
-
-
-def joined(words: Sequence[str]) -> str:
-    """ "a, b and c"."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def capital(words: str) -> str:
