@@ -168,6 +168,11 @@ class Jobs:
     window: np.ndarray
     states: np.ndarray
 
+    @classmethod
+    def at(cls, z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> Jobs:
+        """Windows (n,) from start states (n, l), all with the same globals (g,)."""
+        return cls(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)
+
     def each(self, states: np.ndarray) -> Jobs:
         """All jobs (n,) once from each of the states (c, n, l)."""
         c, n, size = states.shape
@@ -197,10 +202,7 @@ class Model(ABC):
         """The model with a discrepancy term beside its noise: it may miss this share of the signal (rms over rms, of
         what the model reads at its nominal parameters), and nothing need be missing."""
         w, other = len(self.counts), copy.copy(self)
-        jobs = Jobs(
-            np.zeros((1, len(self.parameters))), np.zeros(w, dtype=int), np.arange(w),
-            np.zeros((w, self.local_count(NONE))),
-        )  # fmt: skip
+        jobs = Jobs.at(np.zeros(len(self.parameters)), np.arange(w), np.zeros((w, self.local_count(NONE))))
         squares = float((self.readings(NONE, jobs) ** 2).sum())
         other.tolerated = 1.0 + share**2 * squares / float(self.counts.sum())
         return other

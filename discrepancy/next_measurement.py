@@ -158,8 +158,7 @@ def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     """How much worse `other` explains the measurement, simulated with `true`, after it has adapted."""
     model, scale = measurement.model, measurement.scale
     _, truth = _at(model, true)
-    windows = np.arange(len(model.counts))
-    jobs = Jobs(truth.z[None], np.zeros_like(windows), windows, truth.states)
+    jobs = Jobs.at(truth.z, np.arange(len(model.counts)), truth.states)
     made = model.recording(model.readings(true.hypothesis, jobs))
     problem, place = _at(made, other)
     difference, by_global, by_local = (scale * part for part in problem.linearised(place))

@@ -188,7 +188,7 @@ class Problem:
     def settled(self, place: Point, rounds: int = _ROUNDS, which: np.ndarray | None = None) -> Point:
         """The place with its windows' start states refined, the globals held."""
         windows = self.all if which is None else which
-        states, squares = self._refined(_at(place.z, windows, place.states[windows]), rounds)
+        states, squares = self._refined(Jobs.at(place.z, windows, place.states[windows]), rounds)
         return self._replaced(place, windows, states, squares)
 
     def settled_together(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -206,8 +206,8 @@ class Problem:
             found, squares = self._refined(jobs, _ROUNDS)
             return found.reshape(mine.shape), squares.reshape(p, k)
         rows = [
-            self._best_starts(_at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF), rounds=1)
-            if len(grid) else self._refined(_at(row, windows, own), _ROUNDS)
+            self._best_starts(Jobs.at(row, windows, own), grid, own[:0], max(_POLISHED, len(grid) // _ONE_OF), rounds=1)
+            if len(grid) else self._refined(Jobs.at(row, windows, own), _ROUNDS)
             for row, own, grid in zip(z, mine, grids, strict=True)
         ]  # fmt: skip
         return np.array([found for found, _ in rows]), np.array([squares for _, squares in rows])
@@ -259,7 +259,7 @@ class Problem:
         others = place.states if which is not None else place.states[:0]
         at_once = max(1, _AT_ONCE // (len(grid) + len(others)))
         for part in np.array_split(windows, math.ceil(len(windows) / at_once)):
-            jobs = _at(place.z, part, place.states[part])
+            jobs = Jobs.at(place.z, part, place.states[part])
             place = self._replaced(place, part, *self._best_starts(jobs, grid, others, kept))
         return place
 
@@ -274,7 +274,7 @@ class Problem:
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort(self._tried(jobs, states), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(_at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
+        polished, squares = self._refined(Jobs.at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
         return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
@@ -289,8 +289,3 @@ class Problem:
             states = self.model.states_for(self.hypothesis, other.states)
             place = self.merged(place, self.point(place.z, states))
         return place
-
-
-def _at(z: np.ndarray, windows: np.ndarray, states: np.ndarray) -> Jobs:
-    """Windows (k,) from start states (k, l), all with the same globals (g,)."""
-    return Jobs(z[None], np.zeros(len(windows), dtype=np.int64), windows, states)

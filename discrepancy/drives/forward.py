@@ -270,7 +270,7 @@ class ForwardModel(Model):
     def jobs(self, values: Sequence[float] | np.ndarray) -> Jobs:
         """Every window at one global point, started where the measured motion says."""
         w = np.arange(len(self.counts))
-        return Jobs(np.array([values]), np.zeros_like(w), w, np.zeros((len(w), self.local_count(NONE))))
+        return Jobs.at(np.array(values), w, np.zeros((len(w), self.local_count(NONE))))
 
     def _fine(self) -> int:
         """Steps in a sample such that twice as many change no residual by more than `_ACCURACY`."""

@@ -99,11 +99,8 @@ def sized_by(
     left = without(apart(-residual), slopes)
 
     def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
-        jobs = Jobs(
-            np.concatenate([zero, one.coordinates((_SLIGHT * values[0], *values[1:]))])[None],
-            np.zeros(len(plain), dtype=int),
-            np.arange(len(plain)), np.zeros((len(plain), model.local_count(one))),
-        )  # fmt: skip
+        point = np.concatenate([zero, one.coordinates((_SLIGHT * values[0], *values[1:]))])
+        jobs = Jobs.at(point, np.arange(len(plain)), np.zeros((len(plain), model.local_count(one))))
         return without(apart(model.residuals(one, jobs) - plain), slopes) / _SLIGHT
 
     return {name: tuple(sized(one, response, left) for one in choices) for name, choices in library.items()}

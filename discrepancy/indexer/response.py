@@ -44,7 +44,7 @@ _NEAR = 1e-4
 def motion_of(model: IndexerModel, place: Point) -> tuple[Machine, dict[str, np.ndarray]]:
     """The machine of a place and its motion, a row (w, n) for each name of ROWS; NaN in a window that failed."""
     windows = np.arange(len(model.counts))
-    jobs = Jobs(place.z[None], np.zeros(len(windows), dtype=int), windows, place.states)
+    jobs = Jobs.at(place.z, windows, place.states)
     machine = model.machine_at(place.hypothesis, place.z)[0]
     found = model.simulated(jobs, [machine], tuple(ROWS.values()))
     return machine, {name: found[:, k] for k, name in enumerate(ROWS)}
