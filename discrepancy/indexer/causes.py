@@ -130,24 +130,20 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     free = _places(moments[..., None] - np.arange(math.ceil(float(moments.max())) + 1))
     one = np.ones((w, n))[..., None]
 
-    table = setting.readings(np.concatenate([
-        phase, phase * rate[..., None] ** 2, station * force[..., None], angle, angle * friction[..., None],
-        _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), one * friction[..., None], free,
-    ], axis=2), "table")  # fmt: skip
-    sizes = [phase.shape[2]] * 2 + [station.shape[2]] + [angle.shape[2]] * 2 + [_PLACES, 1]
-    by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _split(table, sizes)
-    joint = setting.readings(np.concatenate([
-        phase, phase * carried_2[..., None], station * carried_2[..., None], slow * carried_2[..., None],
-        _over(0.5 + 0.5 * np.clip(twisting, -1.0, 1.0), _PLACES), one * carried_2[..., None],
-    ], axis=2), "joint 2")  # fmt: skip
-    track, softer, uneven, slowly, damping, turning = _split(
-        joint, [phase.shape[2], phase.shape[2], station.shape[2], _SLOW, _PLACES]
+    by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _read(
+        setting, "table", phase, phase * rate[..., None] ** 2, station * force[..., None], angle,
+        angle * friction[..., None], _over(0.1 + 0.9 * np.clip(speed, -0.1, 1.0), _PLACES), one * friction[..., None],
+        free,
     )  # fmt: skip
-    cam = setting.readings(np.concatenate([
-        phase, phase * rate[..., None] ** 2, phase * carried_1[..., None],
-        slow * carried_1[..., None], free,
-    ], axis=2), "cam")  # fmt: skip
-    at_cam, at_cam_2, softer_1, slowly_1, free_cam = _split(cam, [_PHASES] * 3 + [_SLOW])
+    track, softer, uneven, slowly, damping, turning = _read(
+        setting, "joint 2", phase, phase * carried_2[..., None], station * carried_2[..., None],
+        slow * carried_2[..., None], _over(0.5 + 0.5 * np.clip(twisting, -1.0, 1.0), _PLACES),
+        one * carried_2[..., None],
+    )  # fmt: skip
+    at_cam, at_cam_2, softer_1, slowly_1, free_cam = _read(
+        setting, "cam", phase, phase * rate[..., None] ** 2, phase * carried_1[..., None], slow * carried_1[..., None],
+        free,
+    )  # fmt: skip
     read = (setting.unit[:, None] * motion["table_acc"])[..., None]
     own = np.eye(w)
     records = (laid.groups[:, None] == np.unique(laid.groups)).astype(float)
@@ -162,16 +158,16 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("output", "station", "a friction of the table that follows its angle", dry),
         ("output", "speed", "a torque on the table that follows its speed", by_speed),
         ("output", "speed", "a torque in the output joint that follows the rate of its deflection", damping),
-        ("output", "time", "a stiffness of the output joint that changes slowly", _spread(slowly, records)),
-        ("output", "time", "a stiffness of the output joint that differs from turn to turn", _spread(turning, own)),
-        ("output", "time", "a friction of the table that differs from turn to turn", _spread(rubbing, own)),
+        ("output", "time", "a stiffness of the output joint that changes slowly", spread(slowly, records)),
+        ("output", "time", "a stiffness of the output joint that differs from turn to turn", spread(turning, own)),
+        ("output", "time", "a friction of the table that differs from turn to turn", spread(rubbing, own)),
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase", at_cam),
         ("input", "phase", "a torque on the cam shaft that follows the cam's phase and grows with speed", at_cam_2),
         ("input", "phase", "a stiffness of the input joint that follows the cam's phase", softer_1),
-        ("input", "time", "a stiffness of the input joint that changes slowly", _spread(slowly_1, records)),
-        ("sensor", "time", "a gain of the sensor that changes slowly", _spread(read * slow, records)),
-        ("sensor", "time", "a gain of the sensor that differs from turn to turn", _spread(read, own)),
-        ("sensor", "time", "an offset of the sensor that changes slowly", _spread(slow, records)),
+        ("input", "time", "a stiffness of the input joint that changes slowly", spread(slowly_1, records)),
+        ("sensor", "time", "a gain of the sensor that changes slowly", spread(read * slow, records)),
+        ("sensor", "time", "a gain of the sensor that differs from turn to turn", spread(read, own)),
+        ("sensor", "time", "an offset of the sensor that changes slowly", spread(slow, records)),
     ]  # fmt: skip
     forms = [Form(joint, kind, name, residue.clean(x)) for joint, kind, name, x in rows]
     nothing = np.zeros((0, 0))
@@ -182,8 +178,10 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     return forms, [(form, residue.evidence_by_window(x)) for form, x in at_any_time]
 
 
-def _split(readings: np.ndarray, sizes: list[int]) -> list[np.ndarray]:
-    return np.split(readings, np.cumsum(sizes), axis=2)
+def _read(setting: Setting, joint: str, *torques: np.ndarray) -> list[np.ndarray]:
+    """Readings of several torques (w, n, k), which are advanced together."""
+    ends = np.cumsum([one.shape[2] for one in torques])[:-1]
+    return np.split(setting.readings(np.concatenate(torques, axis=2), joint), ends, axis=2)
 
 
 def _places(distance: np.ndarray) -> np.ndarray:
@@ -216,7 +214,6 @@ def _stations(cam: np.ndarray, inside: np.ndarray, stations: int) -> np.ndarray:
     return np.repeat(np.eye(stations)[leaves][:, None], cam.shape[1], axis=1)
 
 
-def _spread(readings: np.ndarray, owner: np.ndarray) -> np.ndarray:
+def spread(readings: np.ndarray, owner: np.ndarray) -> np.ndarray:
     """Readings (w, n, k) with sizes of each owner's own (w, n, k owners); owner (w, owners) is 1 where it is that."""
-    spread = readings[..., None] * owner[:, None, None, :]
-    return spread.reshape(*readings.shape[:2], -1)
+    return (readings[..., None] * owner[:, None, None, :]).reshape(*readings.shape[:2], -1)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from discrepancy.indexer.causes import Setting, forms_of, setting_of
+from discrepancy.indexer.causes import Setting, forms_of, setting_of, spread
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.origin import Form, Origin, Residue, likeliest, origin_of
 from discrepancy.place import Point
@@ -141,14 +141,12 @@ class Scan:
             won[np.abs(frequencies - frequency) < 2.0 / max(self._spans)] = 0.0
             waves = self._waves(np.array([frequency]), joint)
             by_record = (self.laid.groups[:, None] == self._records).astype(float)
-            spread = (waves[..., None] * by_record[:, None, None]).reshape(*waves.shape[:2], -1)
             where, name = {
                 "table": ("output", "a torque on the table"), "cam": ("input", "a torque on the cam shaft"),
                 "sensor": ("sensor", "a line of the sensor"),
             }[joint]  # fmt: skip
-            forms.append(Form(
-                where, "frequency", f"{name} at {frequency:.3g} Hz", residue.clean(spread), math.log(len(frequencies))
-            ))  # fmt: skip
+            columns, price = residue.clean(spread(waves, by_record)), math.log(len(frequencies))
+            forms.append(Form(where, "frequency", f"{name} at {frequency:.3g} Hz", columns, price))
         return forms
 
     # ---- resonances
