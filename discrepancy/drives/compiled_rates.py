@@ -8,8 +8,11 @@ from collections import namedtuple
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numba
 import numpy as np
+from numba.core import errors
 
+from discrepancy.drives.advance import SIGNATURE
 from discrepancy.drives.description import Drive
 from discrepancy.drives.user_code import said_by_user
 from indexer_env.errors import ParameterError
@@ -33,11 +36,6 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
     """
     arguments = _arguments(drive, inputs)
     _check(drive, arguments, x, u, row)
-    import numba
-    from numba.core import errors
-
-    from discrepancy.drives.advance import SIGNATURE
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.NumbaWarning)
@@ -74,10 +72,6 @@ def _wrapped(drive: Drive, function: Any, given: dict[str, Any]) -> Any:
 def _called_back(drive: Drive, given: dict[str, Any]) -> Any:
     """The same, called in Python from the compiled integrator. What it raises there could not be passed on: its rates
     are then no numbers, and the run counts as lost."""
-    import numba
-
-    from discrepancy.drives.advance import SIGNATURE
-
     _CALLED_BACK.append((_wrapped(drive, drive.function, given), len(drive.states)))
     number = len(_CALLED_BACK) - 1
 

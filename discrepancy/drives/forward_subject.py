@@ -21,7 +21,7 @@ from discrepancy.drives.second_look import known_effects, machine_yaml
 from discrepancy.drives.sessions import check_sessions, told
 from discrepancy.drives.windows import Windows, split
 from discrepancy.form import Form
-from discrepancy.model import Model
+from discrepancy.model import NONE, Model
 from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
 from indexer_env.errors import ParameterError
@@ -191,8 +191,6 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
 
 def _check_parameters(model: ForwardModel) -> None:
     """Refuse a parameter that does nothing."""
-    from discrepancy.model import NONE
-
     zero = np.zeros(len(model.parameters))
     good = model.simulated(NONE, model.jobs(zero))[1]
     if not good.any():
