@@ -22,14 +22,22 @@ def lagging(rows: np.ndarray, time: float, step: float) -> np.ndarray:
     return scipy.signal.lfilter(b, [1.0, -left], rows, axis=1, zi=before)[0]
 
 
+def lagged(u: np.ndarray, time: float, step: float) -> np.ndarray:
+    """A row (n,) through a first-order lag, τ dy/dt = u - y, u held between samples, and y at first at rest."""
+    import scipy.signal
+
+    if time <= 0.0:
+        return u
+    left = np.exp(-step / time)
+    return scipy.signal.lfilter([1.0 - left], [1.0, -left], u, zi=[left * u[0]])[0]
+
+
 def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) -> np.ndarray:
     """A command (n,) as it acts.
 
     delay: u(t - d); lag: τ dF/dt = u - F; gain: u/(1 + e); saturation: within ±1/c; quantisation: in whole steps;
     drift: u - r t; hum: u - A sin(2π f t + φ).
     """
-    import scipy.signal
-
     t = step * np.arange(len(u))
     value = values[0]
     if name == "hum":
@@ -37,10 +45,7 @@ def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) ->
     if name == "delay":
         return np.interp(t - value, t, u)
     if name == "lag":
-        if value <= 0.0:
-            return u
-        left = np.exp(-step / value)
-        return scipy.signal.lfilter([1.0 - left], [1.0, -left], u, zi=[left * u[0]])[0]
+        return lagged(u, value, step)
     if name == "gain":
         return u / (1.0 + value)
     if name == "saturation":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Sequence
 
 import numpy as np
@@ -104,10 +105,7 @@ def scaled(parameters: Sequence[Parameter], point: np.ndarray) -> np.ndarray:
 
 def read(machine: Machine, name: str) -> float:
     """Value of a parameter, ``joint.field`` or ``field``."""
-    owner: object = machine
-    for part in name.split("."):
-        owner = getattr(owner, part)
-    return float(owner)  # type: ignore[arg-type]
+    return float(operator.attrgetter(name)(machine))
 
 
 def changed(machine: Machine, values: dict[str, float], effects: Sequence[MachineEffect] = ()) -> Machine:

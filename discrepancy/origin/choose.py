@@ -158,7 +158,7 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     whole = max(float(residue.y @ residue.y) - residue.samples * residue.noise, 1e-9)
     beside, share = (), math.nan
     if best is not None and best.evidence >= most:
-        share = min(_energies(residue, best)[0] / whole, 1.0)
+        share = min(_energy_of_first(residue, best) / whole, 1.0)
         beside = tuple(Place(form.joint, form.kind, form.name, math.nan) for form in best.forms[1:])
     return Origin(first, share, tuple(others), beside)
 
@@ -215,10 +215,10 @@ def _by_need(residue: Residue, one: _Sum) -> _Sum:
     return dataclasses.replace(one, forms=forms, scales=scales)
 
 
-def _energies(residue: Residue, one: _Sum) -> list[float]:
-    """Sum of squares of what each cause of a sum explains, its sizes at their posterior mean."""
+def _energy_of_first(residue: Residue, one: _Sum) -> float:
+    """Sum of squares of what the first cause of a sum explains, its sizes at their posterior mean."""
     pairs = zip(one.forms, one.scales, strict=True)
     laid = np.concatenate([math.sqrt(scale) * form.columns for form, scale in pairs], axis=1)
-    found = laid * np.linalg.solve(laid.T @ laid + np.eye(laid.shape[1]), laid.T @ residue.y)
-    ends = np.cumsum([form.columns.shape[1] for form in one.forms])[:-1]
-    return [float((part.sum(axis=1) ** 2).sum()) for part in np.split(found, ends, axis=1)]
+    sizes = np.linalg.solve(laid.T @ laid + np.eye(laid.shape[1]), laid.T @ residue.y)
+    own = one.forms[0].columns.shape[1]
+    return float(((laid[:, :own] @ sizes[:own]) ** 2).sum())

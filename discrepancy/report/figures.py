@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from discrepancy.chain import Outcome
 from discrepancy.locate import Map, Spot, Where
 from discrepancy.problem import Problem
+from discrepancy.subjects.base import binned
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 MEASURED, BEFORE, AFTER = "0.2", "#D55E00", "#0072B2"
@@ -126,9 +127,8 @@ def averaged(values: np.ndarray, lacking: np.ndarray, inside: np.ndarray) -> tup
     """Middles, means and spreads (k,) of `lacking` (w, n) in cells of `values` (w, n): each window's mean of a cell
     counts once, the spread is the standard deviation of these means."""
     edges = np.linspace(float(values[inside].min()), float(values[inside].max()), _CELLS + 1)
-    cell = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _CELLS - 1)
     windows = len(values)
-    at = (np.arange(windows)[:, None] * _CELLS + cell)[inside]
+    at = (np.arange(windows)[:, None] * _CELLS + binned(values, edges, inside))[inside]
     counts = np.bincount(at, minlength=windows * _CELLS).reshape(windows, _CELLS)
     sums = np.bincount(at, lacking[inside], minlength=windows * _CELLS).reshape(windows, _CELLS)
     held = counts > 0

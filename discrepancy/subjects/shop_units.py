@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
 from indexer_env.units import DEGREE, RPM
+from indexer_records.acceleration_units import STANDARD_GRAVITY
 
-_GRAVITY = 9.80665
 _MINUTE = DEGREE / 60.0
 
 Unit = Callable[[float, Machine], float]
@@ -56,7 +56,7 @@ SHOP: dict[str, tuple[Unit, str]] = {
     "drive.mesh_stiffness.depth": (_times(100.0), "% of the stiffness"),
     "drive.mesh_stiffness.phase": (_times(1.0 / DEGREE), "°"),
     "drive.mesh_friction.loss": (_times(100.0), "% of the torque"),
-    "load.imbalance.torque": (_times(1.0 / _GRAVITY), "kg m"),
+    "load.imbalance.torque": (_times(1.0 / STANDARD_GRAVITY), "kg m"),
     "load.imbalance.phase": (_times(1.0 / DEGREE), "°"),
     "load.process.centre": (_times(360.0), "° of the cam"),
     "load.process.half_width": (_times(360.0), "° of the cam"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
+from discrepancy.drives.readings import SENSOR_LAG, lagged
 from indexer_env.effects.sensor import SensorGain, SensorLowpass, SensorOffsetDrift
 
 if TYPE_CHECKING:
@@ -37,22 +38,13 @@ standard(
 )  # fmt: skip
 
 
-def _lagged(m: Track, p, base, f: np.ndarray) -> np.ndarray:
-    import scipy.signal
-
-    if p.time_constant <= 0.0:
-        return f
-    left = np.exp(-m.step / p.time_constant)
-    out, _ = scipy.signal.lfilter([1.0 - left], [1.0, -left], f, zi=[left * f[0]])
-    return out
-
-
 standard(
     DriveEffect(
         SensorLowpass.name, "The sensor lags: of the force, or in the forward form of the motion.",
         "τ d(reading)/dt = F - reading", SensorLowpass.source,
-        (Size("time_constant", "time constant τ", "T", _TIMES, 0.0, 5.0, 0.0),), _lagged, acts="reading",
-        alike=("delay",), forward="sensor_lag",
+        (Size("time_constant", "time constant τ", "T", _TIMES, 0.0, 5.0, 0.0),),
+        lambda m, p, base, f: lagged(f, p.time_constant, m.step), acts="reading", alike=("delay",),
+        forward=SENSOR_LAG,
     )
 )  # fmt: skip
 
