@@ -16,8 +16,7 @@ In reading order:
     differing    parameters that seem to differ from record to record
     forward_library  the effects that it can have
     forward      the model of `rates(x, u, t, p)`
-    forces       what the standard effects do at one of its joints
-    stepping     rates with the effects in them, one Runge-Kutta step
+    forces       what the standard effects do at one of its joints, rates with them, one Runge-Kutta step
     advance      its integrator: landing on events, with true sticking
     motions      motions that could be asked of a drive next
     subject      what locating and reporting need of a drive

@@ -22,6 +22,7 @@ from numba import njit, types
 from discrepancy.drives.forces import (
     BILINEAR,
     BILINEAR_PLACE,
+    INNER,
     MIDDLE,
     PLAY,
     PRESLIDING,
@@ -29,6 +30,8 @@ from discrepancy.drives.forces import (
     SETTINGS,
     STOPS,
     STOPS_PLACE,
+    acting,
+    between,
     bristle,
     compiled,
     contact_acceleration,
@@ -36,8 +39,9 @@ from discrepancy.drives.forces import (
     flank,
     is_dry,
     load_level,
+    step,
+    whole_rates,
 )
-from discrepancy.drives.stepping import INNER, acting, between, step, whole_rates
 from indexer_env.compiled import kernel_fingerprint
 
 _HALVINGS = 20
@@ -237,4 +241,4 @@ def entry(fingerprint: str):
 def integrator() -> Callable[..., str]:
     """The compiled `run_all`."""
     here = Path(__file__)
-    return entry(kernel_fingerprint(here, here.with_name("stepping.py"), here.with_name("forces.py")))
+    return entry(kernel_fingerprint(here, here.with_name("forces.py")))

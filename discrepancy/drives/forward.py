@@ -18,13 +18,12 @@ from discrepancy.drives.advance import WORK, integrator
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
-from discrepancy.drives.forces import COLUMNS, CONTACT, PLAY, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
+from discrepancy.drives.forces import COLUMNS, CONTACT, INNER, PLAY, SOFT, SOFT_INVERSE_SQUARE, TABULATED_OVER
 from discrepancy.drives.forward_library import LINE, library_of, lines_of, sized_by
 from discrepancy.drives.library import tabulated_row, values_of
 from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.sessions import slots_of
-from discrepancy.drives.stepping import INNER
 from discrepancy.drives.windows import Windows
 from discrepancy.model import NONE, Hypothesis, Jobs, Model
 

@@ -9,8 +9,8 @@ from discrepancy.drives.advance import WORK, run
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.door import subject_of
+from discrepancy.drives.forces import INNER
 from discrepancy.drives.forward import ForwardModel
-from discrepancy.drives.stepping import INNER
 from discrepancy.model import Hypothesis, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem

@@ -9,7 +9,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 from scipy.integrate import solve_ivp
 
-from discrepancy.drives import stepping
+from discrepancy.drives import forces
 from discrepancy.drives.advance import integrator
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
@@ -288,5 +288,5 @@ def test_a_line_on_the_command_is_found(tmp_path: Path) -> None:
 def test_the_integrator_is_compiled_anew_where_what_it_calls_has_changed() -> None:
     """numba's key of it holds the hash of all sources."""
     (held,) = (cell.cell_contents for cell in integrator().py_func.__closure__)
-    sources = [Path(stepping.__file__).with_name(f"{name}.py") for name in ("advance", "forces", "stepping")]
+    sources = [Path(forces.__file__).with_name(f"{name}.py") for name in ("advance", "forces")]
     assert held == kernel_fingerprint(*sources)
