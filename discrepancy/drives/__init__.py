@@ -11,6 +11,7 @@ In reading order:
     library      effects as hypotheses, sized by the record itself
     sessions     parameters of which each record has its own value
     windows      which samples are fitted, which are held out
+    both_forms   what the two forms have in common
     inverse_library  effects that the inverse form can have, sized by what is left
     inverse      the model of `force(q, v, a, u, t, p)`
     differing    parameters that seem to differ from record to record

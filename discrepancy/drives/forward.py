@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.advance import WORK, integrator
+from discrepancy.drives.both_forms import DriveModel
 from discrepancy.drives.course import Course
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
@@ -25,7 +26,7 @@ from discrepancy.drives.readings import SENSOR_LAG, commanded, lagging
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.sessions import slots_of
 from discrepancy.drives.windows import Windows
-from discrepancy.model import NONE, Hypothesis, Jobs, Model
+from discrepancy.model import NONE, Hypothesis, Jobs
 
 LOST = 1e3
 """Residual of a run that is lost, in units of the noise."""
@@ -42,7 +43,7 @@ _RESOLVED = 2.0
 """Least time over a step in which a load on its spring goes through one radian."""
 
 
-class ForwardModel(Model):
+class ForwardModel(DriveModel):
     """A drive in its forward form with records.
 
     Parameters
@@ -74,6 +75,7 @@ class ForwardModel(Model):
         self.parameters = self.slots.parameters
         self.channels = len(measured)
         self.counts, self.groups = windows.count * self.channels, windows.groups
+        self.names = tuple(self.courses[k].name for k in windows.tracks)
         self.places = np.array(
             [[drive.states.index(j.position), drive.states.index(j.speed)] for j in drive.joints], dtype=np.int64
         )
@@ -192,13 +194,6 @@ class ForwardModel(Model):
         swing = np.sqrt(np.maximum(table[:, SOFT_INVERSE_SQUARE], 1e-300) * (1.0 - table[:, SOFT]))
         table[swing * self.courses[0].rate * self.substeps < _RESOLVED, SOFT] = 0.0
         return table, tuple(command), lag
-
-    def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
-        at, found = self.own, []
-        for one in (*self.known, *hypothesis.effects):
-            found.append((one, tuple(values[at : at + len(one.parameters)])))
-            at += len(one.parameters)
-        return found
 
     def command(self, k: int, done: tuple) -> np.ndarray:
         """Inputs (n, inputs) of a record as they act: the first through what is done to it."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.both_forms import FormSubject, axis_of
 from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
@@ -17,16 +17,14 @@ from discrepancy.drives.effects import TABLES
 from discrepancy.drives.effects.tabulated import OVER
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
-from discrepancy.drives.second_look import known_effects, machine_yaml
-from discrepancy.drives.sessions import check_sessions, told
+from discrepancy.drives.second_look import known_effects
+from discrepancy.drives.sessions import check_sessions
 from discrepancy.drives.windows import Windows, split
 from discrepancy.form import Form
 from discrepancy.model import NONE, Model
-from discrepancy.place import Point
-from discrepancy.subjects.base import Axis, Measurement, Subject, View, binned
+from discrepancy.subjects.base import Axis, Measurement, View
 from indexer_env.errors import ParameterError
 
-_CELLS = 8
 _SIZES = (0.5, 2.0)
 """Of the measured input, for motions that could be asked for next."""
 
@@ -34,7 +32,7 @@ _RAISED = 100.0
 """Noise of imagined records over the real one: a window's loss bounds residuals, which here are whole motions."""
 
 
-class ForwardSubject(Subject):
+class ForwardSubject(FormSubject):
     """A drive in its forward form.
 
     Parameters
@@ -82,9 +80,7 @@ class ForwardSubject(Subject):
             ("speed", np.abs(over["v"]), scales.unit("V")),
             ("time", over["t"], "s"),
         ):
-            edges = np.linspace(float(values[inside].min()), float(values[inside].max()), _CELLS + 1)
-            labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
-            axes.append(Axis(name, labels, binned(values, edges, inside)))
+            axes.append(axis_of(name, values, values[inside], unit, inside))
         if channels > 1:
             axes.append(Axis("channel", self.roles, np.where(inside, over["c"].astype(int), -1)))
         courses = [model.courses[k] for k in windows.tracks]
@@ -93,17 +89,6 @@ class ForwardSubject(Subject):
             measured=over["y"], noise=np.array([c.noise[0] for c in courses]), estimated=tuple(False for _ in courses),
             axes=tuple(axes), map_axes=("speed", "position"),
         )  # fmt: skip
-
-    def files(self, model: Model, place: Point) -> Mapping[str, str]:
-        assert isinstance(model, ForwardModel)
-        return {"machine.yaml": machine_yaml(self.drive, model.slots, model.known, place, _names(model))}
-
-    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
-        assert isinstance(model, ForwardModel)
-        return told(model.slots, place.z, _names(model))
-
-    def meaning(self, effect: str) -> str:
-        return next(e for e in self.drive.effects if e.name == effect).sentence
 
     def forms(self) -> tuple[Form, ...]:
         """At the first joint."""
@@ -132,10 +117,6 @@ class ForwardSubject(Subject):
             )  # fmt: skip
             found.append(Measurement(words, model, _RAISED))
         return tuple(found)
-
-
-def _names(model: ForwardModel) -> list[str]:
-    return [model.courses[k].name for k in model.windows.tracks]
 
 
 def _imagined(course: Course, size: float) -> Course:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.both_forms import DriveModel
 from discrepancy.drives.description import LOAD, Drive
 from discrepancy.drives.effects import TABLES, DriveEffect
 from discrepancy.drives.inverse_library import library_of, proposed_by
@@ -27,14 +28,14 @@ from discrepancy.drives.sessions import slots_of, zeroed
 from discrepancy.drives.track import Track
 from discrepancy.drives.user_code import checked_row, said_by_user
 from discrepancy.drives.windows import Windows
-from discrepancy.model import Hypothesis, Jobs, Model
+from discrepancy.model import Hypothesis, Jobs
 from indexer_env.errors import ParameterError
 
 _REMEMBERED = 64
 """Forces of single effects that are kept: a fit moves one parameter at a time."""
 
 
-class InverseModel(Model):
+class InverseModel(DriveModel):
     """A drive in its inverse form with records.
 
     Parameters
@@ -60,6 +61,7 @@ class InverseModel(Model):
         self.slots = slots_of(drive, known, len(windows.tracks), self._offset)
         self.parameters = self.slots.parameters
         self.counts, self.groups = windows.count, windows.groups
+        self.names = tuple(self.tracks[k].name for k in windows.tracks)
         self.noise = np.array([self._noise(self.tracks[k]) for k in windows.tracks])
         self.measured = [self.tracks[k].measured for k in windows.tracks]
         self._kept: dict[Any, Any] = {}
@@ -165,17 +167,6 @@ class InverseModel(Model):
         if self._offset is not None:
             total = total + values[len(self.slots.every) - 1]
         return track.thinned(total), track.thinned(rest) if rest.any() else np.zeros((2, 1))
-
-    def _present(self, hypothesis: Hypothesis, values: Sequence[float]) -> list[tuple[Hypothesis, tuple[float, ...]]]:
-        at = self.own
-        found = []
-        for one in self.known:
-            found.append((one, tuple(values[at : at + len(one.parameters)])))
-            at += len(one.parameters)
-        for k, one in enumerate(hypothesis.effects):
-            places = len(self.slots.every) + hypothesis.places(k)
-            found.append((one, tuple(values[i] for i in places)))
-        return found
 
     # ------------------------------------------------------------------ as a Model
 

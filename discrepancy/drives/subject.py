@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
-
 import numpy as np
 
 from discrepancy.criteria import Criteria
+from discrepancy.drives.both_forms import FormSubject, axis_of
 from discrepancy.drives.description import Drive
 from discrepancy.drives.differing import differing, in_words
 from discrepancy.drives.effects import TABLES
@@ -15,20 +13,17 @@ from discrepancy.drives.effects.tabulated import OVER, VARIABLES
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.motions import imagined
-from discrepancy.drives.second_look import machine_yaml
-from discrepancy.drives.sessions import told
 from discrepancy.drives.track import Track
 from discrepancy.drives.windows import Windows
 from discrepancy.form import Form
 from discrepancy.model import Model
 from discrepancy.place import Point
-from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
+from discrepancy.subjects.base import Axis, Line, Measurement, Torque, View
 
-_CELLS = 8
 _MAINS = (50.0, 60.0, 100.0, 120.0)
 
 
-class DriveSubject(Subject):
+class DriveSubject(FormSubject):
     """A drive in its inverse form.
 
     Parameters
@@ -63,14 +58,14 @@ class DriveSubject(Subject):
         for name, (row, unit) in columns.items():
             whole = np.concatenate([getattr(t, row) for t in every])
             values, whole = (over(row), whole) if name != "speed" else (np.abs(over(row)), np.abs(whole))
-            axes.append(_axis(name, values, whole, unit, inside))
+            axes.append(axis_of(name, values, whole, unit, inside))
         force_over = {f"position [{scales.unit('Q')}]": over("q"), f"speed [{scales.unit('V')}]": over("v")}
         if scales.D:
             deflection = over("deflection")
-            axes.append(_axis("deflection", deflection, deflection[inside], scales.unit("D"), inside))
+            axes.append(axis_of("deflection", deflection, deflection[inside], scales.unit("D"), inside))
             force_over[f"deflection [{scales.unit('D')}]"] = deflection
         time = over("t")
-        axes.append(_axis("time", time, time[inside], "s", inside))
+        axes.append(axis_of("time", time, time[inside], "s", inside))
         records = [model.tracks[k] for k in windows.tracks]
         return View(
             names=tuple(t.name for t in records), unit=scales.force_unit, groups=model.groups, inside=inside, time=time,
@@ -81,19 +76,11 @@ class DriveSubject(Subject):
             torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {**force_over, "time [s]": time}),
         )  # fmt: skip
 
-    def files(self, model: Model, place: Point) -> Mapping[str, str]:
-        assert isinstance(model, InverseModel)
-        return {"machine.yaml": machine_yaml(self.drive, model.slots, model.known, place, _names(model))}
-
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         assert isinstance(model, InverseModel)
-        names = _names(model)
         found, share = differing(model, place, Criteria())
-        more = (in_words(found, share, self.drive, names),) if found else ()
-        return (*told(model.slots, place.z, names), *more)
-
-    def meaning(self, effect: str) -> str:
-        return next(e for e in self.drive.effects if e.name == effect).sentence
+        more = (in_words(found, share, self.drive, model.names),) if found else ()
+        return (*super().of_records(model, place), *more)
 
     def forms(self) -> tuple[Form, ...]:
         tracks = [self.model.tracks[k] for k in self.model.windows.tracks]
@@ -115,20 +102,10 @@ class DriveSubject(Subject):
         return tuple(found)
 
 
-def _names(model: InverseModel) -> list[str]:
-    return [model.tracks[k].name for k in model.windows.tracks]
-
-
 def _direction(model: InverseModel, v: np.ndarray, inside: np.ndarray) -> np.ndarray:
     still = np.array([model.tracks[k].still for k in model.windows.track])[:, None]
     cells = np.where(np.abs(v) < still, 2, np.where(v > 0.0, 0, 1))
     return np.where(inside, cells, -1)
-
-
-def _axis(name: str, values: np.ndarray, whole: np.ndarray, unit: str, inside: np.ndarray) -> Axis:
-    edges = np.linspace(float(whole.min()), float(whole.max()), _CELLS + 1)
-    labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
-    return Axis(name, labels, binned(values, edges, inside))
 
 
 def _lines(records: list[Track]) -> tuple[Line, ...]:
