@@ -6,6 +6,7 @@ Keys are the fields' names; a key that ends in ``_deg`` or ``_rpm`` is converted
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
@@ -90,8 +91,10 @@ def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]
         name = key.removesuffix(ending)
         if name != key and name in fields:
             return name, unit.factor
-    ending = next((ending for ending in ENDINGS if key.endswith(ending)), "")
-    hint = did_you_mean(key, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
+    # a heading such as "motor speed (rpm)" is led to its own unit
+    plain = re.sub(r"\W+", "_", key).strip("_").lower()
+    ending = next((ending for ending in ENDINGS if plain.endswith(ending)), "")
+    hint = did_you_mean(plain, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
         ", ".join(fields) or "none"
     )
     if not ending and any(key.startswith(f"{name}_") for name in fields):

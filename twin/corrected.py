@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -115,7 +116,7 @@ def corrected(
     if off > _STATED_SLACK:
         raise SignalError(
             f"{name}: the cam angle at the first sample must agree with the record within {_STATED_SLACK:g} rad, "
-            f"got {off:.2f} rad off; correct start_angle or pulse_angle, or leave it out."
+            f"got {off:.2f} rad ({math.degrees(off):.1f}°) off; correct start_angle or pulse_angle, or leave it out."
         )
     if not known:
         point = OperatingPoint(speed, conditions.load_torque)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from discrepancy.records.reading import Record, read_records
-from indexer_cli.command import check_flag, hydra_command
+from indexer_cli.command import BAD_INPUT, check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.json_values import finite
 from indexer_cli.output_folder import check_output_folder, output_folder
@@ -79,6 +79,8 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
             (folder / FILES[0]).write_text(text, encoding="utf-8")
             (folder / FILES[1]).write_text(answer_page(answer, each, twin), encoding="utf-8")
         console.print(f"written {out}")
+    if answer.verdict == NOT_COMPARABLE:
+        raise SystemExit(BAD_INPUT)
     return {"verdict": answer.verdict}
 
 

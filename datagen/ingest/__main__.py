@@ -28,6 +28,8 @@ def main(config: dict[str, Any]) -> None:
     _say(manifest, str(folder))
     groups = sorted({name for source in sources for name in source.groups})
     without = "the labels table has no groups: no further column that files have in common, such as machine or day"
+    if labels is None:
+        without = "no labels table was given, so the files have no groups"
     print(f"groups of the labels table: {', '.join(groups)}" if groups else without)
 
 

@@ -221,7 +221,8 @@ def _row_of(name: str, rows: Mapping[str, Mapping[str, Any]], table: Path) -> Ma
     meant = [written for written in rows if name.endswith(f"/{written}")]
     if len(meant) != 1:
         got = "two or more" if meant else "none"
-        raise SignalError(f"{table} must have one row for {name}, got {got}; name it in the column {FILE!r} once.")
+        remedy = f"name it in the column {FILE!r} once, or move what is no record out of the folder"
+        raise SignalError(f"{table} must have one row for {name}, got {got}; {remedy}.")
     return rows[meant[0]]
 
 

@@ -20,7 +20,7 @@ from discrepancy.records.division import divided
 from discrepancy.records.matching import Match, likest_other, nominal_orders, upright
 from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
-from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
+from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to, stated_rpm
 from discrepancy.records.start import start_of
 from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
@@ -45,6 +45,9 @@ INSIST = ", or set check_motion=false if they are right"
 
 _LEVEL = (0.7, 1.43)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
+
+_WHOLE = 0.015
+"""By how much a number of stations that would make the level may be off a whole one."""
 
 _UNITS = {
     STANDARD_GRAVITY: "g for m/s^2", DEGREE: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
@@ -205,6 +208,7 @@ def _checked(
     if slower is not None and match.likeness < _LIKENESS:
         raise slower
     _check_likeness(record, match, sensor)
+    notes += _other_stations(record, match.level, machine.stations)
     if match.likeness < _ALIKE:
         other = likest_other(signal, machine.reduction * speed, machine, point, sensor)
         notes += _check_motion(record, match, other, check_motion)
@@ -235,13 +239,25 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
     if match.likeness < _LIKENESS:
         raise SignalError(
             f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
-            f"the cam, got {match.likeness:.3f}; check motion_law and motion_share, or whose record it is."
+            f"the cam, got {match.likeness:.3f}; check the motor speed stated, {stated_rpm(record)}, motion_law and "
+            "motion_share, or whose record it is."
         )
     if not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(
             f"{record.name}: the level must be {_LEVEL[0]:g} to {_LEVEL[1]:g} times the nominal machine's, got "
             f"{match.level:.3g} times; {_guess(match.level, sensor)}."
         )
+
+
+def _other_stations(record: Record, level: float, stations: int) -> list[str]:
+    """A table that turns by another angle in each index moves like this one with another gain."""
+    other = stations / level
+    if round(other) == stations or abs(other / round(other) - 1.0) > _WHOLE:
+        return []
+    return [
+        f"{record.name} has {level:.3g} times the nominal machine's level, as a table with {round(other)} stations "
+        f"would have; check machine.stations, {stations}, before you believe in a wrong gain"
+    ]
 
 
 def _check_motion(record: Record, match: Match, other: tuple[str, float], refuses: bool) -> list[str]:

@@ -65,8 +65,8 @@ def start_of(
     if off > _TOLERANCE:
         raise SignalError(
             f"{record.name}: the cam angle at the first sample must agree with the record within {_TOLERANCE:g} "
-            f"rad, got {start % _TURN:.3f} rad stated and {match.start_angle:.3f} rad by the record; correct "
-            "start_angle or pulse_angle."
+            f"rad, got {start % _TURN:.3f} rad ({_degrees(start % _TURN)}) stated and {match.start_angle:.3f} rad "
+            f"({_degrees(match.start_angle)}) by the record; correct start_angle or pulse_angle."
         )
     if off > _NOTED:
         notes.append(
@@ -81,6 +81,10 @@ def pulse_start(record: Record, machine: Machine, speed: float) -> float:
     assert record.pulses is not None
     turned = machine.reduction * speed * float(record.pulses[0])
     return ((record.conditions.pulse_angle or 0.0) - turned) % (_TURN * machine.stations)
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.1f}°"
 
 
 def _apart(a: float, b: float, turn: float) -> float:

@@ -149,7 +149,7 @@ class MeshFriction(MachineEffect):
         low=0.0,
         high=0.5,
         high_open=True,
-        sought=Sought("-", (0.02, 0.06, 0.2), 0.02, 0.0, 0.49),
+        sought=Sought("-", (0.02, 0.06, 0.2, 0.4), 0.02, 0.0, 0.49),
     )
 
     @property

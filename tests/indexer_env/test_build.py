@@ -55,6 +55,7 @@ def test_a_field_that_itself_ends_like_a_unit_is_left_alone():
         ({"radius": 1.0, "girth": 0.0}, "Wheel has no parameter 'girth'; its parameters are "),
         ({"radius": 1.0, "zzz_deg": 0.0}, "Wheel has no parameter 'zzz_deg'; "),
         ({"radius": 1.0, "angel_deg": 0.0}, "Wheel has no parameter 'angel_deg'; did you mean 'angle_deg'."),
+        ({"radius": 1.0, "Angle (deg)": 0.0}, "Wheel has no parameter 'Angle (deg)'; did you mean 'angle_deg'."),
         ({"radius": 1.0, 5: 0.0}, "Wheel has no parameter '5'; "),
         ({"angle": 0.0}, "Wheel lacks radius; give a value for each."),
         ({"radius": 1.0, "angle": 1.0, "angle_deg": 2.0},

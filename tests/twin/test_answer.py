@@ -160,6 +160,21 @@ def test_a_record_that_differs_from_the_others_is_told_by_name():
     assert answer.remarks == ("b.csv by itself is faulty: because.", "c.csv was left out: because")
 
 
+@pytest.mark.parametrize(("verdict", "code"), [(NOT_COMPARABLE, 2), (HEALTHY, 0), (UNKNOWN, 0)])
+def test_a_record_that_cannot_be_compared_ends_with_its_own_code(
+    monkeypatch, tmp_path, run_command, verdict: str, code: int
+) -> None:
+    from twin import diagnose
+
+    monkeypatch.setattr(OfRecords, "about", {"check": {"trusted": True}}, raising=False)
+    monkeypatch.setattr(diagnose.Twin, "load", lambda folder: OfRecords(turn(verdict, 0.0)))
+    lines = [f"{k / 1000.0:.3f},{k % 7:.5f}" for k in range(3000)]
+    (tmp_path / "a.csv").write_text("\n".join(["time [s],acceleration [rad/s^2]", *lines, ""]))
+    keys = ("known.motor_speed_rpm=1500", "known.load_torque=2", "physics=false")
+    done, out, err = run_command(diagnose, f"twin={tmp_path}", f"signal={tmp_path / 'a.csv'}", *keys)
+    assert (done, err) == (code, "") and out
+
+
 def test_an_interval_of_physics_ends_where_there_is_no_more():
     found = Physics(FAULTY, (PhysicalFault("loose_base", 0.8, 0.1, 1.54, 0.99, ESTABLISHED, None),), 1.0, 5.0, "")
     assert answered(network(FAULTY), found).headline == "Faulty: loose base screws, 80 % loose (10 to 100)."

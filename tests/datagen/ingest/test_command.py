@@ -30,6 +30,7 @@ GOOD = ("measured=files", "out=set", "period=0.5", "read.signal_column=acc")
 def test_one_line_makes_a_data_set(call, tmp_path):
     code, out, _ = call(*GOOD, "known.motor_speed_rpm=1500")
     assert code == 0 and "4 turns" in out and "2 partial turns" in out
+    assert "no labels table was given, so the files have no groups" in out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["files", "set"]
     manifest = read_manifest("set")
     assert manifest["classes"] == {"intact": 2, "worn": 2} and manifest["config"]["period"] == 0.5

@@ -132,6 +132,15 @@ def test_a_wrong_unit_is_refused_with_the_likely_one(record, nominal, values, fa
     assert "the level must be" in said and f"looks like {guess}" in said
 
 
+@pytest.mark.parametrize(("drawn", "noted"), [(10, True), (6, True), (8, False)])
+def test_a_level_of_another_number_of_stations_is_said(record, nominal, values, drawn: int, noted: bool) -> None:
+    """A drawing with 10 or 6 stations of a table that has 8."""
+    notes = experiments([record(values)], dataclasses.replace(nominal, stations=drawn), Sensor()).notes
+    assert (
+        any(f"as a table with 8 stations would have; check machine.stations, {drawn}" in one for one in notes) == noted
+    )
+
+
 def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
     tangential = record(0.4 * values, unit="m/s^2")
     assert "state sensor_radius" in refusal([tangential], nominal)
@@ -140,7 +149,7 @@ def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
 
 def test_a_wrong_start_angle_is_refused(record, nominal) -> None:
     said = refusal([record(start_angle=2.0)], nominal)
-    assert "2.000 rad stated and 1.29" in said
+    assert "2.000 rad (114.6°) stated and 1.29" in said and "(74." in said
 
 
 def test_noise_alone_is_no_record_of_a_machine(record, nominal) -> None:
