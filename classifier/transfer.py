@@ -133,7 +133,7 @@ class Learner:
             scaling=scaling,
             parameters=parameters,
             codes=dataset.codes,
-            samples=dataset.records.shape[1],
+            samples=dataset.records.shape[-1],
             conditions=dataset.conditions,
             mean_densities=mean_densities(dataset, self.model.features),
             mean_features=scaled[calibration].mean(axis=0),

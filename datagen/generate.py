@@ -40,7 +40,8 @@ def generate(
 ) -> dict[str, Any]:
     """Generate a data set into the folder or URL `out` and return its manifest.
 
-    Where `out` holds the same order unfinished the run goes on; where it holds it finished nothing is done.
+    Where `out` holds the same order unfinished the run goes on; where it holds it finished nothing is done, or with
+    `overwrite` all is made anew.
 
     Raises
     ------

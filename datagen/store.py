@@ -41,7 +41,7 @@ class State(enum.Enum):
 
     FREE = "nothing there, or a data set that is to be replaced"
     UNFINISHED = "the same order, not yet carried out"
-    FINISHED = "the same order, carried out"
+    FINISHED = "the same order, carried out, and not to be replaced"
 
 
 def shard_name(number: int) -> str:
@@ -75,7 +75,8 @@ def standing(place: Place, head: Mapping[str, Any], overwrite: bool) -> State:
     Raises
     ------
     StoreError
-        It holds another order or something other than one data set of ours, or no folder can be there.
+        It holds another order, something other than one data set of ours, or one whose shards are not all there; or no
+        folder can be there.
     """
     place.check()
     held = place.names()
@@ -84,14 +85,18 @@ def standing(place: Place, head: Mapping[str, Any], overwrite: bool) -> State:
     ours = MANIFEST in held or ORDER in held
     if overwrite:
         _check_ours(place, held, ours)
-        return State.FREE
     if ORDER in held:
         if key := _difference(read_json(place, ORDER) or {}, head):
+            if overwrite:
+                return State.FREE
             remedy = "repeat the command that began it, choose another folder, or add overwrite=true to replace it"
             raise StoreError(f"out {place} holds an unfinished data set of another order ({key}); {remedy}.")
         return State.UNFINISHED
+    if overwrite:
+        return State.FREE
     if ours and (manifest := read_json(place, MANIFEST)) is not None:
         if not (key := _difference({name: manifest.get(name) for name in head}, head)):
+            _check_shards(place, manifest)
             return State.FINISHED
         raise StoreError(f"out {place} holds a data set of another order ({key}); add overwrite=true to replace it.")
     remedy = "add overwrite=true to replace it" if ours else "choose another folder"
@@ -169,6 +174,17 @@ def _check_ours(place: Place, held: list[str], ours: bool) -> None:
         raise StoreError(
             f"overwrite replaces data sets only, got {place} with {foreign[0]!r} in it; move that file first."
         )
+
+
+def _check_shards(place: Place, manifest: Mapping[str, Any]) -> None:
+    for entry in manifest["shards"]:
+        size = place.size(entry["name"])
+        if size != entry["bytes"]:
+            got = f"without {entry['name']}" if size is None else f"with {entry['name']} of {size} bytes"
+            raise StoreError(
+                f"out must hold each shard that its {MANIFEST} lists, this one of {entry['bytes']} bytes, "
+                f"got {place} {got}; put it back, or add overwrite=true to make the data set anew."
+            )
 
 
 def _is_ours(name: str) -> bool:

@@ -112,15 +112,19 @@ def check_sweep(arguments: list[str]) -> None:
             raise refuse("command", "out", rule, argument.partition("=")[2], "leave the others out")
 
 
-def malformed(error: ValueError, arguments: list[str]) -> str:
+def malformed(error: ValueError | TypeError, arguments: list[str]) -> str:
     """A sentence for what Hydra refuses without naming it: a group whose value is no name."""
     for argument in arguments:
         group, _, value = argument.lstrip("+~").partition("=")
         folder = config_dir() / group
-        if group and folder.is_dir() and not isinstance(yaml.safe_load(value), str | list):
+        if group and folder.is_dir() and not _are_names(yaml.safe_load(value)):
             names = sorted(path.stem for path in folder.glob("*.yaml"))
             return f"{group} must be one of {', '.join(names)}, got {value or None!r}."
     return str(error)
+
+
+def _are_names(value: object) -> bool:
+    return all(isinstance(name, str) for name in (value if isinstance(value, list) else [value]))
 
 
 def root_keys(config_name: str) -> list[str]:

@@ -108,7 +108,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
             os.environ[_FULL_ERROR] = "1"
             try:
                 _reported(command, config_name)
-            except ValueError as error:
+            except (ValueError, TypeError) as error:
                 # Hydra refuses some malformed overrides so; in a running job it is a defect.
                 if composed:
                     raise

@@ -11,8 +11,14 @@ import math
 
 import numpy as np
 
+from indexer_env.errors import refuse
+
 BRACKET_LIMIT = 0.45
 """Highest bracket frequency over the sample rate [-]; nearer to 0.5 the samples no longer fix its phase."""
+
+LOWEST = 1e-6
+"""Lowest frequency of a filter over the sample rate [-]; below it rounding changes even what is constant by more than
+1e-5."""
 
 
 def lowpass_sections(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
@@ -63,6 +69,14 @@ def bracket_sections(frequency_hz: float, damping: float, rate: float) -> np.nda
     c1 = -q.imag / math.sin(w)
     c0 = q.real - c1 * math.cos(w)
     return np.array([[at_zero + c0, c1 - c0, -c1, 1.0, a1, a2]])
+
+
+def check_lowest(rate: float, **frequencies: float | None) -> None:
+    """Refuse frequencies [Hz] of a sensor's filters, by their names, that are lower than LOWEST of the rate [Hz]."""
+    for name, frequency in frequencies.items():
+        if frequency is not None and frequency < LOWEST * rate:
+            rule = f">= {LOWEST * rate:g} Hz ({LOWEST:g} of the {rate:g} Hz that it reads at)"
+            raise refuse("Sensor", name, rule, frequency, "raise it or leave it out (null) to switch it off")
 
 
 def filtered(sections: np.ndarray, rows: np.ndarray) -> np.ndarray:

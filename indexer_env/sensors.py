@@ -21,7 +21,7 @@ import numpy as np
 
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import SignalError, refuse
-from indexer_env.filters import BRACKET_LIMIT, bracket_sections, filtered, lowpass_sections
+from indexer_env.filters import BRACKET_LIMIT, bracket_sections, check_lowest, filtered, lowpass_sections
 from indexer_env.signal import MINIMUM_SAMPLES, Signal, samples_from
 
 
@@ -39,11 +39,11 @@ class Sensor:
         Reading over truth [-], not 0; negative when mounted the wrong way round. Null value 1.
     bracket_hz, bracket_damping : float or None, float
         Undamped natural frequency [Hz] and damping ratio [-] of the mounting bracket
-        (`filters.bracket_sections`): below 0.45 of the rate of the acceleration given to `read`; ratio
+        (`filters.bracket_sections`): 1e-6 to below 0.45 of the rate of the acceleration given to `read`; ratio
         in (0, 0.3]. Null value bracket_hz None.
     lowpass_hz, lowpass_order : float or None, int
-        Anti-alias Butterworth filter (`filters.lowpass_sections`): -3.01 dB frequency [Hz], below half the
-        record's rate, and order, 1 to 12. Null value lowpass_hz None.
+        Anti-alias Butterworth filter (`filters.lowpass_sections`): -3.01 dB frequency [Hz], 1e-6 of that rate or
+        more and below half the record's, and order, 1 to 12. Null value lowpass_hz None.
     sample_rate : float or None
         Rate of the record [Hz], the input's divided by a whole number m; m > 1 needs the low-pass.
         Null value None, which is m = 1.
@@ -53,7 +53,7 @@ class Sensor:
         Mains hum A (sin(2π f t + p) + q sin 3(2π f t + p)): amplitude A >= 0 [unit], frequency f [Hz], phase p [rad],
         third harmonic over fundamental q >= 0 [-]; lines below half the record's rate. Null value hum_amplitude 0.
     noise_snr_db : float or None
-        White Gaussian noise by its signal-to-noise ratio 10 log10(s² / σ²) [dB]: s² is the variance of
+        White Gaussian noise by its signal-to-noise ratio 10 log10(s² / σ²) >= -300 [dB]: s² is the variance of
         what leaves the filters over this record (offset, drift and hum not counted), σ² that of the
         noise. Null value None.
     noise_density : float
@@ -111,7 +111,7 @@ class Sensor:
         self._check_positive("bracket_damping", "-", "brackets have about 0.005 to 0.1", high=0.3)
         check_integer("Sensor", "lowpass_order", self.lowpass_order, low=1, high=12)
         if self.noise_snr_db is not None:
-            check_number("Sensor", "noise_snr_db", self.noise_snr_db, unit="dB")
+            check_number("Sensor", "noise_snr_db", self.noise_snr_db, low=-300.0, unit="dB")
             if self.noise_density > 0.0:
                 rule = "0 where noise_snr_db is set"
                 raise refuse("Sensor", "noise_density", rule, self.noise_density, "keep one of the two")
@@ -211,6 +211,7 @@ class Sensor:
     def sections(self, sample_rate: float) -> list[np.ndarray]:
         """The chain's filters in their order, as second-order sections; ParameterError where the rate does not suit."""
         self._check_below_half(float(sample_rate) / self._every(sample_rate))
+        check_lowest(sample_rate, bracket_hz=self.bracket_hz, lowpass_hz=self.lowpass_hz)
         limit = BRACKET_LIMIT * sample_rate
         if self.bracket_hz is not None and self.bracket_hz >= limit:
             rule = f"below {limit:g} Hz ({BRACKET_LIMIT:g} of the {sample_rate:g} Hz that it reads at)"
@@ -267,8 +268,7 @@ class Sensor:
         every = round(ratio)
         if every < 1 or abs(ratio - every) > 1e-9 * ratio:
             rule = f"the input's rate of {sample_rate:g} Hz divided by a whole number"
-            remedy = "simulate at a whole multiple of it"
-            raise refuse("Sensor", "sample_rate", rule, self.sample_rate, remedy)
+            raise refuse("Sensor", "sample_rate", rule, self.sample_rate, "simulate at a whole multiple of it")
         if every > 1 and self.lowpass_hz is None:
             remedy = f"choose a cut-off below {self.sample_rate / 2:g} Hz"
             raise refuse("Sensor", "lowpass_hz", f"set where 1 of {every} samples is kept", None, remedy)

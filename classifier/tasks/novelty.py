@@ -49,10 +49,12 @@ class Novelty:
     reference    (m, d) components of the calibration records; of no row for scores that need none
     threshold    the score that a share `accepted` of records like those of the training stays below
 
-    The threshold is the conformal quantile of the scores of the control records, so the share holds for new records of
-    machines drawn as those were. Where these are too few for it, calibration and control records are one, and each is
-    scored by what was fitted to the others (`independent` ones left out together): cross-conformal, whose share is
-    nearly that, and 1 − 2 (1 − accepted) at the least.
+    The threshold is the conformal quantile of the scores of the control records, those that hang together (see
+    `independent`) counted as one, so the share holds for a record of a new file or machine drawn as those were. Where
+    these are too few for it, calibration and control records are one, and each is scored by what was fitted to those
+    that do not hang together with it: cross-conformal. What hangs together counts as one there, too, since it is such
+    groups that are left out and a new one that is expected. The share is then nearly that; its bound
+    of 1 − 2 (1 − accepted) is for a new record that each of those fits scores, and here the fit to all does.
     Source: R. F. Barber, E. J. Candès, A. Ramdas, R. J. Tibshirani, Ann. Statist. 49 (2021) 486–507.
 
     Raises ParameterError.
@@ -87,12 +89,12 @@ class Novelty:
         calibration, control = dataset.rows("calibration"), dataset.rows("control")
         if enough(dataset, accepted):
             raw = cls._raw(features[calibration], score, accepted)
-            scores = raw.scores(features[control])
+            scores, units = raw.scores(features[control]), independent(dataset, control)
         else:
             both = calibration | control
-            raw = cls._raw(features[both], score, accepted)
-            scores = _cross_fitted(features[both], calibration[both], independent(dataset, both), score, accepted)
-        return replace(raw, threshold=(1.0 + _ROUNDING) * conformal_quantile(scores, accepted))
+            raw, units = cls._raw(features[both], score, accepted), independent(dataset, both)
+            scores = _cross_fitted(features[both], calibration[both], units, score, accepted)
+        return replace(raw, threshold=(1.0 + _ROUNDING) * conformal_quantile(scores, accepted, units))
 
     @classmethod
     def _raw(cls, reference: np.ndarray, score: str, accepted: float) -> Novelty:

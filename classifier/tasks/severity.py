@@ -11,7 +11,7 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import conformal_quantile, least_records
-from classifier.tasks.need import NotAvailable, count_independent, need
+from classifier.tasks.need import NotAvailable, count_independent, independent, need
 from classifier.tasks.regression import FOLDS, KernelRidge, cross_fitted, fit_at
 from classifier.tasks.spectrum import Compression, Standard
 from indexer_env.checks import check_number
@@ -132,9 +132,9 @@ class Severity:
         need("independent control records", least_records(coverage), count_independent(dataset, "control"))
 
     @classmethod
-    def units_of(cls, dataset: Dataset) -> np.ndarray | None:
-        """Labels (k,) of what new ones are expected of, for the k control records; None: records."""
-        return None
+    def units_of(cls, dataset: Dataset) -> np.ndarray:
+        """Labels (k,) of the k control records, alike for those that hang together: new records are of new ones."""
+        return independent(dataset, dataset.rows("control"))
 
     def estimate(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values ŷ and units u of their intervals, both (n, names), for scaled features (n, count)."""

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from classifier.codes import CodeBook
+from classifier.features import Psd
 from classifier.model import load_model, save_model
+from classifier.train import train
 from classifier.trainers.traingdx import TrainGdx
 from classifier.transfer import ANEW, AS_IT_IS, FINE_TUNED, Learner, draw, fitted_to, in_turns
 from indexer_env.errors import SignalError
@@ -57,6 +59,13 @@ def test_a_curve_has_every_count_and_learning_helps(learner):
     wrong = {(row.method, row.x): row.value for row in rows if row.metric == "misclassified [%]"}
     assert wrong[FINE_TUNED, 18] <= 10 < wrong[AS_IT_IS, 0]
     assert len(draw(rows).axes) == 1
+
+
+def test_a_tuned_model_of_two_channels_is_for_records_of_the_same_length(dataset):
+    both = dataclasses.replace(dataset, records=np.stack([dataset.records, dataset.records], axis=1))
+    model = train(both, Psd(2.0, 50.0), TrainGdx(epochs=5), hidden=3, restarts=1, parts=()).model
+    tuned = Learner.of(model, fitted_to(model, both), TrainGdx(epochs=5)).tuned(0)
+    assert (tuned.samples, tuned.channels) == (model.samples, model.channels) == (400, 2)
 
 
 def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path):

@@ -114,6 +114,13 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (["campaign=table2", "out=x", "run.samples=1000000000"], "samples in one file"),
         (["campaign=table2", "out=x", "machine.name=5"], "error: machine.name must be a text, got 5"),
         (["campaign=table2", "out=x", "sensor.lowpass_hz=600"], "error: sensor.lowpass_hz must be below 500 Hz"),
+        (["campaign=table2", "out=x", "sensor.lowpass_hz=1e-300"], "error: sensor.lowpass_hz must be >= 0.001 Hz"),
+        (["campaign=table2", "out=x", "sensor.bracket_hz=1e-300"], "error: sensor.bracket_hz must be >= 0.001 Hz"),
+        (["campaign=table2", "out=x", "sensor.noise_snr_db=-1e300"], "noise_snr_db must be a finite number >= -300 dB"),
+        (
+            ["campaign=[1]", "out=x"],
+            "error: campaign must be one of bench, benchmark-v1, grid",
+        ),
         (["campaign=table2", "out=x", "run.samples=3"], "at least 16 samples, got 3"),
         (["campaign=table2", "out=null"], "error: out must be a path, got None"),
         (["campaign=table2", "out=[a,b]"], "error: out must be a path"),

@@ -161,6 +161,37 @@ def test_a_stopped_run_goes_on_where_it_was(small, whole, stopped, monkeypatch, 
     assert run["interruptions"] == 1 and [session["items"] for session in run["sessions"]] == [4, 1]
 
 
+def test_overwrite_goes_on_with_the_same_order_and_makes_anew_what_is_finished(small, whole, stopped, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "datagen.generate.MakeShard.__call__",
+        lambda self, number, call=datagen.make_shard.MakeShard.__call__: made.append(number) or call(self, number),
+    )
+    generate(small, stopped, overwrite=True, executor=ONE)
+    assert made == [2] and contents(stopped) == whole
+    made.clear()
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt, match="which goes on where this run stopped"):
+        stop_after(patch, 2)
+        generate(small, stopped, overwrite=True, executor=ONE)
+    generate(small, stopped, overwrite=True, executor=ONE)
+    assert made[-1] == 2 and sorted(set(made)) == [0, 1, 2] and made.count(0) == 1 and contents(stopped) == whole
+
+
+def test_a_finished_data_set_without_a_shard_is_told_and_made_anew(small, whole, tmp_path):
+    folder = tmp_path / "set"
+    generate(small, folder, executor=ONE)
+    shard = folder / "data" / "shard-00001.parquet"
+    size = shard.stat().st_size
+    shard.write_bytes(b"torn")
+    with pytest.raises(StoreError, match=rf"of {size} bytes, got .*set with data/shard-00001.parquet of 4 bytes; put"):
+        generate(small, folder, executor=ONE)
+    shard.unlink()
+    with pytest.raises(StoreError, match=r"set without data/shard-00001.parquet; .* add overwrite=true"):
+        generate(small, folder, executor=ONE)
+    generate(small, folder, overwrite=True, executor=ONE)
+    assert contents(folder) == whole
+
+
 def test_a_torn_shard_or_receipt_is_made_again(small, whole, stopped):
     shard = stopped / "data" / "shard-00000.parquet"
     shard.write_bytes(shard.read_bytes()[:-1] + b"x")

@@ -268,6 +268,7 @@ def test_each_file_of_a_sweep_is_a_choice(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (("train", "features=[1]", "data=x", "out=y"), "features must be one of auto, fft, psd, got '[1]'"),
         (("simulate", "run=null"), "run must be a mapping of keys to values, got None"),
         (("simulate", "out=s3://a/b"), "out must be a path on this machine, got 's3://a/b'"),
         (("new", "machine", "-m", "machine.stations=4,6", "out=new"), "out must be one file, got 'a sweep'"),

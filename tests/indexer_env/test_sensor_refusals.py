@@ -53,7 +53,11 @@ REFUSED_AT_ONCE = {
     "hum_hz": ({"hum_hz": 0.0}, "Sensor.hum_hz must be a finite number > 0 Hz, got 0.0."),
     "hum_phase": ({"hum_phase": True}, "Sensor.hum_phase must be a finite number rad, got True."),
     "hum_third": ({"hum_third": -0.1}, "Sensor.hum_third must be a finite number >= 0, got -0.1."),
-    "noise_snr_db": ({"noise_snr_db": math.inf}, "Sensor.noise_snr_db must be a finite number dB, got inf."),
+    "noise_snr_db": ({"noise_snr_db": math.inf}, "Sensor.noise_snr_db must be a finite number >= -300 dB, got inf."),
+    "noise beyond all numbers": (
+        {"noise_snr_db": -1e300},
+        "Sensor.noise_snr_db must be a finite number >= -300 dB, got -1e+300.",
+    ),
     "noise_density": (
         {"noise_density": -0.1, "radius": 0.4},
         "Sensor.noise_density must be a finite number >= 0 m/s^2/sqrt(Hz), got -0.1.",
@@ -79,6 +83,16 @@ REFUSED_ON_READING = {
         {"bracket_hz": 450.0},
         "Sensor.bracket_hz must be below 450 Hz (0.45 of the 1000 Hz that it reads at), got 450.0; "
         "lower it or simulate at a higher rate.",
+    ),
+    "bracket lower than rounding": (
+        {"bracket_hz": 1e-300},
+        "Sensor.bracket_hz must be >= 0.001 Hz (1e-06 of the 1000 Hz that it reads at), got 1e-300; "
+        "raise it or leave it out (null) to switch it off.",
+    ),
+    "lowpass lower than rounding": (
+        {"lowpass_hz": 1e-300},
+        "Sensor.lowpass_hz must be >= 0.001 Hz (1e-06 of the 1000 Hz that it reads at), got 1e-300; "
+        "raise it or leave it out (null) to switch it off.",
     ),
     "bracket above half the rate": (
         {"bracket_hz": 600.0},

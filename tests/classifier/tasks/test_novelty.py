@@ -10,6 +10,7 @@ from classifier.tasks.need import NotAvailable
 from classifier.tasks.novelty import ACCEPTED, NEIGHBOURS, SCORES, Novelty
 from classifier.transfer import in_turns
 from indexer_env.errors import ParameterError
+from tests.classifier.tasks.turns import turned
 
 NOTHING = np.empty(0)
 
@@ -73,6 +74,34 @@ def test_few_control_records_are_helped_by_those_of_the_calibration(known, stran
         found.append(np.mean(part.assess(scaling.apply(strange), NOTHING, NOTHING)["is_novel"]))
     # Were each record judged by what was fitted to it too, scaling or distances, more of the others would be refused.
     assert np.mean(refused) <= 1.0 - ACCEPTED and np.mean(found) > 0.8
+
+
+@pytest.mark.parametrize("score", SCORES)
+def test_turns_of_few_machines_set_the_threshold_for_new_machines(known, score):
+    """Nineteen control machines of twenty turns: 95 % of new ones need a threshold above every turn of the nineteen;
+    seed 1."""
+    dataset, _ = known
+    machines = np.flatnonzero(dataset.rows("control"))[:19]
+    others = np.flatnonzero(~dataset.rows("control"))
+    drawn, features = turned(*known, np.concatenate([np.repeat(machines, 20), others]), seed=1)
+    part = Novelty.fit(drawn, features, NOTHING, seed=0, score=score)
+    assert not part.assess(features[drawn.rows("control")], NOTHING, NOTHING)["is_novel"].any()
+
+
+def test_machines_count_alike_where_calibration_and_control_are_one(known):
+    """Forty drawings of 20 calibration and 12 control machines with 1 to 30 turns, seeds 0 to 39, judged by all other
+    machines."""
+    dataset, features = known
+    refused = []
+    for seed in range(40):
+        few = thinned(dataset, 20, 12, seed)
+        turns = np.where(few.rows("validation"), 1, np.random.default_rng(seed).integers(1, 31, len(few.classes)))
+        drawn, values = turned(few, features, np.repeat(np.arange(len(turns)), turns), seed)
+        scaled = Scaling.fit(values[drawn.rows("calibration")]).apply(values)
+        part = Novelty.fit(drawn, scaled, NOTHING, seed=0, score="residual")
+        refused.append(np.mean(part.assess(scaled[drawn.rows("validation")], NOTHING, NOTHING)["is_novel"]))
+    # Were each turn counted, 6.5 % would be refused.
+    assert np.mean(refused) <= 1.0 - ACCEPTED
 
 
 def test_an_unknown_score_is_refused(known):

@@ -9,6 +9,7 @@ import pytest
 
 from classifier.tasks.need import NotAvailable
 from classifier.tasks.severity import QUANTITIES, Severity, severities_of
+from tests.classifier.tasks.turns import turned
 
 NOTHING = np.empty(0)
 
@@ -80,6 +81,20 @@ def test_no_part_without_a_severity_in_every_row_or_with_too_few_records(known):
     )
     with pytest.raises(NotAvailable, match="36 calibration records, 50 needed"):
         Severity.fit(few, features[keep], NOTHING, seed=0)
+
+
+def test_turns_of_few_machines_bound_what_new_machines_may_have(known):
+    """Nine control machines of twenty turns: 90 % of new ones need an interval that holds every turn of the nine, and
+    not nine tenths of their turns; seed 1."""
+    dataset, _ = known
+    machines = np.flatnonzero(dataset.rows("control"))[:9]
+    others = np.flatnonzero(~dataset.rows("control"))
+    drawn, features = turned(*known, np.concatenate([np.repeat(machines, 20), others]), seed=1)
+    rows = drawn.rows("control")
+    found = Severity.fit(drawn, features, NOTHING, seed=0).assess(features[rows], NOTHING, NOTHING)
+    for name, truth in severities_of(drawn).items():
+        assert rows.sum() == 180 and (found[f"{name}_low"] <= truth[rows]).all()
+        assert (truth[rows] <= found[f"{name}_high"]).all()
 
 
 def test_turns_of_one_file_promise_no_more_than_one(known):
