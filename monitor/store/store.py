@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Engine, create_engine, delete, event, func, insert, select, text
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError
 
 from indexer_env.errors import IndexerError
 from monitor.intake.blocks import Block
@@ -36,6 +36,10 @@ _PATIENCE_S = 30.0
 
 class StoreDown(Exception):
     """The database cannot be reached or has broken off; what was not committed must be done again."""
+
+
+class StoreConflict(StoreDown):
+    """What is written does not go with what is there, as another process has written it meanwhile."""
 
 
 class StoreError(IndexerError, ValueError):
@@ -66,13 +70,18 @@ class Store:
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:
-        """One transaction: all of it is kept or nothing. Raises StoreDown where the database breaks off."""
+        """One transaction: all of it is kept or nothing. Raises StoreDown where the database breaks off,
+        and StoreConflict where another process has written the same."""
         try:
             with self._engine.begin() as connection:
                 yield connection
         except DBAPIError as error:
             self._engine.dispose()
-            raise StoreDown(str(error.orig or error).splitlines()[0]) from None
+            said = str(error.orig or error).splitlines()[0]
+            if isinstance(error, IntegrityError):
+                remedy = "begin with another out, and give monitors that share a store a lease.owner each"
+                raise StoreConflict(f"another monitor has written to the store ({said}); {remedy}") from None
+            raise StoreDown(said) from None
 
     def close(self) -> None:
         """Close all connections."""

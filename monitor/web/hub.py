@@ -7,7 +7,7 @@ import json
 from collections.abc import AsyncIterator
 from typing import Any
 
-from monitor.engine import Change
+from monitor.plan import Change
 from monitor.store.codec import finite
 
 MOST_PAGES = 100
