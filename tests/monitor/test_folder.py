@@ -77,6 +77,23 @@ def test_a_file_that_is_gone_and_a_folder_that_is_gone_do_not_end_the_source(mon
     assert source.failure is None
 
 
+def test_a_name_that_is_not_utf_8_is_told_and_the_others_are_read(monitor, tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    time_s = np.arange(300) / 100.0
+    rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+    for name in (b"press-\xfc_20270115T080000Z.csv", b"turner_20270115T080000Z.csv"):
+        with open(os.fsencode(tmp_path) + b"/" + name, "w") as file:
+            file.write(f"time [s],acceleration [m/s^2]\n{rows}\n")
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    source.start(monitor.engine)
+    wait_for(lambda: monitor.store.summary("turner"))
+    wait_for(lambda: monitor.engine.unread.sentences)
+    source.stop()
+    (told,) = monitor.engine.unread.sentences
+    assert "UTF-8" in told and r"press-\udcfc_20270115T080000Z.csv" in told and told.encode()
+    assert source.failure is None and monitor.engine.failure is None
+
+
 def test_files_are_read_in_the_order_of_their_times(tmp_path):
     source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
     for number in (1, 2, 10):
