@@ -234,7 +234,7 @@ class Service:
             told = settings.reading, settings.pulse_column, settings.settle, settings.plan.jitter
             return [FolderSource(folder, *told, turn)]
         if source.startswith("replay:"):
-            return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
+            return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed)]
         if source.startswith(SCHEME):
             return [OpcUaSource(source, settings.opcua)]
         broker, topic = self._broker_of_url()

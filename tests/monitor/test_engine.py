@@ -238,9 +238,9 @@ def test_readers_and_the_writer_do_not_wait_for_each_other(url):
 
 def test_a_replay_has_ended_once_its_last_block_is_kept(url, monkeypatch):
     """And not when it was handed over, after which blocks that still wait in the queue would begin it anew."""
-    blocks = [block(place) for place in range(0, 600, 50)]
-    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder, start: blocks)
-    source = ReplaySource(Path("set"), 1e9, blocks[0].start_ns)
+    blocks = [block(place, start_ns=place * 10_000_000) for place in range(0, 600, 50)]
+    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder: blocks)
+    source = ReplaySource(Path("set"), 1e9)
     store = Store(url)
     engine = Engine(store, FakeDiagnoser(), PLAN)
     source.run(engine)
@@ -249,3 +249,30 @@ def test_a_replay_has_ended_once_its_last_block_is_kept(url, monkeypatch):
     wait_for(lambda: engine.blocks == len(blocks))
     wait_for(lambda: "m" in engine._ended)
     engine.stop()
+
+
+def test_a_replay_goes_on_behind_the_last_row_that_was_kept(url, monkeypatch):
+    blocks = [block(place, 100, start_ns=place * 10_000_000, begins=True) for place in range(0, 1000, 100)]
+    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder: blocks)
+    for rows, kept in ((4, 4), (6, 10), (6, 10)):
+        store, engine = make(url)
+        source, offer, offered = ReplaySource(Path("set"), 1e9), engine.offer, []
+
+        def broken_off(arrival, timeout=None, rows=rows, source=source, offer=offer, offered=offered):
+            if len(offered) == rows:
+                source.stopping.set()
+                return False
+            offered.append(arrival)
+            return offer(arrival, timeout)
+
+        monkeypatch.setattr(engine, "offer", broken_off)
+        source.run(engine)
+        wait_for(lambda kept=kept, store=store: len(numbers(store)) >= kept - 1)
+        wait_for(
+            lambda kept=kept, store=store, source=source: store.positions(source.name)["rows"].endswith(f" {kept}")
+        )
+        engine.stop()
+        starts = sorted(turn["start_ns"] for turn in store.turns("m"))
+        store.close()
+    assert not offered and "replayed to its end" in source.trouble and "m" in engine._ended
+    assert len(starts) == len(set(starts)) and starts[-1] - starts[0] <= 9 * 10**9

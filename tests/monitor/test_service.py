@@ -238,7 +238,7 @@ def test_a_data_set_is_replayed_in_its_order(tmp_path, run_command):
 
     arguments = ["campaign=wear", "campaign.lives=2", "campaign.records_per_life=3", f"out={tmp_path}/w"]
     assert run_command(datagen, *arguments)[0] == 0
-    blocks = blocks_of(tmp_path / "w", 0)
+    blocks = blocks_of(tmp_path / "w")
     assert len(blocks) == 6 and {block.machine for block in blocks} == {"machine 0", "machine 1"}
     assert [block.end_ns for block in blocks] == sorted(block.end_ns for block in blocks)
     assert all(block.begins for block in blocks) and min(block.start_ns for block in blocks) == 0
