@@ -85,7 +85,7 @@ class Service:
         if settings.owner is None:
             self._closing.enter_context(LocalPlace(settings.out).exclusive())
         try:
-            self._store = Store(settings.store)
+            self._store = Store(settings.store, settings.out)
         except StoreDown as error:
             raise ServiceError(f"store must be a database that can be reached ({error}).") from None
         self._leases = None if settings.owner is None else Leases(self._store, settings.owner, settings.lease_s)
@@ -197,7 +197,7 @@ class Service:
                 continue
             passed, settings = 0.0, self._settings
             try:
-                keep(self._store, settings.out.resolve(), settings.raw_days, settings.turn_days)
+                keep(self._store, settings.raw_days, settings.turn_days)
             except StoreDown:
                 continue
             except Exception:

@@ -49,6 +49,8 @@ class StoreError(IndexerError, ValueError):
 class Store:
     """The database at a URL of SQLAlchemy: `sqlite:///PATH` or `postgresql+psycopg://…`.
 
+    Archived turns lie below `out`.
+
     Raises
     ------
     StoreError
@@ -57,7 +59,8 @@ class Store:
         The database cannot be reached.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, out: Path = Path()) -> None:
+        self.out = out.resolve()
         self.url = url.replace("postgresql://", "postgresql+psycopg://", 1)
         self._engine = _engine(self.url)
         with self.transaction() as connection:

@@ -12,10 +12,8 @@ from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
-from monitor.store.archive import archive, archived, expire, folder_name
 from monitor.store.schema import RAW
 from monitor.store.store import StoreError
-from monitor.web.views import record_of
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
 from tests.patience import PATIENCE
 
@@ -26,7 +24,7 @@ def url(tmp_path):
 
 
 def make(url, **more):
-    store = Store(url)
+    store = Store(url, Path(url.removeprefix("sqlite:///")).parent)
     engine = Engine(store, FakeDiagnoser(), PLAN, **more)
     engine.start()
     return store, engine
@@ -179,37 +177,6 @@ def test_an_operator_s_act_is_committed_with_his_name(url):
     newest = store.events()[0]
     assert (newest["kind"], newest["user"], newest["note"]) == ("acknowledged", "eve", "seen")
     assert store.summary("m")["alarms"]["backlash_deg"]["acknowledged"]
-
-
-def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path, caplog):
-    store, engine = make(url)
-    for second in range(30):
-        send(engine, 100 * second, 100 * second + 100, level=1.0 + 3.0 * (second > 20))
-    engine.stop()
-    before = {number: record_of(store, "m", number)[0] for number in numbers(store)}
-    assert archive(store, tmp_path, file_turns=8) == 1
-    for number, record in before.items():
-        after = record_of(store, "m", number)
-        assert after is not None and (after[0] == record).all(), number
-    assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
-    (file,) = (tmp_path / "turns").rglob("*.parquet")
-    assert archived(str(file), 999) is None and not caplog.records
-    whole = file.read_bytes()
-    turned = bytearray(whole)
-    turned[len(whole) // 2] ^= 1
-    for damaged in (whole[:-20], bytes(turned)):
-        file.write_bytes(damaged)
-        caplog.clear()
-        assert record_of(store, "m", 3) is None and f"cannot be read from {file}" in caplog.text
-    expire(store, 2**62, 0)
-    assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
-    expire(store, 0, 2**62)
-    assert numbers(store) == []
-
-
-def test_no_two_machines_share_a_folder():
-    names = ["press 1", "press_1", "press.1", "Press 1"]
-    assert len({folder_name(name).lower() for name in names}) == len(names)
 
 
 def test_a_store_that_cannot_be_used_says_why_without_its_password(tmp_path):
