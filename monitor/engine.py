@@ -15,8 +15,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 from sqlalchemy import Connection
 from threadpoolctl import threadpool_limits
@@ -29,8 +27,8 @@ from monitor.intake.arrivals import Arrival
 from monitor.intake.unread import Unread
 from monitor.leases import Leases
 from monitor.pipeline import Pipeline
-from monitor.plan import Outcome, Plan
-from monitor.store.store import Store, StoreDown, drop_blocks, write_block, write_machine, write_position
+from monitor.plan import Change, Outcome, Plan
+from monitor.store.store import Store, StoreConflict, StoreDown, drop_blocks, write_block, write_machine, write_position
 from monitor.store.writing import write_outcome
 
 _log = logging.getLogger(__name__)
@@ -38,16 +36,7 @@ _log = logging.getLogger(__name__)
 _BATCH = 256
 _TICK_S = 0.5
 _RETRY_S = 1.0
-
-
-@dataclass(frozen=True)
-class Change:
-    """What came of a batch for one machine: its summary, and what happened to its alarms; `own`: not seen to change in
-    another process."""
-
-    summary: dict[str, Any]
-    events: tuple[Event, ...]
-    own: bool = True
+_CONFLICTS = 5  # in a row: no other process that takes a machine at the same time
 
 
 class Engine:
@@ -86,6 +75,8 @@ class Engine:
     ) -> None:
         self._store, self._diagnoser, self._plan, self._channels = store, diagnoser, plan, channels
         self._changed, self._stale_s, self._reorder_s = changed, stale_s, reorder_s
+        self.trouble: str | None = None
+        self.told: Callable[[], None] = lambda: None
         self._queue: queue.Queue[Arrival] = queue.Queue(queue_blocks)
         self._ended: set[str] = set()
         self.unread = Unread()
@@ -203,27 +194,33 @@ class Engine:
         return batch
 
     def _insist(self, work: Callable[[], None]) -> None:
-        """Do it until the database has taken it."""
+        """Do it until the database has taken it; raises StoreConflict where this does not help."""
+        conflicts = 0
         while not self._stopping.is_set():
             try:
                 with self._lock:
                     work()
+                self._tell(None)
                 return
             except StoreDown as reason:
+                conflicts = conflicts + 1 if isinstance(reason, StoreConflict) else 0
+                if conflicts == _CONFLICTS:
+                    raise
                 self.retries += 1
+                self._tell(f"the store cannot be used ({reason}); trying again")
                 if self.retries % 30 == 1:
                     _log.warning("the store cannot be used (%s); trying again", reason)
                 with self._lock:
                     self._fleet.pipelines.clear()
                 self._stopping.wait(_RETRY_S)
-                self._reload()
+                with contextlib.suppress(StoreDown), self._lock:
+                    self._fleet.load()
 
-    def _reload(self) -> None:
-        try:
-            with self._lock:
-                self._fleet.load()
-        except StoreDown:
-            self._fleet.pipelines.clear()
+    def _tell(self, trouble: str | None) -> None:
+        """Why nothing can be stored at present, as a sentence for the page; None: it can."""
+        changed, self.trouble = trouble != self.trouble, trouble
+        if changed:
+            self.told()
 
     def _work(self, batch: list[Arrival]) -> None:
         changes: dict[str, list[Event]] = {}

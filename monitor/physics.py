@@ -22,9 +22,9 @@ import numpy as np
 
 from indexer_env.errors import IndexerError
 from monitor.analysis.twin import in_true_time
-from monitor.engine import Change
 from monitor.intake.blocks import NANO
 from monitor.intake.cutter import Mode
+from monitor.plan import Change
 from monitor.store import Store, StoreDown
 from monitor.store.archive import record_of
 

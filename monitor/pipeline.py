@@ -57,6 +57,7 @@ class Pipeline:
         stored = body.get("conditions", {})
         self.conditions = {name: Condition(name, plan.rules, stored.get(name)) for name in plan.limits}
         self._order = Order(self.states, plan.jitter, self.until_ns)
+        self._order.seen = [(start, number) for start, number in body.get("seen", ())]
         self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
         self._resume_ns: int | None = None
         self._newest_ns: int | None = None
@@ -72,8 +73,9 @@ class Pipeline:
         return self._work(placed)
 
     def restore(self, blocks: Sequence[Block]) -> Outcome:
-        """Take in again the samples that were in the store, after a restart; as nothing is new, the states stay."""
-        states = self.states.to_dict()
+        """Take in again the samples that were in the store, after a restart; as nothing is new, the states stay. What
+        was used before came twice where it comes again."""
+        states, seen = self.states.to_dict(), self._order.seen
         self._order = Order(self.states, self._plan.jitter, None if blocks else self.until_ns)
         self._resume_ns = self.until_ns
         outcome = Outcome()
@@ -83,7 +85,7 @@ class Pipeline:
                 outcome.events += more.events
         self._resume_ns = None
         self._newest_ns = max((block.end_ns for block in blocks), default=self._newest_ns)
-        self._order.remember()
+        self._order.seen = dict.fromkeys([*seen, *self._order.seen])
         self.states.replace(states)
         return outcome
 
@@ -291,4 +293,5 @@ class Pipeline:
             "trends": {m: {n: trend.to_dict() for n, trend in trends.items()} for m, trends in self.trends.items()},
             "baselines": {key: baseline.to_dict() for key, baseline in self.baselines.items()},
             "conditions": {name: one.to_dict() for name, one in self.conditions.items()},
+            "seen": self._order.seen,
         }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from indexer_records.conditions import Pulse
 from monitor.alarms import Event, Limits, Rules
@@ -75,3 +76,13 @@ class Outcome:
 
     turns: list[Turn] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What came of a batch for one machine: its summary, and what happened to its alarms; `own`: not seen to change in
+    another process."""
+
+    summary: dict[str, Any]
+    events: tuple[Event, ...]
+    own: bool = True

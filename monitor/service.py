@@ -15,11 +15,12 @@ import torch
 import uvicorn
 
 from classifier.model import load_model
+from indexer_cli.places.local import LocalPlace
 from indexer_env.errors import IndexerError, refuse
 from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.analysis.finding import Diagnoser
 from monitor.analysis.twin import TwinDiagnoser, limits_of
-from monitor.engine import Change, Engine
+from monitor.engine import Engine
 from monitor.leases import Leases
 from monitor.outputs.metrics import Metrics
 from monitor.outputs.outbox import Sender
@@ -28,7 +29,7 @@ from monitor.outputs.publish import MqttDelivery
 from monitor.outputs.webhook import CHANNEL as WEB_CHANNEL
 from monitor.outputs.webhook import WebhookDelivery
 from monitor.physics import Physics
-from monitor.plan import CHANGE
+from monitor.plan import CHANGE, Change
 from monitor.settings import Settings
 from monitor.sources import demo
 from monitor.sources.base import Source
@@ -80,8 +81,11 @@ class Service:
             settings.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise refuse("monitor", "out", f"a folder ({error.strerror})", str(settings.out)) from None
+        self._closing = contextlib.ExitStack()
+        if settings.owner is None:
+            self._closing.enter_context(LocalPlace(settings.out).exclusive())
         try:
-            self._store = Store(settings.store)
+            self._store = Store(settings.store, settings.out)
         except StoreDown as error:
             raise ServiceError(f"store must be a database that can be reached ({error}).") from None
         self._leases = None if settings.owner is None else Leases(self._store, settings.owner, settings.lease_s)
@@ -104,10 +108,10 @@ class Service:
         gate = Gate(settings.access)
         for source in self._sources:
             source.told = self._hub.again
-        self.engine.unread.told = self._hub.again
+        self.engine.told = self.engine.unread.told = self._hub.again
         api = Api(
             self._store, self.engine, diagnoser, settings.plan, self._hub, gate, physical=self.physics is not None,
-            troubles=lambda: [*(one.trouble for one in self._sources if one.trouble), *self.engine.unread.sentences],
+            troubles=self._troubles,
         )  # fmt: skip
         app = make_app(api, Metrics(self.engine, self._store), settings.local)
         config = uvicorn.Config(
@@ -122,6 +126,11 @@ class Service:
         self._hub.tell(change)
         if self.physics is not None:
             self.physics.consider(change)
+
+    def _troubles(self) -> list[str]:
+        """What keeps samples from coming or from being stored, as sentences."""
+        told = [one.trouble for one in (self.engine, *self._sources) if one.trouble is not None]
+        return [*told, *self.engine.unread.sentences]
 
     @property
     def url(self) -> str:
@@ -170,6 +179,7 @@ class Service:
             if self.broker is not None:
                 self.broker.stop()
             self._store.close()
+            self._closing.close()
 
     def _leads(self) -> bool:
         """Whether this process does what one does for all that share a store."""
@@ -187,7 +197,7 @@ class Service:
                 continue
             passed, settings = 0.0, self._settings
             try:
-                keep(self._store, settings.out.resolve(), settings.raw_days, settings.turn_days)
+                keep(self._store, settings.raw_days, settings.turn_days)
             except StoreDown:
                 continue
             except Exception:
@@ -198,9 +208,8 @@ class Service:
     def _with_demo(self, settings: Settings) -> Settings:
         model = settings.out / "demo-model"
         if not (model / "model.yaml").is_file():
-            self._say(
-                f"making the demonstration's model: {_DEMO_RECORDS} simulated turns, one network (once, some 40 s) …"
-            )
+            said = f"{_DEMO_RECORDS} simulated turns, one network (once, some 40 s) …"
+            self._say(f"making the demonstration's model: {said}")
             demo.make_model(model, _DEMO_RECORDS)
         return replace(settings, models=(model,), plan=replace(settings.plan, sensor_radius=_DEMO_RADIUS_M))
 
@@ -225,15 +234,14 @@ class Service:
             told = settings.reading, settings.pulse_column, settings.settle, settings.plan.jitter
             return [FolderSource(folder, *told, turn)]
         if source.startswith("replay:"):
-            return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed, time.time_ns())]
+            return [ReplaySource(Path(source.removeprefix("replay:")), settings.speed)]
         if source.startswith(SCHEME):
             return [OpcUaSource(source, settings.opcua)]
         broker, topic = self._broker_of_url()
         return [MqttSource(broker, topic, settings.client_id)]
 
     def _broker_of_url(self) -> tuple[Broker, str]:
-        settings = self._settings
-        return read_url(settings.source, settings.tls, settings.mqtt_version)
+        return read_url(self._settings.source, self._settings.tls, self._settings.mqtt_version)
 
     def _make_senders(self) -> None:
         settings = self._settings
@@ -247,11 +255,8 @@ class Service:
                 broker = self._broker_of_url()[0]
             else:
                 raise refuse("monitor", "publish", "null where the source is no broker", settings.publish)
-            self._senders.append(
-                Sender(
-                    self._store, MQTT_CHANNEL, MqttDelivery(broker, settings.publish, settings.client_id), self._leads
-                )
-            )
+            publishing = MqttDelivery(broker, settings.publish, settings.client_id)
+            self._senders.append(Sender(self._store, MQTT_CHANNEL, publishing, self._leads))
 
 
 def _diagnoser(settings: Settings) -> tuple[Diagnoser, Settings]:
@@ -284,9 +289,8 @@ def _listener(host: str, port: int) -> socket.socket:
         listener.bind((host, port))
     except OSError as error:
         listener.close()
-        raise refuse(
-            "monitor", "port", f"one that is free on {host} ({error.strerror})", port, "choose another"
-        ) from None
+        rule = f"one that is free on {host} ({error.strerror})"
+        raise refuse("monitor", "port", rule, port, "choose another") from None
     return listener
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,12 +11,11 @@ from typing import Any
 from indexer_cli.job_paths import path_given
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
-from indexer_env.presets import config_dir, load_yaml
-from indexer_env.units import RPM
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Rules, limits_of_key
-from monitor.plan import CHANGE, Plan
+from monitor.given import check_ignored, check_texts, load_torque_of, motor_speeds_of, owner_of
+from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
 
@@ -167,8 +165,8 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
     if not isinstance(config["twin_limits"], Mapping | None):
         raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
-    if config["twin"] is not None:
-        _check_no_limits_of_models(config["limits"])
+    check_ignored(config)
+    check_texts(config)
     for key in ("raw_days", "turn_days"):
         check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
     if config["mqtt"]["version"] not in (3, 5):
@@ -176,7 +174,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     for key in ("source", "host"):
         if not isinstance(config[key], str) or not config[key]:
             raise refuse("monitor", key, "a text", config[key])
-    out = path_given("monitor", "out", config["out"])
+    out, owner = path_given("monitor", "out", config["out"]), owner_of(config)
     access, webhook = Access(**config["auth"]), Webhook(**config["webhook"])
     if not is_local(config["host"]) and not access.needed:
         remedy = "set auth.operator_token, or listen on 127.0.0.1"
@@ -189,8 +187,9 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         raise refuse("monitor", "source", f"demo, broker or an address that begins with {', '.join(ADDRESSES)}", source)
     if twin is not None and models:
         raise refuse("monitor", "twin", "given instead of model, not beside it", str(twin), "leave one of them out")
-    if twin is not None and source == "demo":
-        raise refuse("monitor", "source", "that of your machine where a twin is given", source, "name it, as in --help")
+    if (models or twin is not None) and source == "demo":
+        rule = "that of your machine where a model or a twin is given"
+        raise refuse("monitor", "source", rule, source, "name it, as in --help")
     if source != "demo" and not models and twin is None:
         remedy = "train one with indexer train, or name a twin"
         raise refuse("monitor", "model", "the folder of a trained model", None, remedy)
@@ -200,8 +199,8 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         twin=twin,
         twin_limits=config["twin_limits"] or {},
         deadband=config["alarms"]["deadband"],
-        load_torque=_load_torque(config["load_torque"]),
-        motor_speeds=_motor_speeds(config["motor_speeds_rpm"]),
+        load_torque=load_torque_of(config["load_torque"]),
+        motor_speeds=motor_speeds_of(config["motor_speeds_rpm"]),
         physics_h=float(config["physics"]["every"]),
         out=out,
         store=config["store"] or f"sqlite:///{out.resolve() / 'monitor.sqlite'}",
@@ -210,7 +209,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         port=config["port"],
         broker_port=config["broker_port"],
         mqtt_version=config["mqtt"]["version"],
-        client_id="-".join(filter(None, (config["mqtt"]["client_id"], config["lease"]["owner"]))),
+        client_id="-".join(filter(None, (config["mqtt"]["client_id"], owner))),
         tls=Tls(**{key: config["mqtt"][key] for key in ("authority", "certificate", "key")}),
         opcua=Nodes(**config["opcua"]),
         reading=Reading(**config["read"]),
@@ -224,49 +223,9 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         access=access,
         webhook=webhook,
         publish=config["publish"],
-        owner=_owner(config),
+        owner=owner,
         lease_s=float(config["lease"]["seconds"]),
     )
-
-
-def _check_no_limits_of_models(limits: Mapping[str, Any]) -> None:
-    """A twin has limits of its own: beside it those that were set count for nothing but CHANGE."""
-    usual = load_yaml("monitor", config_dir() / "monitor.yaml")["limits"]
-    for name, steps in limits.items():
-        if name != CHANGE and steps != usual.get(name):
-            rule = "left out where a twin is given, which has limits of its own"
-            remedy = "set those of its faults in their units, twin_limits={reducer_play: [2, 4, 8]}"
-            raise refuse("limits", name, rule, steps, remedy)
-
-
-def _owner(config: Mapping[str, Any]) -> str | None:
-    owner = config["lease"]["owner"]
-    check_number("lease", "seconds", config["lease"]["seconds"], low=1.0, unit="s")
-    if owner is None:
-        return None
-    if not isinstance(owner, str) or not re.fullmatch(r"[\w.-]{1,40}", owner):
-        raise refuse("lease", "owner", "a name of at most 40 letters, digits and '.-', or null", owner)
-    if not str(config["source"]).startswith(("mqtt://", "mqtts://", "opc.tcp://")):
-        rule = "given with a source that every process can subscribe to, mqtt:// or opc.tcp://"
-        raise refuse("lease", "owner", rule, config["source"])
-    return owner
-
-
-def _load_torque(given: Any) -> float | None:
-    if given is None:
-        return None
-    check_number("monitor", "load_torque", given, unit="N m")
-    return float(given)
-
-
-def _motor_speeds(given: Any) -> tuple[float, ...] | None:
-    if given is None:
-        return None
-    if not isinstance(given, list) or not given:
-        raise refuse("monitor", "motor_speeds_rpm", "a list of one speed or more, or null", given)
-    for speed in given:
-        check_number("monitor", "motor_speeds_rpm", speed, low=0.0, low_open=True, unit="rpm")
-    return tuple(float(speed) * RPM for speed in given)
 
 
 def _plan(config: Mapping[str, Any]) -> Plan:

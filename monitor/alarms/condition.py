@@ -16,7 +16,7 @@ from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 from monitor.alarms.limits import LEVELS, Limits
 from monitor.analysis.finding import Size
-from monitor.intake.blocks import NANO
+from monitor.intake.blocks import NANO, is_text
 
 HOUR_NS = 3600 * NANO
 LONGEST_NOTE = 500
@@ -186,6 +186,7 @@ def plain(event: Event) -> dict[str, Any]:
 
 
 def _note(note: object) -> str:
-    if not isinstance(note, str) or len(note) > LONGEST_NOTE:
-        raise refuse("alarm", "note", f"a text of at most {LONGEST_NOTE} signs", str(note)[:40])
+    if not is_text(note) or len(note) > LONGEST_NOTE:
+        rule = f"a text of at most {LONGEST_NOTE} signs that UTF-8 has"
+        raise refuse("alarm", "note", rule, str(note)[:40])
     return note.strip()

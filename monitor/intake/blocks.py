@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -89,8 +90,8 @@ class Block:
             object.__setattr__(self, "pulse", pulse)
         if self.sequence is not None and (not _whole(self.sequence) or not 0 <= self.sequence < 2**62):
             raise _refuse("sequence", "a whole number >= 0", self.sequence)
-        if self.sensor is not None and (not isinstance(self.sensor, str) or len(self.sensor) > 64):
-            raise _refuse("sensor", "a text of at most 64 signs", self.sensor)
+        if self.sensor is not None and (not is_text(self.sensor) or len(self.sensor) > 64):
+            raise _refuse("sensor", "a text of at most 64 signs that UTF-8 has", self.sensor)
         if self.motor_speed is not None and (not _real(self.motor_speed) or not 0.0 < self.motor_speed < 1e5):
             raise _refuse("speed", "> 0 and < 100000 rad/s at the motor shaft", self.motor_speed)
         if not isinstance(self.begins, bool):
@@ -132,6 +133,11 @@ def _samples(name: str, given: object, factor: float) -> np.ndarray:
         samples = (array.astype(np.float64) * factor).astype(np.float32)
     samples.flags.writeable = False
     return samples
+
+
+def is_text(value: object) -> TypeGuard[str]:
+    """A text that can be written down: JSON lets half a sign pass, such as \\ud800 alone."""
+    return isinstance(value, str) and not any("\ud800" <= sign <= "\udfff" for sign in value)
 
 
 def _real(value: object) -> bool:

@@ -10,6 +10,7 @@ consecutive numbers is told and loses nothing.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from indexer_records.measured import RATE_TOLERANCE
@@ -58,7 +59,15 @@ class Order:
         self._behind: list[Block] = []
         self._seen: deque[tuple[int, int | None]] = deque(maxlen=_REMEMBERED)
         self._anchor_ns, self._samples = 0, 0
-        self._known_until: int | None = None
+
+    @property
+    def seen(self) -> list[tuple[int, int | None]]:
+        """Starts and numbers of the last blocks that were used or wait: of these what comes again came twice."""
+        return list(self._seen)
+
+    @seen.setter
+    def seen(self, seen: Iterable[tuple[int, int | None]]) -> None:
+        self._seen = deque(seen, _REMEMBERED)
 
     @property
     def waiting(self) -> bool:
@@ -89,10 +98,6 @@ class Order:
             if ahead == 1:
                 return self._follow(block)
         return self._ahead(block) if ahead > 1 else self._back(block)
-
-    def remember(self) -> None:
-        """All up to here was there before a restart: what a broker sends again of it came twice, and not late."""
-        self._known_until = None if self._last is None else self._last.end_ns
 
     def flush(self) -> list[Placed]:
         """Wait no longer: the blocks that were held, the hole before them a gap."""
@@ -131,9 +136,6 @@ class Order:
         return self.flush() if len(self._held) >= HOLD else []
 
     def _back(self, block: Block) -> list[Placed] | None:
-        if self._known_until is not None and block.end_ns <= self._known_until:
-            self._states.note("double", block.start_ns)
-            return None
         chain = self._behind
         if chain and abs(block.start_ns - chain[-1].end_ns) <= self._jitter and _step(chain[-1], block) in (1, None):
             chain.append(block)

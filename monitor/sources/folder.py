@@ -105,7 +105,11 @@ class FolderSource(Source):
 
     def _read(self, engine: Engine, path: Path, name: str, mark: str, *, grown: bool = False) -> None:
         """Hand over a file; of one that has `grown` since it was read, what is new."""
-        machine = machine_of(Path(name))
+        told = name.encode("utf-8", "backslashreplace").decode()
+        machine = machine_of(Path(told))
+        if told != name:
+            engine.broken(machine, f"the name of a file must be UTF-8, got {told}; rename it")
+            return
         try:
             blocks = self._blocks(path, machine)
             if grown:

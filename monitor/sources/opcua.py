@@ -92,11 +92,14 @@ class Nodes:
         for name, value in (("rate", self.rate), ("unit", self.unit)):
             if value is None:
                 raise refuse("opcua", name, "given, as nodes hold the samples alone", None)
-        for node in (self.nodes or {}).values():
+        machines: dict[ua.NodeId, str] = {}
+        for machine, node in self.nodes.items():
             try:
-                ua.NodeId.from_string(node)
+                other = machines.setdefault(ua.NodeId.from_string(node), machine)
             except Exception:
                 raise refuse("opcua", "nodes", "nodes such as ns=2;s=Press1.Acceleration", node) from None
+            if other != machine:
+                raise refuse("opcua", "nodes", "another node for each machine", f"{node} for {other} and {machine}")
 
 
 class OpcUaSource(Source):

@@ -1,13 +1,15 @@
 """A data set of `indexer generate` or `indexer ingest`, replayed in real time or faster.
 
 Each machine of the set becomes one; its rows follow each other in time. With the column `remaining_turns`
-(campaign=wear) a row stands as many turns after the one before as it says, else one turn.
+(campaign=wear) a row stands as many turns after the one before as it says, else one turn. When the set began and how
+many rows are kept goes into the store with each row, so that a restart goes on with the next.
 """
 
 from __future__ import annotations
 
 import functools
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,9 @@ from datagen.shard import read_shards
 from monitor.engine import Arrival, Engine
 from monitor.intake.blocks import NANO, Block
 from monitor.sources.base import Source
+
+_ROWS = "rows"
+"""Item of its position: when the set began [ns since 1970] and how many rows are kept."""
 
 
 class ReplaySource(Source):
@@ -26,33 +31,40 @@ class ReplaySource(Source):
     folder : Path
     speed : float
         Times faster than real time, > 0; the gaps between rows count as well.
-    start_ns : int
-        Time of the first row [ns since 1970].
     """
 
-    def __init__(self, folder: Path, speed: float, start_ns: int) -> None:
+    def __init__(self, folder: Path, speed: float) -> None:
         super().__init__()
         self.name = f"replay:{folder}"
-        self._speed, self._start_ns = speed, start_ns
-        self._blocks = blocks_of(folder, start_ns)
+        self._speed = speed
+        self._blocks = blocks_of(folder)
 
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
+        stored = engine.positions(self.name).get(_ROWS)
+        start_ns, done = (time.time_ns(), 0) if stored is None else map(int, stored.split())
+        left, passed_ns = self._blocks[done:], self._blocks[done - 1].end_ns if done else 0
+        last = {block.machine: block for block in left}
+        for machine in {block.machine for block in self._blocks} - last.keys():
+            engine.ended(machine)
+        if not left:
+            self.tell(f"the data set of {self.name} has been replayed to its end; name another out to begin anew")
         began = time.monotonic()
-        last = {block.machine: block for block in self._blocks}
-        for block in self._blocks:
+        for row, block in enumerate(left, done + 1):
             # once the last block of a machine is kept no more will come
             ended = functools.partial(engine.ended, block.machine) if block is last[block.machine] else None
-            due = began + (block.end_ns - self._start_ns) / NANO / self._speed
+            due = began + (block.end_ns - passed_ns) / NANO / self._speed
             if self.stopping.wait(max(0.0, due - time.monotonic())):
                 return
-            while not engine.offer(Arrival(block, kept=ended), timeout=0.5):
+            placed = replace(block, start_ns=start_ns + block.start_ns)
+            arrival = Arrival(placed, (self.name, _ROWS, f"{start_ns} {row}"), ended)
+            while not engine.offer(arrival, timeout=0.5):
                 if self.stopping.is_set():
                     return
 
 
-def blocks_of(folder: Path, start_ns: int) -> list[Block]:
-    """Every row of a data set as a block, in the order of their times."""
+def blocks_of(folder: Path) -> list[Block]:
+    """Every row of a data set as a block, in the order of their times; the first begins at 0 ns."""
     data = read_shards(folder)
     table = data.table
     draws = table.column("machine_draw").to_numpy()
@@ -67,7 +79,7 @@ def blocks_of(folder: Path, start_ns: int) -> list[Block]:
             record = data.records[row]
             turn_s = record.shape[-1] / rates[row]
             passed = place if left is None else int(left[rows[0]] - left[row])
-            start = start_ns + round(passed * turn_s * NANO)
+            start = round(passed * turn_s * NANO)
             blocks.append(
                 Block(f"machine {draw}", start, float(rates[row]), units[row], np.atleast_2d(record)[0], begins=True)
             )

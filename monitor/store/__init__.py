@@ -7,6 +7,6 @@ writing  what came of a block -> rows
 archive  turns from the database to Parquet files, and how long they are kept
 """
 
-from monitor.store.store import Store, StoreDown
+from monitor.store.store import Store, StoreConflict, StoreDown
 
-__all__ = ["Store", "StoreDown"]
+__all__ = ["Store", "StoreConflict", "StoreDown"]

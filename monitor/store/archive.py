@@ -32,38 +32,44 @@ FOLDER = "turns"
 DAY_NS = 24 * 3600 * NANO
 
 
-def keep(store: Store, folder: Path, raw_days: float, turn_days: float) -> None:
+def keep(store: Store, raw_days: float, turn_days: float) -> None:
     """Forget what is older than so many days, then archive: on a full disk only the first makes room."""
-    now = time.time_ns()
-    expire(store, now - round(raw_days * DAY_NS), now - round(turn_days * DAY_NS))
-    archive(store, folder)
+    expire(store, time.time_ns(), round(raw_days * DAY_NS), round(turn_days * DAY_NS))
+    archive(store)
 
 
-def archive(store: Store, folder: Path, file_turns: int = FILE_TURNS) -> int:
+def archive(store: Store, file_turns: int = FILE_TURNS) -> int:
     """Move whole files of turns of every machine out of the database; returns how many files were written."""
     with store.transaction() as connection:
         query = select(RAW.c.machine, func.count()).where(RAW.c.keep == "").group_by(RAW.c.machine)
         full = [row[0] for row in connection.execute(query) if row[1] >= 2 * file_turns]
-    return sum(_archive_one(store, folder, machine, file_turns) for machine in full)
+    return sum(_archive_one(store, machine, file_turns) for machine in full)
 
 
-def expire(store: Store, raw_before_ns: int, turns_before_ns: int) -> None:
-    """Forget archived records and findings of turns, networks' and physics', from before these times."""
+def expire(store: Store, now_ns: int, raw_ns: int, turns_ns: int) -> None:
+    """Forget archived records and findings of turns, networks' and physics', that are older than this. Where a
+    machine's newest turn is of the past, as in files measured long ago, it counts from there."""
+    old: list[str] = []
     with store.transaction() as connection:
-        old = connection.execute(select(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns)).all()
-        connection.execute(delete(ARCHIVE).where(ARCHIVE.c.end_ns < raw_before_ns))
         # By machine, so that the index finds them: all turns of a year are too many to look through.
         for machine in connection.execute(select(MACHINE.c.name)).scalars().all():
-            connection.execute(delete(TURN).where(TURN.c.machine == machine, TURN.c.start_ns < turns_before_ns))
-        connection.execute(delete(EXPLANATION).where(EXPLANATION.c.time_ns < turns_before_ns))
-    for row in old:
-        Path(row.file).unlink(missing_ok=True)
+            newest = connection.execute(select(func.max(TURN.c.start_ns)).where(TURN.c.machine == machine)).scalar()
+            now = now_ns if newest is None else min(now_ns, newest)
+            files = (ARCHIVE.c.machine == machine) & (ARCHIVE.c.end_ns < now - raw_ns)
+            old += connection.execute(select(ARCHIVE.c.file).where(files)).scalars()
+            connection.execute(delete(ARCHIVE).where(files))
+            # a record that is kept for good needs its turn
+            kept = select(RAW.c.number).where(RAW.c.machine == machine, RAW.c.keep != "")
+            turns = (TURN.c.machine == machine) & (TURN.c.start_ns < now - turns_ns)
+            connection.execute(delete(TURN).where(turns, TURN.c.number.not_in(kept)))
+        connection.execute(delete(EXPLANATION).where(EXPLANATION.c.time_ns < now_ns - turns_ns))
+    for file in old:
+        _path(store, file).unlink(missing_ok=True)
 
 
-def archived(file: str, number: int) -> tuple[np.ndarray, float, str] | None:
+def archived(path: Path, number: int) -> tuple[np.ndarray, float, str] | None:
     """Record, rate [Hz] and unit of a turn in a file; None where it is not there, or cannot be read, which the log
     tells."""
-    path = Path(file)
     if not path.is_file():
         return None
     try:
@@ -83,10 +89,10 @@ def record_of(store: Store, machine: str, number: int) -> tuple[np.ndarray, floa
     if found is not None:
         return found
     file = store.archive_of(machine, number)
-    return None if file is None else archived(file, number)
+    return None if file is None else archived(_path(store, file), number)
 
 
-def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> int:
+def _archive_one(store: Store, machine: str, file_turns: int) -> int:
     query = select(RAW).where(RAW.c.machine == machine, RAW.c.keep == "").order_by(RAW.c.number).limit(file_turns)
     with store.transaction() as connection:
         rows = connection.execute(query).all()
@@ -105,7 +111,8 @@ def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> i
             "record": pa.array([np.frombuffer(bytes(row.record), "<f4") for row in rows], pa.list_(pa.float32())),
         }
     )
-    path = folder / FOLDER / folder_name(machine) / f"{numbers[0]:09d}-{numbers[-1]:09d}.parquet"
+    file = f"{FOLDER}/{folder_name(machine)}/{numbers[0]:09d}-{numbers[-1]:09d}.parquet"
+    path = store.out / file
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as temporary:
         pq.write_table(table, temporary, compression="zstd", write_page_checksum=True)
@@ -115,12 +122,17 @@ def _archive_one(store: Store, folder: Path, machine: str, file_turns: int) -> i
                 machine=machine,
                 first=numbers[0],
                 last=numbers[-1],
-                file=str(path),
+                file=file,
                 end_ns=max(starts.values(), default=0),
             )
         )
         connection.execute(delete(RAW).where(RAW.c.machine == machine, RAW.c.number.in_(numbers), RAW.c.keep == ""))
     return 1
+
+
+def _path(store: Store, file: str) -> Path:
+    """A file of the archive; what it says of folders above the archive's was true before `out` was moved or copied."""
+    return store.out.joinpath(*Path(file).parts[-3:])
 
 
 def folder_name(machine: str) -> str:

@@ -67,7 +67,7 @@ ARCHIVE = Table(
     Column("first", BigInteger, primary_key=True),
     Column("last", BigInteger, nullable=False),
     Column("end_ns", BigInteger, nullable=False),
-    Column("file", Text, nullable=False),
+    Column("file", Text, nullable=False),  # below `out`
 )
 
 # What physics says of the last turns of a machine.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Engine, create_engine, delete, event, func, insert, select, text
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError
 
 from indexer_cli.json_values import finite
 from indexer_env.errors import IndexerError
@@ -39,12 +39,18 @@ class StoreDown(Exception):
     """The database cannot be reached or has broken off; what was not committed must be done again."""
 
 
+class StoreConflict(StoreDown):
+    """What is written does not go with what is there, as another process has written it meanwhile."""
+
+
 class StoreError(IndexerError, ValueError):
     """A store cannot be used; the message says why."""
 
 
 class Store:
     """The database at a URL of SQLAlchemy: `sqlite:///PATH` or `postgresql+psycopg://…`.
+
+    Archived turns lie below `out`.
 
     Raises
     ------
@@ -54,7 +60,8 @@ class Store:
         The database cannot be reached.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, out: Path = Path()) -> None:
+        self.out = out.resolve()
         self.url = url.replace("postgresql://", "postgresql+psycopg://", 1)
         self._engine = _engine(self.url)
         with self.transaction() as connection:
@@ -67,13 +74,18 @@ class Store:
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[Connection]:
-        """One transaction: all of it is kept or nothing. Raises StoreDown where the database breaks off."""
+        """One transaction: all of it is kept or nothing. Raises StoreDown where the database breaks off,
+        and StoreConflict where another process has written the same."""
         try:
             with self._engine.begin() as connection:
                 yield connection
         except DBAPIError as error:
             self._engine.dispose()
-            raise StoreDown(str(error.orig or error).splitlines()[0]) from None
+            said = str(error.orig or error).splitlines()[0]
+            if isinstance(error, IntegrityError):
+                remedy = "begin with another out, and give monitors that share a store a lease.owner each"
+                raise StoreConflict(f"another monitor has written to the store ({said}); {remedy}") from None
+            raise StoreDown(said) from None
 
     def close(self) -> None:
         """Close all connections."""

@@ -34,7 +34,7 @@ LARGEST_BODY = 8192
 @dataclass(eq=False)
 class Api:
     """The handlers and what they need; `physical`: whether physics is asked about machines; `troubles`: what keeps
-    samples from coming."""
+    samples from coming or from being stored."""
 
     store: Store
     engine: Engine

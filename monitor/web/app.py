@@ -63,8 +63,10 @@ def make_app(api: Api, metrics: Metrics, local: bool) -> Starlette:
         return Response(page, media_type="text/html", headers={"cache-control": "no-cache"})
 
     async def health(_: Request) -> Response:
-        failed = api.engine.failure is not None
-        return PlainTextResponse("failed" if failed else "ok", 503 if failed else 200)
+        if api.engine.failure is not None:
+            return PlainTextResponse("failed", 503)
+        # the reason may name a host, and anybody may ask
+        return PlainTextResponse(*(("ok", 200) if api.engine.trouble is None else ("the store cannot be used", 503)))
 
     async def told(_: Request) -> Response:
         return PlainTextResponse(metrics.text(), media_type="text/plain; version=0.0.4")

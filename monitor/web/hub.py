@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from indexer_cli.json_values import finite
-from monitor.engine import Change
+from monitor.plan import Change
 
 MOST_PAGES = 100
 _WAITING = 200

@@ -68,6 +68,7 @@ def test_times_are_taken_to_the_microsecond_in_their_zone():
         ({"sequence": -1}, "sequence"),
         ({"sequence": 1.5}, "sequence"),
         ({"sensor": 5}, "sensor"),
+        ({"sensor": "SN\ud800"}, "sensor must be .* UTF-8"),
         ({"speed_rpm": "fast"}, "speed_rpm"),
         ({"speed_rpm": -1}, "speed_rpm"),
         ({"begins": 1}, "begins"),

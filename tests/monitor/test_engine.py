@@ -12,10 +12,8 @@ from indexer_env.errors import ParameterError
 from monitor.engine import Arrival, Engine
 from monitor.sources.replay import ReplaySource
 from monitor.store import Store, StoreDown
-from monitor.store.archive import archive, archived, expire, folder_name
 from monitor.store.schema import RAW
 from monitor.store.store import StoreError
-from monitor.web.views import record_of
 from tests.monitor.fakes import PLAN, FakeDiagnoser, block
 from tests.patience import PATIENCE
 
@@ -26,7 +24,7 @@ def url(tmp_path):
 
 
 def make(url, **more):
-    store = Store(url)
+    store = Store(url, Path(url.removeprefix("sqlite:///")).parent)
     engine = Engine(store, FakeDiagnoser(), PLAN, **more)
     engine.start()
     return store, engine
@@ -181,37 +179,6 @@ def test_an_operator_s_act_is_committed_with_his_name(url):
     assert store.summary("m")["alarms"]["backlash_deg"]["acknowledged"]
 
 
-def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path, caplog):
-    store, engine = make(url)
-    for second in range(30):
-        send(engine, 100 * second, 100 * second + 100, level=1.0 + 3.0 * (second > 20))
-    engine.stop()
-    before = {number: record_of(store, "m", number)[0] for number in numbers(store)}
-    assert archive(store, tmp_path, file_turns=8) == 1
-    for number, record in before.items():
-        after = record_of(store, "m", number)
-        assert after is not None and (after[0] == record).all(), number
-    assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
-    (file,) = (tmp_path / "turns").rglob("*.parquet")
-    assert archived(str(file), 999) is None and not caplog.records
-    whole = file.read_bytes()
-    turned = bytearray(whole)
-    turned[len(whole) // 2] ^= 1
-    for damaged in (whole[:-20], bytes(turned)):
-        file.write_bytes(damaged)
-        caplog.clear()
-        assert record_of(store, "m", 3) is None and f"cannot be read from {file}" in caplog.text
-    expire(store, 2**62, 0)
-    assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
-    expire(store, 0, 2**62)
-    assert numbers(store) == []
-
-
-def test_no_two_machines_share_a_folder():
-    names = ["press 1", "press_1", "press.1", "Press 1"]
-    assert len({folder_name(name).lower() for name in names}) == len(names)
-
-
 def test_a_store_that_cannot_be_used_says_why_without_its_password(tmp_path):
     for url, word in (("mysql://u:geheim@h/x", "sqlite"), ("nonsense", "sqlite"), ("sqlite://", "file")):
         with pytest.raises(StoreError, match=word) as caught:
@@ -238,9 +205,9 @@ def test_readers_and_the_writer_do_not_wait_for_each_other(url):
 
 def test_a_replay_has_ended_once_its_last_block_is_kept(url, monkeypatch):
     """And not when it was handed over, after which blocks that still wait in the queue would begin it anew."""
-    blocks = [block(place) for place in range(0, 600, 50)]
-    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder, start: blocks)
-    source = ReplaySource(Path("set"), 1e9, blocks[0].start_ns)
+    blocks = [block(place, start_ns=place * 10_000_000) for place in range(0, 600, 50)]
+    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder: blocks)
+    source = ReplaySource(Path("set"), 1e9)
     store = Store(url)
     engine = Engine(store, FakeDiagnoser(), PLAN)
     source.run(engine)
@@ -249,3 +216,30 @@ def test_a_replay_has_ended_once_its_last_block_is_kept(url, monkeypatch):
     wait_for(lambda: engine.blocks == len(blocks))
     wait_for(lambda: "m" in engine._ended)
     engine.stop()
+
+
+def test_a_replay_goes_on_behind_the_last_row_that_was_kept(url, monkeypatch):
+    blocks = [block(place, 100, start_ns=place * 10_000_000, begins=True) for place in range(0, 1000, 100)]
+    monkeypatch.setattr("monitor.sources.replay.blocks_of", lambda folder: blocks)
+    for rows, kept in ((4, 4), (6, 10), (6, 10)):
+        store, engine = make(url)
+        source, offer, offered = ReplaySource(Path("set"), 1e9), engine.offer, []
+
+        def broken_off(arrival, timeout=None, rows=rows, source=source, offer=offer, offered=offered):
+            if len(offered) == rows:
+                source.stopping.set()
+                return False
+            offered.append(arrival)
+            return offer(arrival, timeout)
+
+        monkeypatch.setattr(engine, "offer", broken_off)
+        source.run(engine)
+        wait_for(lambda kept=kept, store=store: len(numbers(store)) >= kept - 1)
+        wait_for(
+            lambda kept=kept, store=store, source=source: store.positions(source.name)["rows"].endswith(f" {kept}")
+        )
+        engine.stop()
+        starts = sorted(turn["start_ns"] for turn in store.turns("m"))
+        store.close()
+    assert not offered and "replayed to its end" in source.trouble and "m" in engine._ended
+    assert len(starts) == len(set(starts)) and starts[-1] - starts[0] <= 9 * 10**9

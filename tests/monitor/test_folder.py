@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from indexer_records.measured import Reading
+from monitor.engine import Engine
 from monitor.sources.folder import FolderSource
+from tests.monitor.fakes import PLAN
 from tests.monitor.test_service import wait_for
 
 
@@ -75,6 +77,55 @@ def test_a_file_that_is_gone_and_a_folder_that_is_gone_do_not_end_the_source(mon
     wait_for(lambda: source.trouble is None)
     source.stop()
     assert source.failure is None
+
+
+def test_a_file_of_several_blocks_that_a_restart_broke_off_is_counted_once(monitor, tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    monkeypatch.setattr("monitor.sources.folder.LARGEST_BLOCK", 100)
+    time_s = np.arange(2000) / 100.0
+    rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+    name = "press_20270115T080000Z.csv"
+    (tmp_path / name).write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    offer, offered = monitor.engine.offer, []
+
+    def broken_off(arrival, timeout=None):
+        if len(offered) == 12:
+            source.stopping.set()
+            return False
+        offered.append(arrival)
+        return offer(arrival, timeout)
+
+    monkeypatch.setattr(monitor.engine, "offer", broken_off)
+    source.run(monitor.engine)
+    wait_for(lambda: monitor.engine.blocks == 12)
+    monitor.engine.stop()
+    again = Engine(monitor.store, monitor.diagnoser, PLAN)
+    again.start()
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    source.start(again)
+    wait_for(lambda: again.positions(source.name).get(name))
+    source.stop()
+    again.stop()
+    starts = [turn["start_ns"] for turn in monitor.store.turns("press")]
+    assert len(starts) == len(set(starts)) >= 19 and monitor.store.summary("press")["states"]["double"]["count"] == 12
+
+
+def test_a_name_that_is_not_utf_8_is_told_and_the_others_are_read(monitor, tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    time_s = np.arange(300) / 100.0
+    rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+    for name in (b"press-\xfc_20270115T080000Z.csv", b"turner_20270115T080000Z.csv"):
+        with open(os.fsencode(tmp_path) + b"/" + name, "w") as file:
+            file.write(f"time [s],acceleration [m/s^2]\n{rows}\n")
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    source.start(monitor.engine)
+    wait_for(lambda: monitor.store.summary("turner"))
+    wait_for(lambda: monitor.engine.unread.sentences)
+    source.stop()
+    (told,) = monitor.engine.unread.sentences
+    assert "UTF-8" in told and r"press-\udcfc_20270115T080000Z.csv" in told and told.encode()
+    assert source.failure is None and monitor.engine.failure is None
 
 
 def test_files_are_read_in_the_order_of_their_times(tmp_path):

@@ -209,6 +209,7 @@ def test_a_value_that_is_no_block_gets_a_sentence():
     [
         ({"nodes": {}}, "a node for each machine"),
         ({"nodes": {"m": "press"}}, "ns=2"),
+        ({"nodes": {"m": "ns=2;s=x", "n": "ns=2;s=x"}}, "another node for each machine, got 'ns=2;s=x for m and n'"),
         ({"rate": None}, "opcua.rate"),
         ({"unit": None}, "opcua.unit"),
         ({"rate": -1.0}, "opcua.rate"),

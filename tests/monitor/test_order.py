@@ -138,10 +138,16 @@ def test_jitter_is_no_gap(order, states):
     assert states.active == []
 
 
-def test_what_was_there_before_a_restart_comes_twice_and_not_late(order, states):
-    order.offer(numbered(5))
-    order.remember()
-    assert order.offer(numbered(3)) is None and states.active == ["double"]
+@pytest.mark.parametrize("more", [{}, {"begins": True}], ids=["follows", "begins"])
+def test_what_was_seen_before_a_restart_comes_twice_and_not_late(order, states, more):
+    for place in range(5):
+        order.offer(numbered(place, **more))
+    again = Order(states, jitter=0.02)
+    again.offer(numbered(4, **more))
+    again.seen = order.seen
+    assert again.offer(numbered(3, **more)) is None and again.offer(numbered(4, **more)) is None
+    assert states.active == ["double"] and states.count("double") == 2
+    assert firsts(again.offer(numbered(5, **more))) == [250]
 
 
 def test_what_was_used_before_a_restart_comes_twice(states):

@@ -96,5 +96,5 @@ def test_on_a_full_disk_old_records_are_forgotten(monkeypatch):
     monkeypatch.setattr(kept, "archive", full)
     monkeypatch.setattr(kept, "expire", lambda *_: expired.append(True))
     with pytest.raises(OSError, match="no space"):
-        kept.keep(None, None, 1.0, 1.0)  # type: ignore[arg-type]
+        kept.keep(None, 1.0, 1.0)  # type: ignore[arg-type]
     assert expired

@@ -159,7 +159,7 @@ def test_answers_are_forgotten_with_the_findings_of_turns(tmp_path):
     store = Store(f"sqlite:///{tmp_path}/monitor.sqlite")
     for time_ns in (10, 20):
         store.write_explanation("m", 1, time_ns, {"level": float("inf")})
-    expire(store, 0, 15)
+    expire(store, 15, 0, 0)
     (kept,) = store.explanations("m")
     assert kept["time_ns"] == 20 and kept["level"] is None and store.explained() == {"m": 20}
     store.close()

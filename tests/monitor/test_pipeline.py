@@ -8,6 +8,7 @@ import pytest
 from monitor.intake.blocks import NANO
 from monitor.pipeline import Pipeline
 from monitor.plan import CHANGE
+from monitor.store.codec import pack, unpack
 from tests.monitor.fakes import FAST, PLAN, RATE, SLOW, START_NS, FakeDiagnoser, block, samples
 
 
@@ -172,6 +173,35 @@ def test_a_restart_anywhere_gives_the_turns_of_an_unbroken_run(pulse, cut):
         np.testing.assert_allclose(one.cut.turn.record, other.cut.turn.record, atol=1e-5)
         assert one.sizes["backlash_deg"].value == pytest.approx(other.sizes["backlash_deg"].value, rel=1e-5)
     assert again.states.active == []
+
+
+def restarted(pipeline, blocks):
+    """As from the store, which keeps the blocks from `first_needed_ns` on."""
+    again = Pipeline("m", FakeDiagnoser(), PLAN, unpack(pack(pipeline.to_dict())))
+    again.restore([one for one in blocks if one.end_ns >= (pipeline.first_needed_ns() or 0)])
+    return again
+
+
+def test_recordings_that_come_twice_after_a_restart_are_counted_once(pipeline):
+    hourly = [block(360_000 * hour, 100, begins=True, sequence=hour) for hour in range(9)]
+    for one in hourly[:8]:
+        pipeline.take(one)
+    again = restarted(pipeline, hourly[:8])
+    assert [again.take(one) for one in hourly[5:8]] == [None] * 3 and again.states.count("double") == 3
+    again.take(hourly[8])
+    again.finish()
+    assert again.turns == 9
+
+
+def test_a_clock_that_was_set_back_while_the_monitor_was_off_costs_two_blocks(pipeline):
+    before = [block(50 * place) for place in range(40)]
+    for one in before:
+        pipeline.take(one)
+    again = restarted(pipeline, before)
+    after = [replace(block(50 * place), start_ns=block(50 * place - 360_000).start_ns) for place in range(40, 80)]
+    taken = [again.take(one) for one in after]
+    assert taken[:2] == [None] * 2 and None not in taken[2:]
+    assert again.turns == pipeline.turns + 19 and again.states.count("clock_step") == 1
 
 
 def test_samples_of_a_tone_are_those_of_the_tone():

@@ -93,8 +93,8 @@ def test_settings_come_from_the_command_line(overrides):
         (["twin=t", "source=broker", "limits.crack=[0.1,0.2,0.3]"], r"^limits\.crack must be left out.*twin_limits="),
         (["twin=t", "source=broker", "limits.crack=null"], r"^limits\.crack must be left out.*got None"),
         (["twin_limits=5"], "twin_limits"),
-        (["load_torque=x"], "load_torque"),
-        (["motor_speeds_rpm=1500"], "motor_speeds_rpm"),
+        (["twin=t", "source=broker", "load_torque=x"], "load_torque must be a finite number"),
+        (["twin=t", "source=broker", "motor_speeds_rpm=1500"], "motor_speeds_rpm must be a list"),
         (["physics.every=0"], "physics.every"),
         (["opcua.stamp=middle"], "opcua.stamp"),
         (["lease.owner=north"], "lease.owner"),
@@ -103,6 +103,18 @@ def test_settings_come_from_the_command_line(overrides):
         (["limits=null"], "monitor.limits must be a mapping"),
         (["webhook=null"], "monitor.webhook must be a mapping"),
         (["auth.operators=null"], "auth.operators must be a list of names"),
+        (["model=m"], "source must be that of your machine where a model"),
+        (["source=broker", "model=m", "load_torque=2"], "load_torque must be left out"),
+        (["source=broker", "model=m", "twin_limits={friction: null}"], "twin_limits must be left out"),
+        (["source=broker", "model=m", "motor_speeds_rpm=[1500]"], "motor_speeds_rpm must be left out"),
+        (["source=broker", "model=m", "physics.every=2"], "physics must be left out"),
+        (["lease.owner=1"], "lease.owner must be a name"),
+        (["mqtt.client_id=7"], "mqtt.client_id must be a text"),
+        (["mqtt.version=3", "mqtt.client_id=''"], "mqtt.client_id must be a text"),
+        (["store=5"], "store must be a text"),
+        (["publish=true"], "publish must be a text"),
+        (["publish=plant/+"], "publish must be a topic without"),
+        (["mqtt.authority=5"], "mqtt.authority must be a text"),
     ],
 )
 def test_a_wrong_setting_gets_one_sentence(overrides, word):
@@ -226,7 +238,7 @@ def test_a_data_set_is_replayed_in_its_order(tmp_path, run_command):
 
     arguments = ["campaign=wear", "campaign.lives=2", "campaign.records_per_life=3", f"out={tmp_path}/w"]
     assert run_command(datagen, *arguments)[0] == 0
-    blocks = blocks_of(tmp_path / "w", 0)
+    blocks = blocks_of(tmp_path / "w")
     assert len(blocks) == 6 and {block.machine for block in blocks} == {"machine 0", "machine 1"}
     assert [block.end_ns for block in blocks] == sorted(block.end_ns for block in blocks)
     assert all(block.begins for block in blocks) and min(block.start_ns for block in blocks) == 0

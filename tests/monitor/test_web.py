@@ -131,6 +131,10 @@ def test_another_site_may_not_act(client, monitor):
     assert client.post(path, json=ACK, headers={"origin": "http://evil.example"}).status_code == 403
     assert client.post(path, content=json.dumps(ACK), headers={"content-type": "text/plain"}).status_code == 415
     assert client.post(path, json={**ACK, "note": "x" * 9000}).status_code == 413
+    half = b'{"action": "note", "note": "\\ud83d"}'
+    refused = client.post(path, content=half, headers={"content-type": "application/json"})
+    assert refused.status_code == 400 and "UTF-8" in refused.json()["error"]
+    assert client.get("/api/events").status_code == 200
 
 
 def test_without_a_token_nothing_is_told(guarded):

@@ -1,0 +1,83 @@
+"""Turns in files, and how long they and their findings are kept."""
+
+import shutil
+
+import pytest
+from sqlalchemy import select, update
+
+from monitor.store import Store
+from monitor.store.archive import archive, archived, expire, folder_name
+from monitor.store.schema import ARCHIVE
+from monitor.web.views import record_of
+from tests.monitor.fakes import START_NS
+from tests.monitor.test_engine import make, numbers, send
+
+
+@pytest.fixture
+def url(tmp_path):
+    return f"sqlite:///{tmp_path}/monitor.sqlite"
+
+
+def test_turns_move_to_files_whole_and_are_forgotten_in_time(url, tmp_path, caplog):
+    store, engine = make(url)
+    for second in range(30):
+        send(engine, 100 * second, 100 * second + 100, level=1.0 + 3.0 * (second > 20))
+    engine.stop()
+    before = {number: record_of(store, "m", number)[0] for number in numbers(store)}
+    assert archive(store, file_turns=8) == 1
+    for number, record in before.items():
+        after = record_of(store, "m", number)
+        assert after is not None and (after[0] == record).all(), number
+    assert store.raw("m", 3) is None and store.raw("m", 1) is not None, "the reference stays"
+    (file,) = (tmp_path / "turns").rglob("*.parquet")
+    assert archived(file, 999) is None and not caplog.records
+    whole = file.read_bytes()
+    turned = bytearray(whole)
+    turned[len(whole) // 2] ^= 1
+    for damaged in (whole[:-20], bytes(turned)):
+        file.write_bytes(damaged)
+        caplog.clear()
+        assert record_of(store, "m", 3) is None and f"cannot be read from {file}" in caplog.text
+    later = START_NS + 10**12
+    expire(store, later, 10**9, 2 * 10**12)
+    assert record_of(store, "m", 3) is None and not file.exists() and numbers(store) == list(range(1, 31))
+
+
+def test_records_that_are_kept_for_good_keep_their_turns_and_old_machines_what_they_told_last(url):
+    """Samples of last year must not be forgotten as soon as they are told: time counts from the newest turn."""
+    store, engine = make(url)
+    send(engine, 0, 3000)
+    engine.stop()
+    assert archive(store, file_turns=8) == 1
+    expire(store, START_NS + 10**18, 10**12, 10**12)
+    assert numbers(store) == list(range(1, 31)) and record_of(store, "m", 3) is not None
+    expire(store, START_NS + 10**18, 10**12, 4 * 10**9)
+    assert numbers(store) == [1, *range(26, 31)] and store.reference("m", "60 rpm") == 1
+    store.close()
+
+
+@pytest.mark.parametrize("whole", [False, True], ids=["as now", "as older stores say it"])
+def test_a_folder_that_was_copied_or_moved_has_its_own_records_and_no_others(tmp_path, whole):
+    store, engine = make(f"sqlite:///{tmp_path}/a/monitor.sqlite")
+    send(engine, 0, 3000)
+    engine.stop()
+    archive(store, file_turns=8)
+    if whole:
+        with store.transaction() as connection:
+            (file,) = connection.execute(select(ARCHIVE.c.file)).scalars()
+            connection.execute(update(ARCHIVE).values(file=str(tmp_path / "a" / file)))
+    store.close()
+    shutil.copytree(tmp_path / "a", tmp_path / "b")
+    copy, (own,) = Store(f"sqlite:///{tmp_path}/b/monitor.sqlite", tmp_path / "b"), (tmp_path / "b").rglob("*.parquet")
+    expire(copy, START_NS + 10**12, 0, 10**12)
+    copy.close()
+    assert not own.exists()
+    (tmp_path / "a").rename(tmp_path / "c")
+    moved = Store(f"sqlite:///{tmp_path}/c/monitor.sqlite", tmp_path / "c")
+    assert record_of(moved, "m", 3) is not None
+    moved.close()
+
+
+def test_no_two_machines_share_a_folder():
+    names = ["press 1", "press_1", "press.1", "Press 1"]
+    assert len({folder_name(name).lower() for name in names}) == len(names)

@@ -1,0 +1,72 @@
+"""Two monitors on one folder, and a store that refuses what is written."""
+
+import threading
+from dataclasses import replace
+
+import pytest
+from sqlalchemy import text
+from starlette.testclient import TestClient
+
+from indexer_cli.places.local import LocalPlace
+from indexer_env.errors import IndexerError
+from monitor.engine import Arrival
+from monitor.service import Service
+from monitor.settings import settings_of
+from monitor.store import StoreConflict, StoreDown
+from tests.monitor.fakes import PLAN, FakeDiagnoser, block
+from tests.monitor.test_service import config, wait_for
+
+
+def test_a_second_monitor_on_the_same_folder_is_refused_until_the_first_has_ended(tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.service._diagnoser", lambda given: (FakeDiagnoser(), replace(given, plan=PLAN)))
+    (tmp_path / "logger").mkdir()
+    given = [f"source=folder:{tmp_path}/logger", "model=m", f"out={tmp_path}/kept", "port=0"]
+    first = Service(settings_of(config(*given)), say=lambda _: None)
+    thread = threading.Thread(target=first.run, daemon=True)
+    thread.start()
+    wait_for(lambda: first._server.started)
+    with pytest.raises(IndexerError, match="no other run is writing to"):
+        Service(settings_of(config(*given)))
+    assert first._troubles() == []
+    first.engine.trouble = "the store cannot be used (disk is full); trying again"
+    assert first._troubles() == [first.engine.trouble]
+    first.stop()
+    thread.join(60.0)
+    with LocalPlace(tmp_path / "kept").exclusive():
+        pass
+
+
+def test_what_another_monitor_has_written_ends_the_monitor_and_is_not_tried_for_ever(monitor, monkeypatch):
+    monkeypatch.setattr("monitor.engine._RETRY_S", 0.01)
+    monitor.send(1)
+    with monitor.store.transaction() as connection:
+        connection.execute(
+            text("INSERT INTO turn SELECT machine, 2, start_ns, duration, mode, problem, content FROM turn")
+        )
+    assert monitor.engine.offer(Arrival(block(100, 100, machine="press-1", sequence=100)), timeout=60.0)
+    wait_for(lambda: monitor.engine.failure is not None)
+    assert isinstance(monitor.engine.failure, StoreConflict)
+    assert "another monitor has written to the store" in str(monitor.engine.failure)
+
+
+def test_a_store_that_refuses_what_is_written_is_told_until_it_takes_it(monitor, monkeypatch):
+    monkeypatch.setattr("monitor.engine._RETRY_S", 0.01)
+    full, told = threading.Event(), []
+    monitor.engine.told = lambda: told.append(monitor.engine.trouble)
+    work = monitor.engine._work
+
+    def refused(batch):
+        if full.is_set():
+            raise StoreDown("database or disk is full")
+        work(batch)
+
+    monkeypatch.setattr(monitor.engine, "_work", refused)
+    with TestClient(monitor.app) as client:
+        assert client.get("/health").status_code == 200
+        full.set()
+        assert monitor.engine.offer(Arrival(block(0, 100)), timeout=60.0)
+        wait_for(lambda: told)
+        assert client.get("/health").status_code == 503 and "disk is full" in told[0]
+        full.clear()
+        wait_for(lambda: told[1:] == [None])
+        assert client.get("/health").text == "ok"
