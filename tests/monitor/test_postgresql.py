@@ -51,17 +51,23 @@ def test_kills_of_the_database_lose_and_double_no_turn(database, monkeypatch):
     engine = Engine(store, FakeDiagnoser(), PLAN)
     engine.start()
     dice, kept, sent = random.Random(2), [], 0
+
+    def offered(number: int) -> int:
+        arrival = Arrival(block(50 * number, level=1 + number / 100, sequence=number), kept=lambda: kept.append(1))
+        assert engine.offer(arrival, timeout=WAIT_S)
+        return number + 1
+
     for _ in range(kills):
         before, until, patience = len(kept), time.monotonic() + dice.uniform(0.1, 0.6), time.monotonic() + WAIT_S
         # Some blocks are always on their way, and some have come through since the kill before.
         while time.monotonic() < until or len(kept) == before:
             assert time.monotonic() < patience
             if sent - len(kept) < 20:
-                arrival = Arrival(block(50 * sent, level=1 + sent / 100, sequence=sent), kept=lambda: kept.append(1))
-                assert engine.offer(arrival, timeout=WAIT_S)
-                sent += 1
+                sent = offered(sent)
             time.sleep(0.005)
         database.kill()
+        # and some come while it is down, however fast the others were kept
+        sent = offered(sent)
         database.start()
     until = time.monotonic() + WAIT_S
     while len(kept) < sent:
