@@ -162,6 +162,8 @@ def _explained(error: Exception, config_name: str) -> str:
         remedy = "quote values with other signs than letters, digits and ._-/ twice: KEY='\"VALUE\"'"
         if "=" in sys.argv[1:] or any(len(word) > 1 and word[0] == "=" for word in sys.argv[1:]):
             remedy = "leave out the spaces beside ="
+        elif any(sign in str(error.override) for sign in "{["):
+            remedy = "put the whole pair into single quotes, 'KEY={NAME: VALUE}' or 'KEY=[VALUE, VALUE]'"
         elif "=" not in str(error.override):
             remedy = _bare(str(error.override), sys.argv[1:])
         return f"the command line must hold KEY=VALUE pairs, got {error.override!r}; {remedy}."

@@ -257,6 +257,13 @@ def test_flags_and_a_lone_word_may_stand_anywhere(call, tmp_path, monkeypatch):
         assert code == 2 and err.endswith("KEY=VALUE pairs, got 'out'; leave out the spaces beside =.\n")
 
 
+def test_a_mapping_that_the_shell_took_apart_is_told_how_to_be_quoted(call):
+    code, _, err = call("twin", "healthy=a", "out=b", "matters={reducer_play:", "2}")
+    assert code == 2 and "put the whole pair into single quotes, 'KEY={NAME: VALUE}'" in err
+    code, _, err = call("twin", "healthy=a", "out=b", "matters={reducer_play: 2}")
+    assert code == 2 and "single quotes" not in err
+
+
 def test_each_file_of_a_sweep_is_a_choice(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text((CONF / "machine" / "smooth.yaml").read_text())
