@@ -37,7 +37,7 @@ _LEAST_WINDOWS = 4
 
 
 Elsewhere = Callable[[Model, Point, Point, str], str]
-"""What explains better than an effect, or anything at its joint, what a place without it leaves, in words."""
+"""What explains better than an effect what a place without it leaves, in words."""
 
 
 @dataclass(frozen=True)

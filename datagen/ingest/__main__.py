@@ -27,10 +27,12 @@ def main(config: dict[str, Any]) -> None:
     manifest = ingest(sources, settings, folder, config=kept, overwrite=config["overwrite"])
     _say(manifest, str(folder))
     groups = sorted({name for source in sources for name in source.groups})
-    without = "the labels table has no groups: no further column that files have in common, such as machine or day"
-    if labels is None:
-        without = "no labels table was given, so the files have no groups"
-    print(f"groups of the labels table: {', '.join(groups)}" if groups else without)
+    if groups:
+        print(f"groups of the labels table: {', '.join(groups)}")
+    elif labels is None:
+        print("no labels table was given, so the files have no groups")
+    else:
+        print("the labels table has no groups: no further column that files have in common, such as machine or day")
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:
