@@ -217,7 +217,8 @@ def _checked(
     if record.pulses is None or len(record.pulses) < 2:
         speed, said = put_right(record, speed, match, machine.reduction)
         notes += said
-    record, said = without_offset(record, machine.reduction * speed, sensor.offset)
+    first_dwell = (math.pi * (1.0 + machine.motion_share) - match.start_angle) % _TURN
+    record, said = without_offset(record, machine.reduction * speed, first_dwell, sensor.offset)
     notes += said
     signal = record.signal
     spread = speed_known_to(record, machine.reduction * speed)

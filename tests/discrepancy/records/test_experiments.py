@@ -313,6 +313,15 @@ def test_a_constant_offset_is_taken_out_and_a_drift_is_left(record, nominal, val
     np.testing.assert_array_equal(known.fitted[0].signal.values, (values + 0.25)[: len(known.fitted[0].signal.values)])
 
 
+def test_a_speed_that_drifts_is_no_offset(record, nominal, values) -> None:
+    """1.2 % over a record that begins in the motion, where the table's rate is no longer the same a cam turn later."""
+    time = np.arange(len(values)) / 1000.0
+    warped = time * (1.0 + 0.006 * time / time[-1])
+    faster = np.interp(warped, time, values) * np.gradient(warped, time) ** 2
+    found = experiments([record(faster)], nominal, Sensor())
+    assert not any("at rest" in note for note in found.notes)
+
+
 def test_rates_that_differ_by_their_clocks_are_thinned_alike(record, nominal, values) -> None:
     """1999.99 and 2000.01 Hz lie on either side of twice the rate of the search."""
     fast = np.interp(np.arange(2 * len(values)) / 2000.0, np.arange(len(values)) / 1000.0, values)
