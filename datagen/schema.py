@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import pyarrow as pa
 
 FORMAT = "indexer-diagnosis records"
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised whenever a column changes its name, type, unit or meaning, or disappears."""
 
 Kind = Literal["simulated", "measured"]
@@ -148,6 +148,7 @@ GROUPS: dict[str, list[Column]] = {
         Column("sensor_gain", _NUMBER, "-", "Reading over truth"),
         Column("sensor_bracket_hz", _NUMBER, "Hz", "Natural frequency of the bracket; null: rigid", True),
         Column("sensor_bracket_damping", _NUMBER, "-", "Damping ratio of the bracket"),
+        Column("sensor_highpass_hz", _NUMBER, "Hz", "Edge of the AC coupling; null: none", True),
         Column("sensor_lowpass_hz", _NUMBER, "Hz", "Edge of the anti-alias filter; null: none", True),
         Column("sensor_lowpass_order", _COUNT, "-", "Order of the anti-alias filter"),
         Column("sensor_sample_rate", _NUMBER, "Hz", "Rate asked for; null: that of the simulation", True),

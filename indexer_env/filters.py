@@ -1,4 +1,4 @@
-"""The two filters of the sensor chain as second-order sections (scipy.signal's "sos"), and their start.
+"""The three filters of the sensor chain as second-order sections (scipy.signal's "sos"), and their start.
 
 scipy.signal is imported where it is used: it takes about half a second, which a start without filters
 need not wait.
@@ -31,6 +31,14 @@ def lowpass_sections(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
     as fc / rate → 0, that is when the acceleration comes at a higher rate than the record's.
     """
     return _butterworth(cutoff_hz, order, rate).copy()
+
+
+def highpass_sections(cutoff_hz: float, rate: float) -> np.ndarray:
+    """AC coupling, shape (1, 6): a first-order high-pass, H(s) = s / (s + 2π fc), by the bilinear transform, pre-warped
+    to its -3.01 dB frequency `cutoff_hz` [Hz], below half the rate [Hz]."""
+    import scipy.signal
+
+    return np.asarray(scipy.signal.butter(1, cutoff_hz, btype="highpass", output="sos", fs=rate))
 
 
 # Its design takes longer than the filtering of a record, and many records are read by one sensor.

@@ -2,12 +2,12 @@
 
 One line of arithmetic, read from the inside out, in the order of a real chain:
 
-    y = Q( clip( ↓ LP( BR( gain · R φ̈ ) ) + b + d t + h(t) + n ) )        (gain · φ̈ without a radius)
+    y = Q( clip( ↓ LP( HP( BR( gain · R φ̈ ) ) ) + b + d t + h(t) + n ) )        (gain · φ̈ without a radius)
 
-BR is the bracket's resonance, LP the anti-alias low-pass, ↓ keeps every m-th sample, b is the offset, d its drift, h
-the mains hum, n the noise, clip the range and Q the quantiser. Offset, drift, hum and noise come behind the filters:
-their numbers are those read off a record (its level, the height of its 50 Hz line, its noise floor), whatever the
-filters do. Every stage has a null value; a stage at its null value hands on the very same bits.
+BR is the bracket's resonance, HP the AC coupling, LP the anti-alias low-pass, ↓ keeps every m-th sample, b is the
+offset, d its drift, h the mains hum, n the noise, clip the range and Q the quantiser. Offset, drift, hum and noise come
+behind the filters: their numbers are those read off a record (its level, the height of its 50 Hz line, its noise
+floor), whatever the filters do. Every stage has a null value; a stage at its null value hands on the very same bits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,15 @@ import numpy as np
 
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import SignalError, refuse
-from indexer_env.filters import BRACKET_LIMIT, bracket_sections, check_lowest, filtered, lowpass_sections
+from indexer_env.filters import (
+    BRACKET_LIMIT,
+    bracket_sections,
+    check_lowest,
+    filtered,
+    highpass_sections,
+    lowpass_sections,
+)
+from indexer_env.sensor_noise import checked_generators, noise_sigmas
 from indexer_env.signal import MINIMUM_SAMPLES, Signal, samples_from
 
 
@@ -41,6 +49,9 @@ class Sensor:
         Undamped natural frequency [Hz] and damping ratio [-] of the mounting bracket
         (`filters.bracket_sections`): 1e-6 to below 0.45 of the rate of the acceleration given to `read`; ratio
         in (0, 0.3]. Null value bracket_hz None.
+    highpass_hz : float or None
+        AC coupling of a piezoelectric sensor (`filters.highpass_sections`): -3.01 dB frequency [Hz], 1e-6 of that rate
+        or more and below half the record's. Null value None.
     lowpass_hz, lowpass_order : float or None, int
         Anti-alias Butterworth filter (`filters.lowpass_sections`): -3.01 dB frequency [Hz], 1e-6 of that rate or
         more and below half the record's, and order, 1 to 12. Null value lowpass_hz None.
@@ -75,6 +86,7 @@ class Sensor:
     gain: float = 1.0
     bracket_hz: float | None = None
     bracket_damping: float = 0.02
+    highpass_hz: float | None = None
     lowpass_hz: float | None = None
     lowpass_order: int = 4
     sample_rate: float | None = None
@@ -91,13 +103,8 @@ class Sensor:
 
     def __post_init__(self) -> None:
         self._check_positive("hum_hz", "Hz")
-        for name, unit in (
-            ("radius", "m"),
-            ("bracket_hz", "Hz"),
-            ("lowpass_hz", "Hz"),
-            ("sample_rate", "Hz"),
-            ("full_scale", self.unit),
-        ):
+        frequencies = dict.fromkeys(("bracket_hz", "highpass_hz", "lowpass_hz", "sample_rate"), "Hz")
+        for name, unit in {"radius": "m", **frequencies, "full_scale": self.unit}.items():
             if getattr(self, name) is not None:
                 self._check_positive(name, unit, "leave it out (null) to switch it off")
         for name, unit in (("offset", self.unit), ("offset_drift", f"{self.unit}/s"), ("hum_phase", "rad")):
@@ -113,8 +120,7 @@ class Sensor:
         if self.noise_snr_db is not None:
             check_number("Sensor", "noise_snr_db", self.noise_snr_db, low=-300.0, unit="dB")
             if self.noise_density > 0.0:
-                rule = "0 where noise_snr_db is set"
-                raise refuse("Sensor", "noise_density", rule, self.noise_density, "keep one of the two")
+                raise refuse("Sensor", "noise_density", "0 where noise_snr_db is set", self.noise_density, "keep one")
         if self.bits is not None:
             check_integer("Sensor", "bits", self.bits, low=2, high=32)
             if self.full_scale is None:
@@ -188,7 +194,7 @@ class Sensor:
         every = self._every(sample_rate)
         rate = float(sample_rate) / every
         sections = self.sections(sample_rate)
-        generators = self._generators(rngs, len(rows))
+        generators = checked_generators(rngs, len(rows)) if self.noisy else ()
         y = rows * self.scale
         for section in sections:
             y = filtered(section, y)
@@ -197,7 +203,7 @@ class Sensor:
             rule = f"at least {MINIMUM_SAMPLES} samples at {rate:g} Hz"
             raise SignalError(f"A sensor's record must hold {rule}, got {y.shape[1]}; simulate for longer.")
         # The noise is sized before the background, which is no part of the signal, is added.
-        sigmas = self._noise_sigmas(y, rate) if self.noisy else []
+        sigmas = noise_sigmas(self.noise_snr_db, self.noise_density, y, rate) if self.noisy else []
         y = self.with_background(y, np.arange(y.shape[1]) / rate)
         for row, sigma, generator in zip(y, sigmas, generators, strict=False):
             row += sigma * generator.standard_normal(row.size)
@@ -211,7 +217,7 @@ class Sensor:
     def sections(self, sample_rate: float) -> list[np.ndarray]:
         """The chain's filters in their order, as second-order sections; ParameterError where the rate does not suit."""
         self._check_below_half(float(sample_rate) / self._every(sample_rate))
-        check_lowest(sample_rate, bracket_hz=self.bracket_hz, lowpass_hz=self.lowpass_hz)
+        check_lowest(sample_rate, bracket_hz=self.bracket_hz, highpass_hz=self.highpass_hz, lowpass_hz=self.lowpass_hz)
         limit = BRACKET_LIMIT * sample_rate
         if self.bracket_hz is not None and self.bracket_hz >= limit:
             rule = f"below {limit:g} Hz ({BRACKET_LIMIT:g} of the {sample_rate:g} Hz that it reads at)"
@@ -219,23 +225,15 @@ class Sensor:
         filters = []
         if self.bracket_hz is not None:
             filters.append(bracket_sections(self.bracket_hz, self.bracket_damping, sample_rate))
+        if self.highpass_hz is not None:
+            filters.append(highpass_sections(self.highpass_hz, sample_rate))
         if self.lowpass_hz is not None:
             filters.append(lowpass_sections(self.lowpass_hz, self.lowpass_order, sample_rate))
         return filters
 
-    def _noise_sigmas(self, y: np.ndarray, rate: float) -> list[float]:
-        if self.noise_snr_db is None:
-            return [self.noise_density * math.sqrt(rate / 2.0)] * len(y)
-        # Row by row: the order of a summation must not depend on the batch.
-        spreads = [float(np.std(row)) for row in y]
-        if 0.0 in spreads:
-            where = f"row {spreads.index(0.0)} of the record to vary"
-            raise SignalError(f"Sensor.noise_snr_db needs {where}, got a constant; set noise_density instead.")
-        return [spread * 10.0 ** (-self.noise_snr_db / 20.0) for spread in spreads]
-
     def with_background(self, y: Any, time: Any, sine: Callable[[Any], Any] = np.sin) -> Any:
         """Readings (rows, n) with offset, drift and hum added; time (n,) or (rows, n) since the first sample [s]."""
-        # Adding 0 would turn -0.0 into 0.0, hence no unconditional sums.
+        # adding 0 would turn -0.0 into 0.0
         if self.offset != 0.0:
             y = y + self.offset
         if self.offset_drift != 0.0:
@@ -276,25 +274,12 @@ class Sensor:
 
     def _check_below_half(self, rate: float) -> None:
         rule = f"below {rate / 2:g} Hz (half the record's rate of {rate:g} Hz)"
-        if self.lowpass_hz is not None and self.lowpass_hz >= rate / 2:
-            raise refuse("Sensor", "lowpass_hz", rule, self.lowpass_hz, "leave it out (null) to switch it off")
+        for name in ("highpass_hz", "lowpass_hz"):
+            if getattr(self, name) is not None and getattr(self, name) >= rate / 2:
+                raise refuse("Sensor", name, rule, getattr(self, name), "leave it out (null) to switch it off")
         if self.hum_amplitude > 0.0:
             if self.hum_hz >= rate / 2:
                 raise refuse("Sensor", "hum_hz", rule, self.hum_hz, "set hum_amplitude to 0 to switch it off")
             if self.hum_third > 0.0 and 3.0 * self.hum_hz >= rate / 2:
                 rule = f"0 where its line at {3 * self.hum_hz:g} Hz is not {rule}"
                 raise refuse("Sensor", "hum_third", rule, self.hum_third)
-
-    def _generators(self, rngs: Sequence[np.random.Generator] | None, rows: int) -> Sequence[np.random.Generator]:
-        if not self.noisy:
-            return ()
-        rule = "one numpy.random.Generator per record, because the sensor has noise"
-        remedy = "pass numpy.random.default_rng(seed)"
-        if not isinstance(rngs, Sequence):
-            raise refuse("Sensor.read", "rng", rule, rngs, remedy)
-        for generator in rngs:
-            if not isinstance(generator, np.random.Generator):
-                raise refuse("Sensor.read", "rng", rule, generator, remedy)
-        if len(rngs) != rows:
-            raise refuse("Sensor.read", "rng", f"{rule} ({rows})", len(rngs), remedy + " for each")
-        return rngs

@@ -123,6 +123,7 @@ def corrected(
         turns = healthy.cells.turns(signal.values, machine.reduction * speed, start)
         station = likeliest_station(turns, reference + remains.at(point)) if len(turns) else 0
         start += 2.0 * np.pi * station
+        notes = [*notes, f"{name}: no start angle or pulse is stated, so that no station can be told by its number"]
     told = dataclasses.replace(conditions, motor_speed=speed, start_angle=start)
     return Corrected(signal, told, reference, known, tuple(notes))
 

@@ -72,6 +72,10 @@ class Physics:
     before: float
     sentence: str
 
+    def without_stations(self) -> Physics:
+        """The same of turns whose stations were found by comparison, which tells no number of one."""
+        return dataclasses.replace(self, faults=tuple(dataclasses.replace(f, station=None) for f in self.faults))
+
 
 def checked(records: Sequence[Record], machine: Machine, sensor: Sensor) -> Experiments:
     """The records as experiments of this machine, the second half of each held out; raises a sentence where they are

@@ -245,12 +245,12 @@ class Twin:
         SignalError
             Records that are not comparable, or too few cam turns in all.
         """
-        records = []
+        records, stations_known = [], True
         for number, (signal, told, *pulses) in enumerate(turns):
             name = signal.source or f"turn {number + 1}"
             signal, told, _ = self._at_own_radius(signal, told)
             right = corrected(name, signal, told, pulses[0] if pulses else None, self.healthy, self.view.remains)
-            told = right.conditions
+            told, stations_known = right.conditions, stations_known and right.stations_known
             spread = told.start_uncertainty if right.stations_known else BY_COMPARISON
             noise = self.about["sample_noise"] if told.noise is None else told.noise
             load = self.healthy.load_factor * told.load_torque
@@ -258,4 +258,5 @@ class Twin:
             records.append(Record(name, right.signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         found = self.about["calibration"]
-        return physics.explained(given, self.machine, self.sensor, found["findings"], found["spread"], self.faults)
+        said = physics.explained(given, self.machine, self.sensor, found["findings"], found["spread"], self.faults)
+        return said if stations_known else said.without_stations()

@@ -12,7 +12,7 @@ from typing import Any
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects import EFFECTS, Effect, make_effect
 from indexer_env.effects.base import Sought
-from indexer_env.filters import BRACKET_LIMIT
+from indexer_env.filters import BRACKET_LIMIT, LOWEST
 from indexer_env.machine import Machine
 
 _TURN = 2.0 * math.pi
@@ -43,8 +43,8 @@ _LAWS = {
 _FINER = (1.0 / 3.0, 1.0 / 9.0)
 """Parts of its smallest sizes from which an effect starts, too: what little noise there is shows less than they do."""
 
-_SEEN = 0.99 * BRACKET_LIMIT
-"""Highest frequency of a sensor's filter that is looked for, over the sampling rate."""
+_LOW, _HIGH = 1.01 * LOWEST, 0.99 * BRACKET_LIMIT
+"""Lowest and highest frequency of a sensor's filter that is looked for, over the sampling rate."""
 
 
 @dataclass(frozen=True)
@@ -135,9 +135,10 @@ def _parameter(
     low, high = (
         pick(end if own is None else own * unit, end if rule is None else rule) for own, rule, pick, end in bounds
     )
-    # a filter of the sensor shows where its frequency lies below what the sampling rate lets through
-    fastest = 1.0 / (_TURN * _SEEN * seen.rate)
-    low = max(low, {"time_constant": fastest, "inverse_square": fastest**2}.get(name, -math.inf))
+    # a filter of the sensor shows where the sampling rate lets its frequency through
+    fastest = 1.0 / (_TURN * _HIGH * seen.rate)
+    reach = {"time_constant": fastest, "inverse_square": fastest**2, "corner": _TURN * _LOW * seen.rate}
+    low = max(low, reach.get(name, -math.inf))
     sizes = sought.starts
     if rules["null"] is not None:
         least = min(abs(size) for size in sizes)

@@ -29,8 +29,8 @@ def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
 
 
 def has_filters(sensor: Sensor) -> bool:
-    """Whether a sensor has a bracket's resonance or a low-pass."""
-    return sensor.bracket_hz is not None or sensor.lowpass_hz is not None
+    """Whether a sensor has a bracket's resonance, a high-pass or a low-pass."""
+    return any(hz is not None for hz in (sensor.bracket_hz, sensor.highpass_hz, sensor.lowpass_hz))
 
 
 def by_clock(sensor: Sensor, fast: float, rate: float) -> Sensor:
@@ -39,7 +39,7 @@ def by_clock(sensor: Sensor, fast: float, rate: float) -> Sensor:
     if not has_filters(sensor) or fast == 0.0:
         return sensor
     seen = {}
-    for name, limit in (("bracket_hz", BRACKET_LIMIT), ("lowpass_hz", 0.5)):
+    for name, limit in (("bracket_hz", BRACKET_LIMIT), ("highpass_hz", 0.5), ("lowpass_hz", 0.5)):
         hz = getattr(sensor, name)
         if hz is not None:
             seen[name] = min(hz / (1.0 + fast), max(hz, _BELOW * limit * rate))

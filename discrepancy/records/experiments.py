@@ -96,6 +96,11 @@ def experiments(
         experiment, said = _checked(record, machine, sensor, noise, every, check_motion)
         made.append(experiment)
         notes += said
+    if sum(experiment.start_compared for experiment in made) > 1:
+        notes.append(
+            "records without a start angle or a pulse are not known to begin at the same station, so that what single "
+            "stations do is not found in them together; state start_angle, or record a pulse"
+        )
     kept = [record.conditions.held_out for record in records]
     if all(kept):
         raise SignalError("One record or more must be left to fit, got all of them held out; hold out fewer.")
@@ -175,7 +180,8 @@ def _checked(
     if record.signal.duration < cam_turn:
         raise SignalError(
             f"{record.name} must hold a whole cam turn, {cam_turn:.3g} s at the speed stated, got "
-            f"{record.signal.duration:.3g} s; record for longer, or leave it out."
+            f"{record.signal.duration:.3g} s; record for longer, or leave it out, or write the unit of its time column "
+            "into the heading where that is not the second."
         )
     record, estimate = _thinned(record, sensor, noise, every)
     signal, stated = record.signal, record.conditions
@@ -241,7 +247,7 @@ def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
         raise SignalError(
             f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
             f"the cam, got {match.likeness:.3f}; check the motor speed stated, {stated_rpm(record)}, motion_law and "
-            "motion_share, or whose record it is."
+            "motion_share, a sensor that is AC-coupled (sensor.highpass_hz), or whose record it is."
         )
     if not _LEVEL[0] <= match.level <= _LEVEL[1]:
         raise SignalError(

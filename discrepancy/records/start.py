@@ -69,9 +69,11 @@ def start_of(
             f"({_degrees(match.start_angle)}) by the record; correct start_angle or pulse_angle."
         )
     if off > _NOTED:
+        late = (start - match.start_angle) % _TURN < 0.5 * _TURN
+        reads = "late, as behind a slow low-pass filter," if late else "early, as an AC-coupled one does,"
         notes.append(
             f"{record.name}: the start angle stated is {off:.2f} rad from that of the nominal machine's motion; only a "
-            "sensor that reads late, as behind a slow low-pass filter, would explain it"
+            f"sensor that reads {reads} would explain it"
         )
     return start, known_to, notes
 

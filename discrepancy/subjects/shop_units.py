@@ -63,6 +63,7 @@ SHOP: dict[str, tuple[Unit, str]] = {
     "roller.crack.stiffness_loss": (_times(100.0), "% of the stiffness lost"),
     "roller.crack_single.stiffness_loss": (_times(100.0), "% of the stiffness lost"),
     "sensor.gain.error": (_times(100.0), "% of the reading"),
+    "sensor.highpass.corner": (_times(0.5 / math.pi), "Hz cut-off"),
     "sensor.lowpass.time_constant": (_cutoff, "Hz cut-off"),
     "sensor.bracket_resonance.inverse_square": (_resonance, "Hz"),
     "sensor.mains_hum.phase": (_times(1.0 / DEGREE), "°"),

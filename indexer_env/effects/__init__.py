@@ -13,7 +13,8 @@ joint     input.backlash · output.backlash · output.cubic_stiffness · base.lo
 tabulated tabulated.speed · tabulated.angle · tabulated.cam · tabulated.deflection · tabulated.speed_angle ·
           tabulated.speed_cam · tabulated.deflection_rate · tabulated.profile: tables, not laws
 spline    the numbers of a table's cubic spline
-sensor    sensor.gain · sensor.lowpass · sensor.bracket_resonance · sensor.mains_hum · sensor.offset_drift
+sensor    sensor.gain · sensor.lowpass · sensor.highpass · sensor.bracket_resonance · sensor.mains_hum ·
+          sensor.offset_drift
 
 A new effect is one class in one of these files; what enters the equations of motion in a new place also gets its scalar
 equation in kernels/effects.py and a line in kernels/rates.py.

@@ -25,7 +25,7 @@ _POINTS = 720
 
 MEASURES = (
     "-", "torque", "torque per speed", "speed", "deflection", "input deflection", "ripple", "slip", "base compliance",
-    "cubic stiffness", "period", "period squared", "acceleration", "acceleration rate",
+    "cubic stiffness", "period", "period squared", "acceleration", "acceleration rate", "cam rate",
 )  # fmt: skip
 
 
@@ -44,6 +44,6 @@ def measures(machine: Machine, motor_speed: float, radius: float | None = None) 
     values = (
         1.0, torque, torque / speed, speed, deflection, at_input, at_input / machine.reduction,
         motor_speed / (machine.reduction * torque * slope), 1.0 / machine.output_joint.stiffness,
-        machine.output_joint.stiffness / deflection**2, period, period**2, seen, seen * cam / (2.0 * math.pi),
+        machine.output_joint.stiffness / deflection**2, period, period**2, seen, seen * cam / (2.0 * math.pi), cam,
     )  # fmt: skip
     return dict(zip(MEASURES, values, strict=True))

@@ -66,6 +66,27 @@ class SensorLowpass(SensorEffect):
 
 @register
 @dataclass(frozen=True)
+class SensorHighpass(SensorEffect):
+    """The chain is AC-coupled, or cuts off higher than thought."""
+
+    name = "sensor.highpass"
+    sentence = "A high-pass in the measuring chain, as the AC coupling of a piezoelectric sensor, cuts into the band."
+    equation = "first-order high-pass s/(s + corner); corner 0 is none"
+    source = _CHAIN
+    enters = "sensor"
+
+    corner: float = parameter(
+        "2π cut-off frequency", "rad/s", null=0.0, low=0.0, sought=Sought("cam rate", ladder(0.03, 4), 0.03, 0.003, 3.0)
+    )
+
+    def extend_sensor(self, sensor: Sensor) -> Sensor:
+        if self.is_null:
+            return sensor
+        return dataclasses.replace(sensor, highpass_hz=self.corner / math.tau)
+
+
+@register
+@dataclass(frozen=True)
 class SensorBracketResonance(SensorEffect):
     """The accelerometer's bracket rings."""
 

@@ -53,6 +53,7 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "base.looseness": {"compliance": 1.5e-6, "damping_ratio": (0.02, 0.1)},
     "sensor.gain": {"error": 0.02},
     "sensor.lowpass": {"time_constant": 4e-3},
+    "sensor.highpass": {"corner": 0.03},
     "sensor.bracket_resonance": {"inverse_square": 6e-6, "damping": (0.01, 0.06)},
     "sensor.mains_hum": {"amplitude": 0.2},
     "sensor.offset_drift": {"rate": 0.015},

@@ -248,7 +248,7 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
         put("numpy_version", "1.0"),
         r"item 10: numpy_version must be .*, as the manifest says, got '1\.0'",
     ),
-    "another schema version": (put("schema_version", 1), r"item 10: schema_version must be from 3 to 3, got 1"),
+    "another schema version": (put("schema_version", 1), r"item 10: schema_version must be from 4 to 4, got 1"),
     "an item twice": (put("item", 9), r"item 9: item must be above that of the row before, got 9"),
     "items out of order": (put("item", 30), r"item 11: item must be above that of the row before, got 11"),
     "rows at fault are counted": (

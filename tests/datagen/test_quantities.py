@@ -42,6 +42,7 @@ TWO: dict[str, tuple[Any, Any]] = {
     "faults.screw_looseness": (0.5, 1.0),
     "sensor.bracket_damping": (0.02, 0.05),
     "sensor.bracket_hz": (300.0, 320.0),
+    "sensor.highpass_hz": (0.5, 1.0),
     "sensor.lowpass_hz": (100.0, 200.0),
     "sensor.lowpass_order": (2, 4),
     "sensor.noise_snr_db": (20.0, 40.0),
@@ -161,7 +162,7 @@ def _values_of(field: dataclasses.Field) -> tuple[Any, Any]:
         return 1, 2
     if field.name == "inverse_square":
         return (2.0 * math.pi * 320.0) ** -2, (2.0 * math.pi * 300.0) ** -2
-    return (0.1, 0.2) if field.name == "compliance" else (0.005, 0.01)
+    return (0.1, 0.2) if field.name in ("compliance", "corner") else (0.005, 0.01)
 
 
 @pytest.mark.parametrize(

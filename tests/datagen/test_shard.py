@@ -39,7 +39,7 @@ def test_no_folder_no_data_set(tmp_path, copy):
 
 def test_another_schema_version(copy):
     change_manifest(copy, schema_version=99)
-    assert "must have schema version 3, got 99" in refusal(copy)
+    assert "must have schema version 4, got 99" in refusal(copy)
 
 
 def test_damaged_or_foreign_manifest(copy):
@@ -68,7 +68,7 @@ def test_shard_of_another_layout(copy):
     manifest = json.loads((copy / "manifest.json").read_text())
     manifest["shards"][0]["bytes"] = shard.stat().st_size
     change_manifest(copy, shards=manifest["shards"])
-    assert "does not follow schema version 3 (model)" in refusal(copy)
+    assert "does not follow schema version 4 (model)" in refusal(copy)
 
 
 def test_records_of_different_lengths(copy):

@@ -230,7 +230,7 @@ def states(model: IndexerModel) -> np.ndarray:
     return np.zeros((len(model.counts), model.local_count(NONE)))
 
 
-@pytest.mark.parametrize("effect", ["sensor.bracket_resonance", "sensor.lowpass"])
+@pytest.mark.parametrize("effect", ["sensor.bracket_resonance", "sensor.highpass", "sensor.lowpass"])
 def test_filters_are_seen_by_the_records_clock(effect: str) -> None:
     """A clock found to be 0.3 % fast is the same as a rate and a speed stated so much higher."""
     fast, values = 1.003, np.sin(0.1 * np.arange(8200.0))
@@ -243,7 +243,7 @@ def test_filters_are_seen_by_the_records_clock(effect: str) -> None:
     for model, clock in zip(models, (fast - 1.0, 0.0), strict=True):
         parameters = [p.coordinate(clock if p.name.endswith("clock") else p.nominal) for p in model.parameters]
         law = model.hypotheses()[effect][0]
-        size = {"sensor.bracket_resonance": (6e-6, 0.03), "sensor.lowpass": (4e-3,)}[effect]
+        size = {"sensor.bracket_resonance": (6e-6, 0.03), "sensor.highpass": (2.0,), "sensor.lowpass": (4e-3,)}[effect]
         z = np.concatenate([parameters, law.coordinates(size)])[None]
         jobs = Jobs(z, np.zeros(len(model.counts), dtype=int), np.arange(len(model.counts)), states(model))
         rows.append(model.residuals(law, jobs))

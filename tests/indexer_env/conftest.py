@@ -33,6 +33,7 @@ VISIBLE: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "base.looseness": {"compliance": 1.0 / 3e6},
         "sensor.gain": {"error": 0.1},
         "sensor.lowpass": {"time_constant": 2e-3},
+        "sensor.highpass": {"corner": 2.0},
         "sensor.bracket_resonance": {"inverse_square": 1e-6},
         "sensor.mains_hum": {"amplitude": 0.3},
         "sensor.offset_drift": {"rate": 0.5},

@@ -36,6 +36,7 @@ DESIGN = [
     "base.looseness",
     "sensor.gain",
     "sensor.lowpass",
+    "sensor.highpass",
     "sensor.bracket_resonance",
     "sensor.mains_hum",
     "sensor.offset_drift",
@@ -55,7 +56,7 @@ def size_of(name: str) -> dataclasses.Field:
 
 
 def test_the_library_is_that_of_the_design():
-    assert len(DESIGN) == 23
+    assert len(DESIGN) == 24
     assert sorted(EFFECTS) == sorted(DESIGN)
 
 

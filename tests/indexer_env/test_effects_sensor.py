@@ -39,6 +39,14 @@ def test_lowpass_is_a_second_order_butterworth(visible, frequency):
     assert abs(response(effect, frequency)) == pytest.approx(1.0 / math.sqrt(1.0 + warped**4), rel=1e-3)
 
 
+@pytest.mark.parametrize("frequency", [0.5, 2.0, 20.0])
+def test_highpass_is_an_rc_coupling(visible, frequency):
+    """What is constant is gone, and what is slow leads: H = j f/(fc + j f)."""
+    cut_off = 0.5
+    effect = visible("sensor.highpass", corner=2.0 * math.pi * cut_off)
+    assert response(effect, frequency) == pytest.approx(1j * frequency / (cut_off + 1j * frequency), rel=5e-3)
+
+
 def test_bracket_resonates_at_its_frequency_with_its_damping(visible):
     resonance, damping = 120.0, 0.05
     square = 1.0 / (2.0 * math.pi * resonance) ** 2

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from indexer_env import load_machine
+from indexer_env import Sensor, load_machine
+from tests.twin import builders
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
 from twin.faults import FAULTS
 from twin.physics import ESTABLISHED, PhysicalFault, Physics, _grown
+from twin.twin import Twin
 
 MACHINE = load_machine("reference")
 MATTERS = {"crack": 0.05, "friction": 0.05, "reducer_play": 0.05}
@@ -200,3 +203,18 @@ def test_an_effect_has_grown_where_both_estimates_say_so():
 def test_less_of_what_can_only_grow_is_no_fault():
     assert grown((3.0, 2.6, 3.4), 9.0) is None
     assert grown((-0.3, -0.7, 0.1), 0.9, "sensor_gain") is not None
+
+
+def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):
+    about = {
+        "sample_noise": 0.1, "calibration": {"findings": (), "spread": {}},
+        "settings": {"faults": ["crack_single"]}, "range": {"motor_speed_rpm": [1200.0, 1500.0]},
+    }  # fmt: skip
+    twin = Twin(Path(), about, builders.MACHINE, Sensor(), builders.view(), (), cast(Any, None), builders.healthy())
+    cracked = PhysicalFault("crack_single", 0.5, 0.4, 0.6, 0.99, ESTABLISHED, station=3)
+    monkeypatch.setattr("twin.physics.checked", lambda *given: None)
+    monkeypatch.setattr("twin.physics.explained", lambda *given: Physics(FAULTY, (cracked,), 1.0, 5.0, "said"))
+    signal, told = builders.record(turns=1.2)
+    turns = (signal, told), (signal, dataclasses.replace(told, start_angle=None))
+    assert [twin.explain([turn]).faults[0].station for turn in turns] == [3, None]
+    assert twin.explain(turns).faults[0].station is None

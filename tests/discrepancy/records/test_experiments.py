@@ -279,6 +279,22 @@ def test_a_known_filter_does_not_shift_the_start_that_is_found(record, nominal, 
     assert unknown.fitted[0].operating_point.start_angle < 1.25
 
 
+@pytest.mark.parametrize(
+    ("sensor", "said"),
+    [(Sensor(lowpass_hz=6.0, lowpass_order=1), "late, as behind a slow"), (Sensor(highpass_hz=0.4), "AC-coupled")],
+)
+def test_a_sensor_that_shifts_the_motion_is_guessed_by_the_direction(record, nominal, values, sensor, said) -> None:
+    notes = experiments([record(sensor.read(values, 1000.0).values)], nominal, Sensor()).notes
+    assert any("rad from that of the nominal machine's motion" in note and said in note for note in notes)
+
+
+def test_several_records_without_start_angles_have_no_station_in_common(record, nominal) -> None:
+    said = "not known to begin at the same station"
+    told, one = ([record(), record(start_angle=None)], [record(start_angle=None), record(start_angle=None)])
+    assert not any(said in note for note in experiments(told, nominal, Sensor()).notes)
+    assert any(said in note for note in experiments(one, nominal, Sensor()).notes)
+
+
 def test_a_machine_that_cannot_run_is_refused(record) -> None:
     nominal = load_machine("reference")
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
