@@ -112,7 +112,8 @@ def answer_of(
         return Answer(NOT_COMPARABLE, f"Not comparable: {network.reason}", (), (), network, physics)
     seen = _by_network(network)
     if physics is None:
-        return _with(network.verdict, seen, (), network, None)
+        why = (f"By the networks {network.reason}.",) if network.verdict == UNKNOWN else ()
+        return _with(network.verdict, seen, why, network, None)
     if physics.verdict == FAULTY:
         found = _by_physics(physics, seen, machine, matters, faults)
         no_other = all(fault.by == _BOTH for fault in found)

@@ -76,7 +76,7 @@ class TurnDiagnosis:
 
 def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:
     """What comparable records of a machine in one state say together: of the records on the side on which all are in
-    the middle, the one that is clearest there.
+    the middle, the one that is clearest there; of those with an alarm one that names faults, if any does.
 
     The median novelty decides, and the mean alarm of those that are not novel. A limit that one healthy turn in a
     hundred passes is passed by the highest of n in n hundredths.
@@ -85,4 +85,6 @@ def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:
         return max(each, key=lambda one: one.novelty)
     known = [one for one in each if one.novelty <= 1.0]
     alarmed = statistics.fmean(one.alarm for one in known) > 0.0
-    return (max if alarmed else min)(known, key=lambda one: one.alarm)
+    if not alarmed:
+        return min(known, key=lambda one: one.alarm)
+    return max(known, key=lambda one: (bool(one.faults), one.alarm))

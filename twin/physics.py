@@ -13,7 +13,8 @@ from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.windows import cut
-from discrepancy.records.experiments import INSIST, Experiments, experiments
+from discrepancy.records.experiments import Experiments, experiments
+from discrepancy.records.likeness import INSIST
 from discrepancy.records.reading import Record
 from indexer_env.effects import EFFECTS
 from indexer_env.errors import SignalError

@@ -184,7 +184,8 @@ class Twin:
         estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
         named = chance >= NAMED
-        if not named.any():
+        none = not named.any()
+        if none:
             named[np.argmax(chance)] = True
         reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
         sizes, probabilities = {}, {}
@@ -214,6 +215,11 @@ class Twin:
             reason = "the turn is as the healthy machine's"
             return TurnDiagnosis(HEALTHY, (), probabilities, sizes, alarm, strange, reason)
         words = {fault.name: fault.words for fault in self.faults}
+        if none:
+            nearest = seen_faults[0]
+            reason = f"the turn is not healthy, and no fault of the table is likely; {words[nearest.name]} comes nearest, "
+            reason += f"with {100.0 * nearest.probability:.0f} %"
+            return TurnDiagnosis(UNKNOWN, (), probabilities, sizes, alarm, strange, reason)
         reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
         return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)
 

@@ -116,12 +116,15 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
         return float((np.logaddexp(0.0, z) - y * z).mean() + _RIDGE * (w[1:] ** 2).sum() / len(y))
 
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
-    rattling, left = np.log1p(fits.rattling), np.log(fits.left)
+    named = possible & (evidence(fits) @ name > 0.0)
+    # a fit that names the wrong faults lies in a wrong minimum and tells nothing of what a right one may leave
+    right = (named == there).all(axis=1)
+    some = right if right.sum() >= LEAST else np.full(len(there), True)
+    rattling, left = np.log1p(fits.rattling[some]), np.log(fits.left[some])
     line = np.linalg.lstsq(np.stack([rattling, np.ones_like(rattling)], axis=1), left)[0]
     slope = max(float(line[0]), 0.0)
     strange, quiet = _far(left - slope * rattling), _limit(sound_left)
-    found = Weights(name, np.zeros(0), slope, float(fits.rattling.max()), strange, quiet)
-    named = found.logits(fits) > 0.0
+    found = Weights(name, np.zeros(0), slope, float(fits.rattling[some].max()), strange, quiet)
     error = np.abs(fits.size - size) / spread(fits)
     return dataclasses.replace(found, reach=reaches(error, named & there, named, coverage))
 

@@ -17,43 +17,24 @@ from discrepancy.indexer.reading import has_filters
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
-from discrepancy.records.matching import Match, likest_other, nominal_orders, upright
+from discrepancy.records.likeness import ALIKE, LIKENESS, check_likeness, checked_motion, other_stations
+from discrepancy.records.matching import likest_other, nominal_orders, upright
 from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
-from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to, stated_rpm
+from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
 from discrepancy.records.start import start_of
 from indexer_env.errors import ParameterError, SignalError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from indexer_env.units import DEGREE, RPM
-from indexer_records.acceleration_units import STANDARD_GRAVITY
+from indexer_env.units import RPM
 from indexer_records.resample import CUTOFF, entire
 
 _TURN = 2.0 * math.pi
 
-_LIKENESS = 0.95
-"""Likeness below which a record is not of this machine: what else acts would be a third of the motion."""
-
-_ALIKE, _NEARER = 0.995, 0.5
-"""Below the first another motion law or share may be the record's: one whose likeness falls short of 1 by less than the
-second times as much. Another law makes it 0.95 to 0.992, strong effects 0.98; most leave it above 0.997."""
-
-INSIST = ", or set check_motion=false if they are right"
-"""What a command adds to a sentence that takes a record for one of another motion, if it lets a user insist."""
-
-_LEVEL = (0.7, 1.43)
-"""Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
-
-_WHOLE = 0.015
-"""By how much a number of stations that would make the level may be off a whole one."""
-
-_UNITS = {
-    STANDARD_GRAVITY: "g for m/s^2", DEGREE: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
-    1e-3 * STANDARD_GRAVITY: "mg for m/s^2",
-}  # fmt: skip
-"""What one of the first unit is worth in the second."""
+_WHOLE_RATIO = 1e-3
+"""Motor turns by which a turn of the table may differ from a whole number of them: some tens add up to nothing."""
 
 _RATE = 1000.0
 """Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""
@@ -96,11 +77,7 @@ def experiments(
         experiment, said = _checked(record, machine, sensor, noise, every, check_motion)
         made.append(experiment)
         notes += said
-    if sum(experiment.start_compared for experiment in made) > 1:
-        notes.append(
-            "records without a start angle or a pulse are not known to begin at the same station, so that what single "
-            "stations do is not found in them together; state start_angle, or record a pulse"
-        )
+    notes += _apart(made, machine)
     kept = [record.conditions.held_out for record in records]
     if all(kept):
         raise SignalError("One record or more must be left to fit, got all of them held out; hold out fewer.")
@@ -119,6 +96,27 @@ def experiments(
     if len(speeds) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
     return Experiments(fitted, held, tuple(notes))
+
+
+def _apart(made: Sequence[Experiment], machine: Machine) -> list[str]:
+    """What records do not have in common for want of start angles."""
+    if len(made) < 2:
+        return []
+    said = []
+    if sum(experiment.start_compared for experiment in made) > 1:
+        said.append(
+            "records without a start angle or a pulse are not known to begin at the same station, so that what single "
+            "stations do is not found in them together; state start_angle, or record a pulse"
+        )
+    ratio, turn = machine.stations / machine.reduction, _TURN * machine.stations
+    through = any(not 0.0 <= experiment.operating_point.start_angle <= turn for experiment in made)
+    if abs(ratio - round(ratio)) > _WHOLE_RATIO and not through:
+        said.append(
+            f"the motor turns {ratio:.6g} times in a turn of the table, no whole number, so that what turns with it is "
+            f"found in several records together only where start_angle counts the turns of the table through, "
+            f"{math.degrees(turn):g}° for each"
+        )
+    return said
 
 
 def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> None:
@@ -208,16 +206,16 @@ def _checked(
         raise ParameterError(
             f"The nominal machine must run at the conditions of {record.name}, but {why}; correct its parameters."
         ) from None
-    signal, match, said = upright(record.name, signal, machine.reduction * speed, nominal, _LIKENESS)
+    signal, match, said = upright(record.name, signal, machine.reduction * speed, nominal, LIKENESS)
     record = dataclasses.replace(record, signal=signal)
     notes += said
-    if slower is not None and match.likeness < _LIKENESS:
+    if slower is not None and match.likeness < LIKENESS:
         raise slower
-    _check_likeness(record, match, sensor)
-    notes += _other_stations(record, match.level, machine.stations)
-    if match.likeness < _ALIKE:
+    check_likeness(record, match, sensor)
+    notes += other_stations(record, match.level, machine.stations)
+    if match.likeness < ALIKE:
         other = likest_other(signal, machine.reduction * speed, machine, point, sensor)
-        notes += _check_motion(record, match, other, check_motion)
+        notes += checked_motion(record, match, other, check_motion)
     if slower is not None:
         notes.append(f"{record.name} repeats itself only after several cam turns, as a machine may that is shaken hard")
     if record.pulses is None or len(record.pulses) < 2:
@@ -240,53 +238,3 @@ def _checked(
     compared = stated.start_angle is None and record.pulses is None
     made = Experiment(named, point, stated.noise, known_to, spread, estimate=estimate, start_compared=compared)
     return made, notes
-
-
-def _check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
-    if match.likeness < _LIKENESS:
-        raise SignalError(
-            f"{record.name} must look like the nominal machine, likeness {_LIKENESS:g} or more in the first orders of "
-            f"the cam, got {match.likeness:.3f}; check the motor speed stated, {stated_rpm(record)}, motion_law and "
-            "motion_share, a sensor that is AC-coupled (sensor.highpass_hz), or whose record it is."
-        )
-    if not _LEVEL[0] <= match.level <= _LEVEL[1]:
-        raise SignalError(
-            f"{record.name}: the level must be {_LEVEL[0]:g} to {_LEVEL[1]:g} times the nominal machine's, got "
-            f"{match.level:.3g} times; {_guess(match.level, sensor)}."
-        )
-
-
-def _other_stations(record: Record, level: float, stations: int) -> list[str]:
-    """A table that turns by another angle in each index moves like this one with another gain."""
-    other = stations / level
-    if round(other) == stations or abs(other / round(other) - 1.0) > _WHOLE:
-        return []
-    return [
-        f"{record.name} has {level:.3g} times the nominal machine's level, as a table with {round(other)} stations "
-        f"would have; check machine.stations, {stations}, before you believe in a wrong gain"
-    ]
-
-
-def _check_motion(record: Record, match: Match, other: tuple[str, float], refuses: bool) -> list[str]:
-    words, likeness = other
-    if 1.0 - likeness >= _NEARER * (1.0 - match.likeness):
-        return []
-    both = f"likeness {match.likeness:.3f} in the first orders of the cam and {likeness:.3f} with {words}"
-    if refuses:
-        raise SignalError(
-            f"{record.name} must look more like the nominal machine than like one with another motion, got {both}; "
-            f"correct motion_law or motion_share{INSIST}."
-        )
-    return [f"{record.name} looks more like a machine with another motion ({both}); the stated one is taken"]
-
-
-def _guess(level: float, sensor: Sensor) -> str:
-    """What may be wrong where the level is."""
-    units = {**_UNITS, **({} if sensor.radius is None else {sensor.radius: "rad/s^2 for m/s^2"})}
-    for factor, words in units.items():
-        first, _, second = words.partition(" for ")
-        if 0.75 < level * factor < 1.33:
-            return f"the unit looks like {first} where {second} is stated"
-        if 0.75 < level / factor < 1.33:
-            return f"the unit looks like {second} where {first} is stated"
-    return "check the unit, the sensor's radius and gain, and the number of stations"

@@ -24,6 +24,12 @@ def headline(outcome: Outcome) -> str:
     """What is missing, how large it is, how much of the gap it closes, and what remains."""
     answer = outcome.answer
     if answer.verdict == "nothing missing":
+        if _unrepeated(outcome) and answer.criteria.tolerance is None:
+            return (
+                f"Nothing that repeats from turn to turn is missing: {times(answer.before)} the noise remains on records "
+                f"that were never fitted{_unrepeated(outcome)}, so that the noise is larger than it was taken for, or "
+                f"something acts that is not locked to the table.{_cut_short(outcome)}"
+            )
         tolerated = "" if answer.criteria.tolerance is None else " and what is tolerated"
         said = f"Nothing is missing: the calibrated model comes down to the noise{tolerated}"
         return f"{said} on records that were never fitted ({times(answer.before)} it).{_cut_short(outcome)}"
@@ -72,13 +78,18 @@ def where_in_short(where: Where | None) -> str:
 def comes_from(origin: Origin) -> str:
     """Where what remains comes from, how sure that is, and what is hardly told from it."""
     first = origin.first
-    said = f"Of all that could be missing, {first.name} explains it best"
-    said += f" ({percent(first.probability)} sure that it is {JOINT_WORDS[first.joint]}, varying with {first.kind})"
+    said = f"Of the causes that were compared, {first.name} explains it best"
+    said += f" (among them it is {JOINT_WORDS[first.joint]}, varying with {first.kind}, with {_surely(first.probability)})"
     if origin.alike:
         said += f"; these records hardly tell it from {joined([place.name for place in origin.alike])}"
     if origin.beside:
         said += f"; beside it they show {joined(list(dict.fromkeys(place.name for place in origin.beside)))}"
     return f"{said}."
+
+
+def _surely(probability: float) -> str:
+    """A probability among what was compared, which is not all that there can be."""
+    return "over 99 %" if probability > 0.99 else percent(probability)
 
 
 def described(finding: Finding) -> str:

@@ -43,7 +43,8 @@ def test_a_record_that_cannot_be_compared_is_an_answer_of_its_own():
 
 def test_without_physics_the_networks_answer():
     assert answered(network(HEALTHY), None).verdict == HEALTHY
-    assert answered(network(UNKNOWN), None).verdict == UNKNOWN
+    unknown = answered(network(UNKNOWN), None)
+    assert unknown.verdict == UNKNOWN and unknown.remarks == ("By the networks because.",)
     answer = answered(network(FAULTY, "friction"), None)
     assert answer.headline == "Faulty: growing friction, 5 N m (4 to 6)."
 
@@ -130,6 +131,12 @@ def test_one_strange_record_among_several_does_not_make_the_machine_unknown():
     assert together([sound, strange, sound]) is sound
     assert together([sound, strange, strange]) is strange
     assert together([strange]) is strange
+
+
+def test_of_records_with_an_alarm_one_that_names_its_faults_speaks():
+    named, nameless = network(FAULTY, "crack"), turn(UNKNOWN, 3.0)
+    assert together([nameless, named, nameless]) is named
+    assert together([nameless]) is nameless
 
 
 def test_the_alarm_of_a_strange_record_does_not_count():

@@ -283,6 +283,17 @@ def test_few_fits_in_a_wrong_minimum_do_not_decide_what_is_strange(bad):
     assert left[bad:].max() < limit < 60.0
 
 
+def test_many_fits_that_name_the_wrong_faults_do_not_decide_what_is_strange():
+    """Seed 1: a quarter of the fits miss what is there, and leave some hundred times the noise's power."""
+    fits, there, size = drawn(np.random.default_rng(0), 160)
+    rng = np.random.default_rng(1)
+    left, found, bad = np.exp(rng.normal(0.0, 0.3, 160)), fits.size.copy(), np.arange(160) < 40
+    left[bad], found[bad], there[bad, 0] = np.exp(rng.normal(6.0, 1.0, 40)), 0.0, True
+    weights = weights_of(dataclasses.replace(fits, size=found, left=left), there, size, np.ones(200), 0.9)
+    limit = 1.0 / weights.strangeness(dataclasses.replace(fits, left=np.ones(160)))[0] ** 2
+    assert left[~bad].max() < limit < 20.0
+
+
 def test_how_much_a_turn_rattles_is_what_its_cam_turns_differ_by_beyond_noise():
     rng = np.random.default_rng(0)
     calm = turn({"crack": 0.3})

@@ -52,7 +52,7 @@ def test_a_turn_begins_when_the_start_is_forgotten(monkeypatch):
     )  # whole samples in a cam turn: all leads read the same
     loose = dataclasses.replace(healthy(), machine=Faults(screw_looseness=0.5).applied_to(MACHINE))
     turns = []
-    for lead in (3, 8, 1):
+    for lead in (module._LEAD, 16, 1):
         monkeypatch.setattr(module, "_LEAD", lead)
         turns.append(dataclasses.replace(loose).turn(point))
     usual, late, early = turns

@@ -253,9 +253,10 @@ def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -
     origin = Origin(PLACES[0], 0.7, (PLACES[1],), (FLOOR,))
     files = report_files(dataclasses.replace(made("remainder"), origin=origin))
     said = (
-        "Of all that could be missing, a torque on the table that follows the cam's phase explains it best (60 % sure "
-        "that it is the output joint or the table, varying with phase); these records hardly tell it from a torque on "
-        "the cam shaft that follows the cam's phase; beside it they show blows to the base, which rings at 31 Hz."
+        "Of the causes that were compared, a torque on the table that follows the cam's phase explains it best (among "
+        "them it is the output joint or the table, varying with phase, with 60 %); these records hardly tell it from a "
+        "torque on the cam shaft that follows the cam's phase; beside it they show blows to the base, which rings at "
+        "31 Hz."
     )
     told = json.loads(files["report.json"])["remains"]["origin"]
     assert told["in_words"] == said and (told["joint"], told["kind"], told["share"]) == ("output", "phase", 0.7)
