@@ -217,8 +217,8 @@ class Twin:
         words = {fault.name: fault.words for fault in self.faults}
         if none:
             nearest = seen_faults[0]
-            reason = f"the turn is not healthy, and no fault of the table is likely; {words[nearest.name]} comes nearest, "
-            reason += f"with {100.0 * nearest.probability:.0f} %"
+            reason = "the turn is not healthy, and no fault of the table is likely; "
+            reason += f"{words[nearest.name]} comes nearest, with {100.0 * nearest.probability:.0f} %"
             return TurnDiagnosis(UNKNOWN, (), probabilities, sizes, alarm, strange, reason)
         reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
         return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)

@@ -26,9 +26,9 @@ def headline(outcome: Outcome) -> str:
     if answer.verdict == "nothing missing":
         if _unrepeated(outcome) and answer.criteria.tolerance is None:
             return (
-                f"Nothing that repeats from turn to turn is missing: {times(answer.before)} the noise remains on records "
-                f"that were never fitted{_unrepeated(outcome)}, so that the noise is larger than it was taken for, or "
-                f"something acts that is not locked to the table.{_cut_short(outcome)}"
+                f"Nothing that repeats from turn to turn is missing: {times(answer.before)} the noise remains on "
+                f"records that were never fitted{_unrepeated(outcome)}, so that the noise is larger than it was taken "
+                f"for, or something acts that is not locked to the table.{_cut_short(outcome)}"
             )
         tolerated = "" if answer.criteria.tolerance is None else " and what is tolerated"
         said = f"Nothing is missing: the calibrated model comes down to the noise{tolerated}"
@@ -79,7 +79,8 @@ def comes_from(origin: Origin) -> str:
     """Where what remains comes from, how sure that is, and what is hardly told from it."""
     first = origin.first
     said = f"Of the causes that were compared, {first.name} explains it best"
-    said += f" (among them it is {JOINT_WORDS[first.joint]}, varying with {first.kind}, with {_surely(first.probability)})"
+    likely = _surely(first.probability)
+    said += f" (among them it is {JOINT_WORDS[first.joint]}, varying with {first.kind}, with {likely})"
     if origin.alike:
         said += f"; these records hardly tell it from {joined([place.name for place in origin.alike])}"
     if origin.beside:

@@ -295,6 +295,14 @@ def test_several_records_without_start_angles_have_no_station_in_common(record, 
     assert any(said in note for note in experiments(one, nominal, Sensor()).notes)
 
 
+@pytest.mark.parametrize(("ratio", "turns", "noted"), [(25.625, 0, False), (25.3, 0, True), (25.3, 1, False)])
+def test_a_motor_that_stands_otherwise_after_a_turn_is_noted(record, nominal, ratio: float, turns: int, noted) -> None:
+    """205 or 202.4 turns of the motor in one of the table; the second record is told to begin so many turns later."""
+    machine, speed = dataclasses.replace(nominal, reduction_ratio=ratio), 1500.0 * RPM * ratio / 25.625
+    given = [record(motor_speed=speed, start_angle=1.3 + 16.0 * math.pi * later) for later in (0, turns)]
+    assert any("202.4 times in a turn of the table" in one for one in experiments(given, machine, Sensor()).notes) == noted
+
+
 def test_a_machine_that_cannot_run_is_refused(record) -> None:
     nominal = load_machine("reference")
     stiff = dataclasses.replace(nominal.output_joint, stiffness=1e14)
