@@ -300,7 +300,8 @@ def test_a_motor_that_stands_otherwise_after_a_turn_is_noted(record, nominal, ra
     """205 or 202.4 turns of the motor in one of the table; the second record is told to begin so many turns later."""
     machine, speed = dataclasses.replace(nominal, reduction_ratio=ratio), 1500.0 * RPM * ratio / 25.625
     given = [record(motor_speed=speed, start_angle=1.3 + 16.0 * math.pi * later) for later in (0, turns)]
-    assert any("202.4 times in a turn of the table" in one for one in experiments(given, machine, Sensor()).notes) == noted
+    notes = experiments(given, machine, Sensor()).notes
+    assert any("202.4 times in a turn of the table" in note for note in notes) == noted
 
 
 def test_a_machine_that_cannot_run_is_refused(record) -> None:

@@ -84,7 +84,8 @@ def test_each_answer_has_its_sentence(made: Made, name: str, said: str) -> None:
 
 def test_what_does_not_repeat_is_no_noise_without_a_word(made: Made) -> None:
     outcome = made("nothing")
-    noisy = dataclasses.replace(outcome.answer, before=5.3, remains=dataclasses.replace(outcome.answer.remains, noise=5.2))
+    remains = dataclasses.replace(outcome.answer.remains, noise=5.2)
+    noisy = dataclasses.replace(outcome.answer, before=5.3, remains=remains)
     said = headline(dataclasses.replace(outcome, answer=noisy))
     assert said.startswith("Nothing that repeats from turn to turn is missing: 5.3 times the noise remains")
     assert "(5.2 times of it does not repeat from turn to turn)" in said and "not locked to the table" in said
