@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,15 @@ from monitor.given import check_ignored, check_texts, load_torque_of, motor_spee
 from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
+from monitor.store.archive import FOLDER
 
 ADDRESSES = ("mqtt://", "mqtts://", "opc.tcp://", "folder:", "replay:")
 """How a source begins that is neither the demonstration nor the built-in broker."""
 
 _LEAST_SECRET = 16
+
+_OWN = ("monitor.sqlite*", FOLDER, "demo-model")
+"""What a monitor leaves in its folder."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +179,7 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     for key in ("source", "host"):
         if not isinstance(config[key], str) or not config[key]:
             raise refuse("monitor", key, "a text", config[key])
-    out, owner = path_given("monitor", "out", config["out"]), owner_of(config)
+    out, owner = _out_of(config), owner_of(config)
     access, webhook = Access(**config["auth"]), Webhook(**config["webhook"])
     if not is_local(config["host"]) and not access.needed:
         remedy = "set auth.operator_token, or listen on 127.0.0.1"
@@ -226,6 +231,16 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
         owner=owner,
         lease_s=float(config["lease"]["seconds"]),
     )
+
+
+def _out_of(config: Mapping[str, Any]) -> Path:
+    """The monitor's folder: a new one, an empty one, or one that a monitor has left."""
+    out = path_given("monitor", "out", config["out"])
+    held = sorted(path.name for path in out.iterdir()) if out.is_dir() else []
+    if held and not any(fnmatchcase(name, own) for name in held for own in _OWN):
+        rule = "a new folder, an empty one or one of an earlier monitor"
+        raise refuse("monitor", "out", rule, str(out), f"it holds other files ({held[0]}); name another")
+    return out
 
 
 def _plan(config: Mapping[str, Any]) -> Plan:

@@ -87,7 +87,8 @@ class TwinDiagnoser:
         seen = self.twin.diagnose_turn(signal, Conditions(mode.motor_speed, self.load_torque))
         if seen.verdict == NOT_COMPARABLE:
             raise ParameterError(
-                f"monitor: the twin cannot be asked at {mode.name} and {self.load_torque:g} N m, since {seen.reason}"
+                f"monitor: motor_speeds_rpm and load_torque must be of an operating point that the twin knows, got "
+                f"{mode.name} and {self.load_torque:g} N m: {seen.reason.removeprefix('a healthy turn: ')}"
             )
 
     def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str] | None:

@@ -136,6 +136,15 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
         Service(settings_of(config(*given, "sensor_radius=0.3", f"out={tmp_path}/file")))
 
 
+def test_a_folder_of_other_files_is_no_monitors_folder(tmp_path):
+    (tmp_path / "letter.txt").touch()
+    given = ["source=broker", "model=m", f"out={tmp_path}"]
+    with pytest.raises(ParameterError, match=r"monitor\.out must be a new folder, an empty one .* \(letter\.txt\)"):
+        settings_of(config(*given))
+    (tmp_path / "monitor.sqlite").touch()
+    assert settings_of(config(*given)).out == tmp_path
+
+
 def test_monitors_that_share_a_store_ask_the_broker_under_names_of_their_own():
     settings = settings_of(config("source=mqtt://broker/+", "model=m", "lease.owner=north"))
     assert settings.owner == "north" and settings.client_id == "indexer-monitor-north"
