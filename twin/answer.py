@@ -4,9 +4,9 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds some of the faults the networks name  the networks' faults, and which of them physics does not need
+    physics finds some of the faults the networks name  these, and of the networks' others those that they are sure of
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
-    physics finds another, and more than noise is left  these and the networks' others, and what remains
+    physics leaves more than noise beside what it finds these and all of the networks' others, and what remains
     physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
@@ -19,6 +19,7 @@ the machine is healthy.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -35,6 +36,11 @@ _BOTH = "physics and network"
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
+
+_SURE = 0.9
+"""Probability from which networks are believed though physics explains the record without the fault, where one half
+does for a name else: a record that is explained without it speaks nine to one against it. Of 22 faults that networks
+named beside a larger one and physics did not, 15 of the 16 below it were not there, and five of the six above it were."""
 
 
 @dataclass(frozen=True)
@@ -116,8 +122,9 @@ def answer_of(
         return _with(network.verdict, seen, why, network, None)
     if physics.verdict == FAULTY:
         found = _by_physics(physics, seen, machine, matters, faults)
-        no_other = all(fault.by == _BOTH for fault in found)
-        others = _others(found, seen) if no_other or physics.level > _MORE_THAN_NOISE else ()
+        another = any(fault.by != _BOTH for fault in found)
+        least = 0.0 if physics.level > _MORE_THAN_NOISE else math.inf if another else _SURE
+        others = [fault for fault in _others(found, seen) if fault.probability >= least]
         return _with(FAULTY, (*found, *others), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()

@@ -63,7 +63,17 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-def test_physics_that_finds_nothing_else_takes_no_fault_away_and_leaves_sizes_as_they_are():
+def test_physics_that_needs_no_more_takes_those_faults_away_of_which_the_networks_are_not_sure():
+    seen = network(FAULTY, "crack", "friction")
+    crack, friction = seen.faults
+    for probability, names in ((0.95, ["crack", "friction"]), (0.85, ["crack"])):
+        unsure = dataclasses.replace(seen, faults=(crack, dataclasses.replace(friction, probability=probability)))
+        assert sorted(fault.name for fault in answered(unsure, physics(FAULTY, ("crack", 0.5))).faults) == names
+        left = answered(unsure, physics(FAULTY, ("crack", 0.5), level=1.3))
+        assert sorted(fault.name for fault in left.faults) == ["crack", "friction"]
+
+
+def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
     answer = answered(network(FAULTY, "crack", "friction"), physics(FAULTY, ("crack", 0.5)))
     assert [(fault.name, fault.by, fault.size) for fault in answer.faults] == [
         ("crack", "physics and network", 5.0), ("friction", "network", 5.0),
