@@ -40,7 +40,7 @@ _MORE_THAN_NOISE = 1.2
 _SURE = 0.9
 """Probability from which networks are believed though physics explains the record without the fault, where one half
 does for a name else: a record that is explained without it speaks nine to one against it. Of 22 faults that networks
-named beside a larger one and physics did not, 15 of the 16 below it were not there, and five of the six above it were."""
+named beside a larger one and physics did not, 15 of the 16 below it were not there; of six above it five were."""
 
 
 @dataclass(frozen=True)
