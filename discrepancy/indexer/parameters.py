@@ -28,10 +28,10 @@ _FACTORS = (0.95, 0.98, 1.02, 1.05)
 
 _UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "inertia": "kg m²"}
 
-OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-"}
+OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-", "inertia": "-"}
 """Nuisance parameters of each record with their units; but for the angle relative to what was stated."""
 
-_BOUNDED = ("drift", "load", "clock")
+_BOUNDED = ("drift", "load", "clock", "inertia")
 """Those that an effect could hide behind: a clock that is far off looks like a gain."""
 
 _REACH = 3.0
@@ -56,11 +56,11 @@ def base_parameters(machine: Machine, uncertainty: dict[str, float]) -> tuple[Pa
 
 def record_parameters(number: int, experiment: Experiment) -> tuple[Parameter, ...]:
     """What is free in each record beside its stated value: the drive's angle at its first sample, its mean speed, how
-    the speed drifts, the load torque and the sampling rate; what is known exactly is no parameter."""
+    the speed drifts, load torque, sampling rate and the table's inertia; what is known exactly is no parameter."""
     spreads = (
         experiment.start_uncertainty, experiment.speed_uncertainty, experiment.drift_uncertainty,
         experiment.load_uncertainty if experiment.operating_point.load_torque != 0.0 else 0.0,
-        experiment.clock_uncertainty,
+        experiment.clock_uncertainty, experiment.inertia_uncertainty,
     )  # fmt: skip
     return tuple(
         Parameter(f"record {number}.{name}", unit, 0.0, spread, -_REACH * spread, _REACH * spread, True, record=number)

@@ -55,6 +55,8 @@ class Experiment:
         Relative standard deviation of the load torque [-], >= 0.
     clock_uncertainty : float
         Relative standard deviation of the logger's sampling rate [-], >= 0.
+    inertia_uncertainty : float
+        Relative standard deviation by which the table's inertia is another one in this record [-], >= 0.
     begun : float
         Time of the first sample since the sensor's record began [s], >= 0, where this is a part of it: the sensor's
         offset drifts from there.
@@ -74,6 +76,7 @@ class Experiment:
     drift_uncertainty: float = 2e-3
     load_uncertainty: float = 0.05
     clock_uncertainty: float = 2e-3
+    inertia_uncertainty: float = 0.0
     begun: float = 0.0
     estimate: tuple[float, float] | None = None
     start_compared: bool = False
@@ -88,7 +91,7 @@ class Experiment:
         start, speed = self.start_uncertainty, self.speed_uncertainty
         check_number("Experiment", "start_uncertainty", start, low=0.0, low_open=True, unit="rad")
         check_number("Experiment", "speed_uncertainty", speed, low=0.0, low_open=True)
-        for name in ("drift_uncertainty", "load_uncertainty", "clock_uncertainty"):
+        for name in ("drift_uncertainty", "load_uncertainty", "clock_uncertainty", "inertia_uncertainty"):
             check_number("Experiment", name, getattr(self, name), low=0.0)
         check_number("Experiment", "begun", self.begun, low=0.0, unit="s")
 

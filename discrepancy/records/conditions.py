@@ -39,6 +39,9 @@ class Conditions(RecordConditions):
         Standard deviation of the cam angle that is stated, or of the pulse's [rad], > 0.
     speed_uncertainty : float or None
         Relative standard deviation of the mean speed [-], > 0; None: as far as the record itself gives it.
+    inertia_uncertainty : float
+        Relative standard deviation by which the table's inertia is another one in this record, with other workpieces on
+        it [-], >= 0.
     pulse_angle : float or None
         Cam angle at which the once-per-turn pulse stands [rad]; None: 0 where the pulse gives the start angle.
     noise : float or None
@@ -55,6 +58,7 @@ class Conditions(RecordConditions):
     start_angle: float | None = None
     start_uncertainty: float = 0.002
     speed_uncertainty: float | None = None
+    inertia_uncertainty: float = 0.0
     pulse_angle: float | None = None
     noise: float | None = None
     held_out: bool = False
@@ -73,6 +77,7 @@ class Conditions(RecordConditions):
         for name, unit in (("noise", "of the record"), ("start_uncertainty", "rad"), ("speed_uncertainty", "-")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        check_number("Conditions", "inertia_uncertainty", self.inertia_uncertainty, low=0.0, high=1.0)
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)
         try:

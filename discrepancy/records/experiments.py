@@ -236,5 +236,8 @@ def _checked(
             "taken a part; state noise where it comes from before the filter"
         )
     compared = stated.start_angle is None and record.pulses is None
-    made = Experiment(named, point, stated.noise, known_to, spread, estimate=estimate, start_compared=compared)
+    made = Experiment(
+        named, point, stated.noise, known_to, spread, inertia_uncertainty=stated.inertia_uncertainty,
+        estimate=estimate, start_compared=compared,
+    )  # fmt: skip
     return made, notes

@@ -189,6 +189,15 @@ class IndexerSubject(Subject):
         assert isinstance(model, IndexerModel)
         return origin_at(model, place)
 
+    def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
+        assert isinstance(model, IndexerModel)
+        values = model.values(place.hypothesis, place.z)
+        changed = ((e, values.get(f"record {k}.inertia", 0.0)) for k, e in enumerate(model.experiments))
+        return tuple(
+            f"{e.signal.source}: the table's inertia is {1.0 + change:.3g} times the machine's."
+            for e, change in changed if e.inertia_uncertainty > 0.0
+        )  # fmt: skip
+
     def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
         if effect not in _BUMPS:
             return ""
