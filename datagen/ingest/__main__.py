@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import Any
 
+import pyarrow.parquet as pq
 from rich.table import Table
 
 from datagen.ingest.publish import ingest
 from datagen.ingest.settings import PLACES, settings_from
-from datagen.ingest.sources import sources_of
+from datagen.ingest.sources import COLUMNS, sources_of
 from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.words import counted, plain_console
+
+_SHOWN = 3
+"""Reasons of rejection that are told at once."""
+
+_LIKE = 0.8
+"""Likeness (`difflib`) to a column of its own from which a group's name may be a misspelled one."""
 
 
 @hydra_command("ingest")
@@ -29,6 +37,9 @@ def main(config: dict[str, Any]) -> None:
     groups = sorted({name for source in sources for name in source.groups})
     if groups:
         print(f"groups of the labels table: {', '.join(groups)}")
+        for name in groups:
+            if meant := get_close_matches(name, COLUMNS, n=1, cutoff=_LIKE):
+                print(f"  {name} is taken for a group; write {meant[0]!r} if that was meant")
     elif labels is None:
         print("no labels table was given, so the files have no groups")
     else:
@@ -50,6 +61,11 @@ def _say(manifest: dict[str, Any], folder: str) -> None:
     if manifest["rejected"]:
         rejected = counted(manifest["rejected"], "file or turn", "files or turns")
         console.print(f"{rejected} rejected, with reasons in {folder}/{REJECTED}")
+        reasons = pq.read_table(f"{folder}/{REJECTED}", columns=["reason"])["reason"].to_pylist()
+        for reason in reasons[:_SHOWN]:
+            console.print(f"  {reason}")
+        if len(reasons) > _SHOWN:
+            console.print(f"  and {len(reasons) - _SHOWN} more")
 
 
 if __name__ == "__main__":

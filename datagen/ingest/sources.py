@@ -26,6 +26,9 @@ _READING = {known.name for known in fields(Reading)}
 _CONDITIONS = {known.name for known in fields(RecordConditions)} - {"machine"} | {"motor_speed_rpm"}
 """Columns of a labels table that are conditions."""
 
+COLUMNS = (FILE, CLASS, SUBSET, *sorted(_CONDITIONS), *sorted(_READING))
+"""Columns of a labels table that are no groups."""
+
 _FAULT = "faults."
 """How columns of a labels table begin that say how bad a fault is; any further one is a group."""
 
@@ -140,8 +143,7 @@ def _labelled(path: Path, name: str, row: Mapping[str, str], labels: Path) -> So
         faults = _faults(row, name, labels)
     except ParameterError as error:
         raise SignalError(f"{labels}, {name}: {error}") from None
-    own = (FILE, CLASS, SUBSET, *_CONDITIONS, *_READING)
-    groups = {key: cell for key, cell in row.items() if key not in own and not key.startswith(_FAULT)}
+    groups = {key: cell for key, cell in row.items() if key not in COLUMNS and not key.startswith(_FAULT)}
     return Source(path, name, row[CLASS], subset, groups, read, known, faults)
 
 
