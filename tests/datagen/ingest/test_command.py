@@ -55,9 +55,9 @@ def test_what_was_rejected_and_what_may_be_misspelled_is_said(call, tmp_path):
     (tmp_path / "labels.csv").write_text(
         "file,class,machine,motor_sped_rpm\nintact/a.csv,cracked,M1,1500\nworn/a.csv,intact,M2,1500\n"
     )
-    (tmp_path / "files" / "worn" / "a.csv").write_text("time,acc\n0,1\n")
+    (tmp_path / "files" / "worn" / "a.csv").write_text("time,acc\n0,1\n0.001,2\n")
     code, out, _ = call(*GOOD, "labels=labels.csv")
-    assert code == 0 and "1 file or turn rejected, with reasons in set/rejected.parquet\n  " in out and "worn/a.csv, column 'acc': no unit" in out
+    assert code == 0 and "1 file or turn rejected, with reasons in set/rejected.parquet\n  worn/a.csv, column" in out
     assert "motor_sped_rpm is taken for a group; write 'motor_speed_rpm' if that was meant" in out
     assert "machine is taken" not in out
 
