@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import glob
 import os
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from indexer_records.formats import SUFFIXES
 
 FILE = "file"
 """Column that names the file of a row."""
+
+_COMMA = re.compile(r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$")
+"""A number with a decimal comma."""
 
 
 def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
@@ -62,6 +66,9 @@ def table_rows(table: Path, noun: str, needed: Sequence[str]) -> Iterator[tuple[
         cells = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter, strict=True)]
     except csv.Error as error:
         raise SignalError(f"the {noun} {table} cannot be read ({error}); save it as CSV again.") from None
+    if delimiter != ",":
+        # where a decimal point is a comma, cells stand apart by something else
+        cells = [[_COMMA.sub(r"\1.\2", cell) for cell in row] for row in cells]
     header = cells[0] if cells else []
     for name in needed:
         if header.count(name) != 1:

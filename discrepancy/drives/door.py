@@ -40,7 +40,7 @@ def drive_subject(config: Mapping[str, Any]) -> Subject:
     ParameterError, SignalError
         What keeps the drive's file or its records from being used, before any fit.
     """
-    _refuse_others()
+    _refuse_others(config)
     drive = load_drive(Path(config["system"]))
     machine = config["machine"] if KEY in config["machine"] else {}
     table = None if config["records"] is None else path_given("discrepancy", "records", config["records"])
@@ -66,8 +66,7 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
     fitted, held, parts = split(lengths, kept, drive.held_out, _LEAST)
     model = InverseModel(drive, tracks, scales, fitted)
     library = model.hypotheses()
-    if stated := {**drive.known, **((machine or {}).get("effects") or {})}:
-        known = known_effects(drive, stated, library)
+    if known := known_effects(drive, machine or {}, library):
         model = InverseModel(drive, tracks, scales, fitted, known)
         library = model.hypotheses()
     check_sessions(drive, model.known)
@@ -96,7 +95,7 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
     return tuple(notes)
 
 
-def _refuse_others() -> None:
+def _refuse_others(config: Mapping[str, Any]) -> None:
     from hydra.core.hydra_config import HydraConfig
 
     if not HydraConfig.initialized():
@@ -105,3 +104,6 @@ def _refuse_others() -> None:
         key = override.lstrip("+~").partition("=")[0]
         if key.partition(".")[0] not in _KEYS:
             raise refuse("discrepancy", key, "left out for a drive, which has no such thing", override)
+        if key == "machine" and KEY not in config["machine"]:
+            rule = "left out for a drive, or the machine.yaml that an earlier look at it has left"
+            raise refuse("discrepancy", "machine", rule, override.partition("=")[2])

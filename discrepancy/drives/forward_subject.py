@@ -150,8 +150,7 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     nominal = np.array([p.nominal for p in drive.parameters])
     rates, fast = integrable(drive, inputs, courses[0].states[0], courses[0].u[0], nominal)
     model = ForwardModel(drive, courses, fitted, scales, measured, rates)
-    if stated := {**drive.known, **(machine.get("effects") or {})}:
-        known = known_effects(drive, stated, model.hypotheses())
+    if known := known_effects(drive, machine, model.hypotheses()):
         model = ForwardModel(drive, courses, fitted, scales, measured, rates, known, substeps=model.substeps)
     check_sessions(drive, model.known)
     other = ForwardModel(

@@ -76,50 +76,62 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
 
 
 def known_effects(
-    drive: Drive, stated: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]]
+    drive: Drive, machine: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]]
 ) -> tuple[Hypothesis, ...]:
-    """Effects that a drive's file or a machine.yaml states, as hypotheses nominal at the values given.
+    """Effects that a drive's file (`known`) or a machine.yaml (`effects`, which goes first) states, as hypotheses
+    nominal at the values given.
 
     Raises
     ------
     ParameterError
         An effect or a parameter that the drive does not have.
     """
+    given = machine.get("effects") or {}
+    own = {name: values for name, values in drive.known.items() if name not in given}
+    return (
+        *_known(drive, own, library, drive.path.name, "known"),
+        *_known(drive, given, library, "machine", "effects"),
+    )
+
+
+def _known(
+    drive: Drive, stated: Mapping[str, Any], library: Mapping[str, tuple[Hypothesis, ...]], owner: str, key: str
+) -> tuple[Hypothesis, ...]:
     found = []
     for name, values in stated.items():
         if name in TABLES:
             if TABLES[name].load and (drive.forward or LOAD[0] not in drive.channels):
                 rule = "a table over what the drive measures"
-                raise refuse("machine", "effects", rule, name, "it needs the inverse form with the role 'q_load'")
-            found.append(_table(name, values))
+                raise refuse(owner, key, rule, name, "it needs the inverse form with the role 'q_load'")
+            found.append(_table(name, values, owner))
             continue
-        check_choice("machine", "effects", name, library)
+        check_choice(owner, key, name, library)
         effect = next(e for e in drive.effects if e.name == name)
-        found.append(_stated(effect, library[name], values))
+        found.append(_stated(effect, library[name], values, owner))
     return tuple(found)
 
 
-def _table(name: str, values: Mapping[str, Any]) -> Hypothesis:
+def _table(name: str, values: Mapping[str, Any], owner: str) -> Hypothesis:
     """A table as it stands, nothing of it to be fitted: it would take up whatever is looked for beside it."""
     keys = (*ends_of(name), *(size.name for size in TABLES[name].sizes))
     for key in (*values, *keys):
-        check_choice("machine", name, key, keys)
-        check_number("machine", f"{name}.{key}", values.get(key))
+        check_choice(owner, name, key, keys)
+        check_number(owner, f"{name}.{key}", values.get(key))
     for low, high in zip(ends_of(name)[::2], ends_of(name)[1::2], strict=True):
         if not values[low] < values[high]:
-            raise refuse("machine", f"{name}.{high}", f"above {low}, {values[low]:g}", values[high])
+            raise refuse(owner, f"{name}.{high}", f"above {low}, {values[low]:g}", values[high])
     return Hypothesis(name, (), {key: float(values[key]) for key in keys})
 
 
-def _stated(effect: DriveEffect, choices: tuple[Hypothesis, ...], values: Mapping[str, Any]) -> Hypothesis:
+def _stated(effect: DriveEffect, choices: tuple[Hypothesis, ...], values: Mapping[str, Any], owner: str) -> Hypothesis:
     own = {p.name.removeprefix(f"{effect.name}."): p for p in choices[0].parameters}
     for key, value in values.items():
-        check_choice("machine", effect.name, key, (*own, *choices[0].fixed))
-        check_number("machine", f"{effect.name}.{key}", value)
+        check_choice(owner, effect.name, key, (*own, *choices[0].fixed))
+        check_number(owner, f"{effect.name}.{key}", value)
     chosen = next((c for c in choices if all(values.get(k) == v for k, v in c.fixed.items())), None)
     missing = [key for key in own if key not in values]
     if chosen is None or missing:
-        raise refuse("machine", effect.name, f"given with {', '.join((*own, *choices[0].fixed))}", dict(values))
+        raise refuse(owner, effect.name, f"given with {', '.join((*own, *choices[0].fixed))}", dict(values))
     parameters = tuple(
         dataclasses.replace(p, nominal=float(np.clip(values[key], p.low, p.high))) for key, p in own.items()
     )

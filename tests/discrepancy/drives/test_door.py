@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from discrepancy import __main__ as command
 from discrepancy.drives.channels import read_drive_records
 from discrepancy.drives.description import load_drive
 from discrepancy.drives.door import subject_of
 from discrepancy.fit import fit
+from indexer_cli.command import BAD_INPUT
 from indexer_env.errors import IndexerError
 from tests.discrepancy.drives.made import FILE, drive, motion, record, start_of, subject, values
 
@@ -32,7 +34,7 @@ EMPS = Path(__file__).parents[4] / "shared" / "data" / "emps" / "DATA_EMPS.mat"
         (('"f"}', '"f"}\nnoise = 0.0'), "noise must be a finite number > 0"),
         (('"f"}', '"f"}\neffects = ("friction.coulob",)'), "did you mean 'friction.coulomb'"),
         (('"f"}', '"f"}\ncutof = 3.0'), "did you mean 'cutoff'"),
-        (('"f"}', '"f"}\nknown = {"friction.coulomb": {"forc": 1.0}}'), "friction.coulomb must be one of force"),
+        (('"f"}', '"f"}\nknown = {"friction.coulomb": {"forc": 1.0}}'), r"drive\.py\.friction\.coulomb must be one"),
         (('"f"}', '"f"}\nheld_out = 0.99'), "held_out must be"),
         (('"f"}', '"f"}\nimport gone'), "must run as Python, got ModuleNotFoundError in line 4"),
         (("def force", "def  = 3"), "must run as Python, got SyntaxError"),
@@ -55,6 +57,13 @@ def test_a_mistake_in_the_file_is_one_sentence(change: tuple[str, str], said: st
     with pytest.raises(IndexerError, match=said) as raised:
         subject(tmp_path, lambda t, q, v, a: 95.0 * a, text)
     assert "\n" not in str(raised.value) and str(raised.value).endswith(".")
+
+
+def test_a_machine_that_is_none_of_a_drive_is_refused(tmp_path: Path, run_command) -> None:
+    (tmp_path / "drive.py").write_text(FILE)
+    given = (f"system={tmp_path}/drive.py", f"measured={_csv(tmp_path / 'runs')}", f"out={tmp_path}/out")
+    code, _, err = run_command(command, *given, "machine=smooth")
+    assert code == BAD_INPUT and "machine must be left out for a drive, or the machine.yaml" in err
 
 
 def _csv(folder: Path, header: str = "t [s],q [m],f [N]", spoil: int | None = None, rows: int = 400) -> Path:

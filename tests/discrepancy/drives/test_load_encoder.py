@@ -207,7 +207,7 @@ def test_a_law_of_the_joint_outside_the_library_is_tabulated(tmp_path: Path) -> 
     assert start_of(second)[1].level(second.model) < 0.2 * start_of(made(tmp_path, text, record))[1].level(second.model)
     blind = drive(tmp_path, text.replace(', "q_load": "x"', ""))
     with pytest.raises(IndexerError, match=r"got 'tabulated\.deflection'; it needs the inverse form with"):
-        known_effects(blind, machine["effects"], {})
+        known_effects(blind, machine, {})
 
 
 def _csv(folder: Path, times: float = 1.0, unit: str = "rad") -> str:
