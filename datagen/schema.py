@@ -15,7 +15,7 @@ import pyarrow as pa
 
 FORMAT = "indexer-diagnosis records"
 SCHEMA_VERSION = 4
-"""Raised whenever a column changes its name, type, unit or meaning, or disappears."""
+"""Raised whenever a column changes its name, type, unit or meaning, is added or disappears."""
 
 Kind = Literal["simulated", "measured"]
 """What a row is; its column `kind`."""

@@ -42,11 +42,7 @@ class SensorStream:
             raise refuse("Sensor", "sample_rate", rule, sensor.sample_rate)
         self._sensor, self._rate = sensor, float(sample_rate)
         self._sections = sensor.sections(sample_rate)
-        self._rest: list[np.ndarray] = []
-        if self._sections:
-            import scipy.signal
-
-            self._rest = [scipy.signal.sosfilt_zi(sections)[:, np.newaxis, :] for sections in self._sections]
+        self._rest = _at_rest(self._sections)
         self._states = [np.zeros((len(sections), rows, 2)) for sections in self._sections]
         self._read = np.zeros(rows, dtype=np.int64)
         self._sigma = sensor.noise_density * math.sqrt(sample_rate / 2.0)
@@ -71,7 +67,6 @@ class SensorStream:
         """Start rows `index` (k,) anew, as if their first acceleration `first` (k,) [rad/s²] had lasted for ever."""
         y = first * self._sensor.scale
         for rest, state in zip(self._rest, self._states, strict=True):
-            # every filter of the chain passes a constant on as it is, so all start on the same value
             state[:, index] = rest * y[np.newaxis, :, np.newaxis]
         self._read[index] = 0
 
@@ -102,3 +97,17 @@ class SensorStream:
         else:
             y, state[:, index] = scipy.signal.sosfilt(sections, y, axis=-1, zi=state[:, index])
         return y
+
+
+def _at_rest(filters: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """States (s, 1, 2) of each filter of a chain on whose first one a reading of 1 has lasted for ever: a high-pass
+    hands nothing of it on to those behind it."""
+    if not filters:
+        return []
+    import scipy.signal
+
+    rest, passed = [], 1.0
+    for sections in filters:
+        rest.append(passed * scipy.signal.sosfilt_zi(sections)[:, np.newaxis, :])
+        passed *= float(np.prod(sections[:, :3].sum(axis=1) / sections[:, 3:].sum(axis=1)))
+    return rest

@@ -29,6 +29,9 @@ _LEAST_SECRET = 16
 _OWN = ("monitor.sqlite*", FOLDER, "demo-model")
 """What a monitor leaves in its folder."""
 
+_OF_VOLUMES = "lost+found"
+"""What a file system has in the folder that it is mounted on."""
+
 
 @dataclass(frozen=True)
 class Access:
@@ -236,7 +239,11 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
 def _out_of(config: Mapping[str, Any]) -> Path:
     """The monitor's folder: a new one, an empty one, or one that a monitor has left."""
     out = path_given("monitor", "out", config["out"])
-    held = sorted(path.name for path in out.iterdir()) if out.is_dir() else []
+    try:
+        held = sorted(path.name for path in out.iterdir()) if out.is_dir() else []
+    except OSError as error:
+        raise refuse("monitor", "out", f"a folder that can be read ({error.strerror})", str(out)) from None
+    held = [name for name in held if not name.startswith(".") and name != _OF_VOLUMES]
     if held and not any(fnmatchcase(name, own) for name in held for own in _OWN):
         rule = "a new folder, an empty one or one of an earlier monitor"
         raise refuse("monitor", "out", rule, str(out), f"it holds other files ({held[0]}); name another")

@@ -124,6 +124,9 @@ def corrected(
         station = likeliest_station(turns, reference + remains.at(point)) if len(turns) else 0
         start += 2.0 * np.pi * station
         notes = [*notes, f"{name}: no start angle or pulse is stated, so that no station can be told by its number"]
+    if conditions.inertia_uncertainty > 0.0:
+        said = f"{name}: the networks know one inertia of the table; inertia_uncertainty is for physics alone"
+        notes = [*notes, said]
     told = dataclasses.replace(conditions, motor_speed=speed, start_angle=start)
     return Corrected(signal, told, reference, known, tuple(notes))
 

@@ -91,7 +91,8 @@ class Maker:
             for e in part.experiments:
                 told.update(e.signal.values.tobytes())
                 told.update(repr((e.signal.sample_rate, e.signal.unit, e.operating_point, e.noise)).encode())
-                told.update(repr((e.start_uncertainty, e.speed_uncertainty, e.estimate)).encode())
+                known_to = e.start_uncertainty, e.speed_uncertainty, e.inertia_uncertainty, e.estimate
+                told.update(repr(known_to).encode())
         return told.hexdigest()
 
     def make(self, begin: Callable[[str], None] = lambda stage: None) -> Check:

@@ -46,14 +46,15 @@ from twin.weigh import Weights, spread
 
 @dataclass(frozen=True, eq=False)
 class _Estimate:
-    """Of one turn: logit, size and its standard deviation of each fault, what to multiply that by (faults, 2), and how
-    strange the turn is."""
+    """Of one turn: logit, size and its standard deviation of each fault, what to multiply that by (faults, 2), how
+    strange the turn is, and how much it rattles."""
 
     logits: np.ndarray
     size: np.ndarray
     spread: np.ndarray
     reach: np.ndarray
     strange: float
+    rattling: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +210,7 @@ class Twin:
                 f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
             )
             return TurnDiagnosis(
-                UNKNOWN, tuple(seen_faults) if alarm > 0.0 else (), probabilities, sizes, alarm, strange, reason
+                UNKNOWN, tuple(seen_faults) if alarm > 0.0 and not none else (), probabilities, sizes, alarm, strange, reason
             )
         if alarm <= 0.0:
             reason = "the turn is as the healthy machine's"
@@ -221,7 +222,9 @@ class Twin:
             reason += f"{words[nearest.name]} comes nearest, with {100.0 * nearest.probability:.0f} %"
             return TurnDiagnosis(UNKNOWN, (), probabilities, sizes, alarm, strange, reason)
         reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
-        return TurnDiagnosis(FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason)
+        return TurnDiagnosis(
+            FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason, rattling=estimate.rattling
+        )
 
     def _estimate(
         self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],
@@ -237,7 +240,7 @@ class Twin:
         fits = fitted(synthesis, x, [point], told)
         strange = float(self.weights.strangeness(fits)[0])
         logits = self.weights.logits(fits)[0]
-        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
+        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange, float(fits.rattling[0]))
 
     def explain(
         self,

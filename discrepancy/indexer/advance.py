@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.reading import has_filters
+from discrepancy.indexer.reading import of_its_rate
 from indexer_env.coefficients import Coefficients, LawTable, Pack, coefficients
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.kernels import layout
@@ -126,8 +126,8 @@ def steps_per_sample(sample_rate: float, step: float) -> int:
 
 
 def samples_per_step(sample_rate: float, step: float, sensor: Sensor) -> int:
-    """Samples of a rate [Hz] that pass in one step of a search of at most `step` [s], at least one; of a sensor with
-    filters one, as these are designed for the rate."""
-    if has_filters(sensor):
+    """Samples of a rate [Hz] that pass in one step of a search of at most `step` [s], at least one; of a sensor
+    with filters that are others at another rate one."""
+    if of_its_rate(sensor):
         return 1
     return max(1, math.floor(sample_rate * min(_INTERVAL, step) + _NEARLY))

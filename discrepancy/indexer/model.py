@@ -253,8 +253,8 @@ class IndexerModel(Model):
         table = np.stack([item.row for item in items])
         column = layout.COEFFICIENT_NAMES.index
         table[:, column("law_count")] = len(pieces)
-        for name, own in (("load_torque", "load"), ("table_inertia", "inertia")):
-            table[:, column(name)] *= 1.0 + self._of_records.value(own, jobs.points[of_point], of_record)
+        table[:, column("load_torque")] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
+        table[:, column("table_inertia")] *= np.exp(self._of_records.value("inertia", jobs.points[of_point], of_record))
         drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]
         # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones

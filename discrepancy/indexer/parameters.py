@@ -29,7 +29,8 @@ _FACTORS = (0.95, 0.98, 1.02, 1.05)
 _UNITS = {"stiffness": "N m/rad", "damping": "N m s/rad", "backlash": "rad", "inertia": "kg m²"}
 
 OF_RECORDS = {"start_angle": "rad", "speed": "-", "drift": "-", "load": "-", "clock": "-", "inertia": "-"}
-"""Nuisance parameters of each record with their units; but for the angle relative to what was stated."""
+"""Nuisance parameters of each record with their units; but for the angle relative to what was stated, of the inertia as
+its logarithm."""
 
 _BOUNDED = ("drift", "load", "clock", "inertia")
 """Those that an effect could hide behind: a clock that is far off looks like a gain."""

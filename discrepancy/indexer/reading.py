@@ -33,6 +33,12 @@ def has_filters(sensor: Sensor) -> bool:
     return any(hz is not None for hz in (sensor.bracket_hz, sensor.highpass_hz, sensor.lowpass_hz))
 
 
+def of_its_rate(sensor: Sensor) -> bool:
+    """Whether a sensor has a bracket's resonance or a low-pass, which would be others at a lower sampling rate; a
+    high-pass, of some Hz at most, would not."""
+    return sensor.bracket_hz is not None or sensor.lowpass_hz is not None
+
+
 def by_clock(sensor: Sensor, fast: float, rate: float) -> Sensor:
     """A sensor with its filters as a clock sees them whose rate is higher by so much, relatively, than the stated one
     [Hz]; a frequency at the very limit of that rate stays there."""

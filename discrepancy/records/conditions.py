@@ -41,7 +41,7 @@ class Conditions(RecordConditions):
         Relative standard deviation of the mean speed [-], > 0; None: as far as the record itself gives it.
     inertia_uncertainty : float
         Relative standard deviation by which the table's inertia is another one in this record, with other workpieces on
-        it [-], >= 0.
+        it [-], 0 to 0.3; changes of up to a third are found.
     pulse_angle : float or None
         Cam angle at which the once-per-turn pulse stands [rad]; None: 0 where the pulse gives the start angle.
     noise : float or None
@@ -77,7 +77,7 @@ class Conditions(RecordConditions):
         for name, unit in (("noise", "of the record"), ("start_uncertainty", "rad"), ("speed_uncertainty", "-")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
-        check_number("Conditions", "inertia_uncertainty", self.inertia_uncertainty, low=0.0, high=1.0)
+        check_number("Conditions", "inertia_uncertainty", self.inertia_uncertainty, low=0.0, high=0.3)
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)
         try:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.indexer import Experiment
-from discrepancy.indexer.reading import has_filters
+from discrepancy.indexer.reading import of_its_rate
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
@@ -103,13 +103,13 @@ def _apart(made: Sequence[Experiment], machine: Machine) -> list[str]:
     if len(made) < 2:
         return []
     said = []
-    if sum(experiment.start_compared for experiment in made) > 1:
+    if any(experiment.start_compared for experiment in made):
         said.append(
             "records without a start angle or a pulse are not known to begin at the same station, so that what single "
             "stations do is not found in them together; state start_angle, or record a pulse"
         )
     ratio, turn = machine.stations / machine.reduction, _TURN * machine.stations
-    through = any(not 0.0 <= experiment.operating_point.start_angle <= turn for experiment in made)
+    through = any(abs(experiment.operating_point.start_angle) > turn for experiment in made)
     if abs(ratio - round(ratio)) > _WHOLE_RATIO and not through:
         said.append(
             f"the motor turns {ratio:.6g} times in a turn of the table, no whole number, so that what turns with it is "
@@ -155,10 +155,10 @@ def _noises(records: Sequence[Record]) -> list[_Noise]:
 
 def _thinned(record: Record, sensor: Sensor, noise: _Noise, every: int) -> tuple[Record, _Noise]:
     """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
-    noise, which is told above that band. A sensor with filters of its own reads at the record's rate: at a lower one
-    they would be others."""
+    noise, which is told above that band. A sensor with a bracket or a low-pass reads at the record's rate: at a lower
+    one they would be others."""
     signal, rate = record.signal, record.signal.sample_rate
-    if every < 2 or has_filters(sensor):
+    if every < 2 or of_its_rate(sensor):
         return record, noise
     target = rate / every
     values = entire(signal.values, rate, target)

@@ -34,6 +34,7 @@ _UNITS = {
 
 
 def check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
+    """Refuse a record that does not look like the nominal machine, or has another level."""
     if match.likeness < LIKENESS:
         raise SignalError(
             f"{record.name} must look like the nominal machine, likeness {LIKENESS:g} or more in the first orders of "
@@ -59,6 +60,7 @@ def other_stations(record: Record, level: float, stations: int) -> list[str]:
 
 
 def checked_motion(record: Record, match: Match, other: tuple[str, float], refuses: bool) -> list[str]:
+    """Refuse a record that is much more like another motion, in words with its likeness, or say so."""
     words, likeness = other
     if 1.0 - likeness >= _NEARER * (1.0 - match.likeness):
         return []

@@ -194,7 +194,7 @@ class IndexerSubject(Subject):
         values = model.values(place.hypothesis, place.z)
         changed = ((e, values.get(f"record {k}.inertia", 0.0)) for k, e in enumerate(model.experiments))
         return tuple(
-            f"{e.signal.source}: the table's inertia is {1.0 + change:.3g} times the machine's."
+            f"{e.signal.source}: the table's inertia is {math.exp(change):.3g} times the machine's."
             for e, change in changed if e.inertia_uncertainty > 0.0
         )  # fmt: skip
 

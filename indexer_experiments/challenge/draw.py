@@ -53,11 +53,11 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "base.looseness": {"compliance": 1.5e-6, "damping_ratio": (0.02, 0.1)},
     "sensor.gain": {"error": 0.02},
     "sensor.lowpass": {"time_constant": 4e-3},
-    "sensor.highpass": {"corner": 0.03},
     "sensor.bracket_resonance": {"inverse_square": 6e-6, "damping": (0.01, 0.06)},
     "sensor.mains_hum": {"amplitude": 0.2},
     "sensor.offset_drift": {"rate": 0.015},
     "drive.mesh_friction": {"loss": 0.08},
+    "sensor.highpass": {"corner": 0.03},
 }
 """Law of each parameter: the first one is the size at which the base model is left with a gap of about 1.4 (as much
 misfit as noise); the others are uniform between their two values."""
@@ -74,7 +74,7 @@ class Order:
     Attributes
     ----------
     count : int
-        Cases, >= 1; effects are taken in turn, so that 23 hide each of the library once.
+        Cases, >= 1; effects are taken in turn, so that 24 hide each of the library once.
     seed : int
         >= 0.
     kind, play : str

@@ -43,7 +43,11 @@ _UNLIKELY = 0.05
 _SAME_SPEED = 1e-4
 """Relative difference of speed that moves the acceleration by less than its noise."""
 
-_WORDS = {HEALTHY: "as the healthy machine", UNKNOWN: "unlike the healthy machine and all faults of the table"}
+_HEALTHY, _UNLIKE = "as the healthy machine", "unlike the healthy machine and all faults of the table"
+_NAMELESS = "not as the healthy machine, and no fault of the table is likely"
+
+_UNEXPLAINED = 2.0
+"""Change that an alarm without a likely fault is at least: twice as far from the usual as a turn can be by chance."""
 
 
 class TwinDiagnoser:
@@ -120,7 +124,7 @@ class TwinDiagnoser:
             healthy=seen.verdict == HEALTHY,
             probability=seen.faults[0].probability if named else None,
             sizes=sizes,
-            novelty=seen.novelty,
+            novelty=max(seen.novelty, _UNEXPLAINED) if _nameless(seen) else seen.novelty,
             level=float(np.sqrt(np.mean(np.square(signal.values - signal.values.mean())))),
             more={
                 "reason": seen.reason,
@@ -204,9 +208,16 @@ def _steps(fault: Fault, twin: Twin) -> tuple[float, float, float] | None:
     return scale * alert, scale * math.sqrt(alert * danger), scale * danger
 
 
+def _nameless(seen: TurnDiagnosis) -> bool:
+    """Whether there is an alarm for which no fault of the table is likely, on a turn that is not novel."""
+    return seen.verdict == UNKNOWN and seen.novelty <= 1.0
+
+
 def _verdict(seen: TurnDiagnosis, twin: Twin) -> str:
-    if seen.verdict in _WORDS:
-        return _WORDS[seen.verdict]
+    if seen.verdict == HEALTHY:
+        return _HEALTHY
+    if seen.verdict == UNKNOWN:
+        return _NAMELESS if _nameless(seen) else _UNLIKE
     words = {fault.name: fault.words for fault in twin.faults}
     return " and ".join(words[one.name] for one in seen.faults)
 

@@ -137,8 +137,11 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
 
 
 def test_a_folder_of_other_files_is_no_monitors_folder(tmp_path):
-    (tmp_path / "letter.txt").touch()
+    for name in (".demo-model-begun", "lost+found"):
+        (tmp_path / name).mkdir()
     given = ["source=broker", "model=m", f"out={tmp_path}"]
+    assert settings_of(config(*given)).out == tmp_path
+    (tmp_path / "letter.txt").touch()
     with pytest.raises(ParameterError, match=r"monitor\.out must be a new folder, an empty one .* \(letter\.txt\)"):
         settings_of(config(*given))
     (tmp_path / "monitor.sqlite").touch()

@@ -73,6 +73,12 @@ def test_sizes_of_an_unknown_turn_are_no_findings_of_faults(twin):
     assert found.sizes["crack"].low == 0.0
 
 
+def test_an_alarm_without_a_likely_fault_is_a_change_that_no_fault_explains(twin):
+    found = look(diagnoser(twin, 5.0, (-1.0, -1.0, -4.0, -4.0)))
+    assert not found.healthy and found.verdict == "not as the healthy machine, and no fault of the table is likely"
+    assert found.novelty == 2.0 and all(size.low == 0.0 for size in found.sizes.values())
+
+
 def test_what_does_not_grow_from_nothing_is_told_as_share_and_of_either_sign_by_its_size(twin):
     one = diagnoser(twin, 5.0, (-4.0, -4.0, 4.0, 4.0))
     assert one.units["sensor_loose"] == SHARE_UNIT and one.units["crack"] == FAULTS["crack"].unit

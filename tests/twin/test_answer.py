@@ -63,14 +63,16 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-def test_physics_that_needs_no_more_takes_those_faults_away_of_which_the_networks_are_not_sure():
+def test_of_a_turn_that_rattles_physics_takes_those_faults_away_of_which_the_networks_are_not_sure():
     seen = network(FAULTY, "crack", "friction")
     crack, friction = seen.faults
-    for probability, names in ((0.95, ["crack", "friction"]), (0.85, ["crack"])):
-        unsure = dataclasses.replace(seen, faults=(crack, dataclasses.replace(friction, probability=probability)))
+    both = ["crack", "friction"]
+    for probability, rattling, names in ((0.95, 5.0, both), (0.85, 5.0, ["crack"]), (0.85, 0.5, both)):
+        unsure = crack, dataclasses.replace(friction, probability=probability)
+        unsure = dataclasses.replace(seen, faults=unsure, rattling=rattling)
         assert sorted(fault.name for fault in answered(unsure, physics(FAULTY, ("crack", 0.5))).faults) == names
         left = answered(unsure, physics(FAULTY, ("crack", 0.5), level=1.3))
-        assert sorted(fault.name for fault in left.faults) == ["crack", "friction"]
+        assert sorted(fault.name for fault in left.faults) == both
 
 
 def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
@@ -80,7 +82,7 @@ def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
     ]  # fmt: skip
     assert answer.remarks == (
         "Networks: also growing friction, 5 N m (4 to 6); physics: cracked rollers, 5 N m (4 to 6) explains the "
-        "record, and these nothing more.",
+        "record without them.",
     )
 
 

@@ -26,6 +26,8 @@ def test_a_turn_of_this_machine_passes_and_its_start_is_found_where_it_is_not_st
     x, seen = GATE.looked(signal, told)
     assert x.shape == (1, 8, 64) and seen.stations_known and seen.point.load_torque == 5.0 and seen.notes == ()
     assert size(x) < 0.3
+    _, seen = GATE.looked(signal, dataclasses.replace(told, inertia_uncertainty=0.1))
+    assert "is for physics alone" in seen.notes[0]
     found, seen = GATE.looked(signal, dataclasses.replace(told, start_angle=None))
     assert not seen.stations_known and size(found) < 0.5
 

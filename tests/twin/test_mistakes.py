@@ -131,10 +131,11 @@ def test_a_folder_is_that_of_the_same_records_sensor_and_division(tmp_path):
     (record,) = maker().bench.subject.model.experiments
     faster = dataclasses.replace(record, signal=Signal(record.signal.values, 1000.0, unit="rad/s^2"))
     vaguer = dataclasses.replace(record, speed_uncertainty=0.01)
+    loaded = dataclasses.replace(record, inertia_uncertainty=0.1)
     changes = [
         {}, {"sensor": Sensor(gain=1.2)}, {"sensor": Sensor(lowpass_hz=80.0)},
         {"fitted": [record, record], "held_out": []},
-        {"fitted": [faster]}, {"fitted": [vaguer]}, {"before": tmp_path},
+        {"fitted": [faster]}, {"fitted": [vaguer]}, {"fitted": [loaded]}, {"before": tmp_path},
     ]  # fmt: skip
     assert maker()._fingerprint() == maker()._fingerprint()
     assert len({maker(**change)._fingerprint() for change in changes}) == len(changes)

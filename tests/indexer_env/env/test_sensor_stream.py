@@ -31,6 +31,14 @@ def test_blocks_of_any_length_make_the_whole_record(quiet, length):
     np.testing.assert_array_equal(np.concatenate(blocks, axis=1), quiet.read_batch(values, RATE))
 
 
+def test_an_ac_coupled_chain_starts_at_rest(quiet):
+    coupled, values = dataclasses.replace(quiet, highpass_hz=2.0, offset=0.0), 20.0 + record()
+    stream = SensorStream(coupled, RATE, 3)
+    stream.start(np.arange(3), values[:, 0])
+    blocks = [stream.read(None, values[:, k : k + 40], NO_RNGS) for k in range(0, 120, 40)]
+    np.testing.assert_allclose(np.concatenate(blocks, axis=1), coupled.read_batch(values, RATE), atol=2e-3)
+
+
 def test_rows_start_apart_and_do_not_touch_each_other(quiet):
     values = record()
     stream = SensorStream(quiet, RATE, 3)
