@@ -185,9 +185,6 @@ class Twin:
         estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
         named = chance >= NAMED
-        none = not named.any()
-        if none:
-            named[np.argmax(chance)] = True
         reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
         sizes, probabilities = {}, {}
         seen_faults = []
@@ -205,26 +202,26 @@ class Twin:
                     abs(ends[0]) >= self.matters[fault.name], station,
                 ))  # fmt: skip
         seen_faults.sort(key=lambda one: -one.probability)
-        if strange > 1.0:
-            reason = (
-                f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
-            )
-            return TurnDiagnosis(
-                UNKNOWN, tuple(seen_faults) if alarm > 0.0 and not none else (), probabilities, sizes, alarm, strange, reason
-            )
-        if alarm <= 0.0:
-            reason = "the turn is as the healthy machine's"
-            return TurnDiagnosis(HEALTHY, (), probabilities, sizes, alarm, strange, reason)
-        words = {fault.name: fault.words for fault in self.faults}
-        if none:
-            nearest = seen_faults[0]
-            reason = "the turn is not healthy, and no fault of the table is likely; "
-            reason += f"{words[nearest.name]} comes nearest, with {100.0 * nearest.probability:.0f} %"
-            return TurnDiagnosis(UNKNOWN, (), probabilities, sizes, alarm, strange, reason)
-        reason = "the turn shows " + " and ".join(words[one.name] for one in seen_faults)
+        verdict, faults, reason = self._said(alarm, strange, seen_faults, probabilities)
         return TurnDiagnosis(
-            FAULTY, tuple(seen_faults), probabilities, sizes, alarm, strange, reason, rattling=estimate.rattling
+            verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, rattling=estimate.rattling
         )
+
+    def _said(
+        self, alarm: float, strange: float, named: Sequence[FaultSeen], probabilities: Mapping[str, float]
+    ) -> tuple[str, Sequence[FaultSeen], str]:
+        """The verdict on a turn, the faults that are told, and why."""
+        if strange > 1.0:
+            why = f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
+            return UNKNOWN, named if alarm > 0.0 else (), why
+        if alarm <= 0.0:
+            return HEALTHY, (), "the turn is as the healthy machine's"
+        words = {fault.name: fault.words for fault in self.faults}
+        if named:
+            return FAULTY, named, "the turn shows " + " and ".join(words[one.name] for one in named)
+        nearest = max(probabilities, key=probabilities.__getitem__)
+        why = "the turn is not healthy, and no fault of the table is likely; "
+        return UNKNOWN, (), f"{why}{words[nearest]} comes nearest, with {100.0 * probabilities[nearest]:.0f} %"
 
     def _estimate(
         self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],
