@@ -18,7 +18,8 @@ def table(folder: Path, text: str, name: str = "records.csv") -> Path:
 
 
 def test_csv_and_yaml_say_the_same(tmp_path: Path) -> None:
-    csv = "file;motor_speed_rpm;load_torque;start_angle_deg;held_out;unit\na.csv;1500;2,0;90;no;\nc.csv;1,2e3;3;;yes;m/s^2\n"
+    csv = "file;motor_speed_rpm;load_torque;start_angle_deg;held_out;unit\n"
+    csv += "a.csv;1500;2,0;90;no;\nc.csv;1,2e3;3;;yes;m/s^2\n"
     yaml = (
         "a.csv: {motor_speed_rpm: 1500, load_torque: 2, start_angle_deg: 90}\n"
         "b/c.csv: {motor_speed_rpm: 1200, load_torque: 3, held_out: true, unit: m/s^2}\n"
