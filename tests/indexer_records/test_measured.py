@@ -270,7 +270,7 @@ def test_choice_of_columns(tmp_path, wave):
 
 def test_unknown_units(tmp_path, wave):
     assert "got 'V'" in refusal(write(tmp_path / "a.csv", wave, header="time [s],acceleration [V]"))
-    assert "got 'min'" in refusal(write(tmp_path / "a.csv", wave, header="time [min],acceleration [g]"))
+    assert "got 'h'" in refusal(write(tmp_path / "a.csv", wave, header="time [h],acceleration [g]"))
     assert "no acceleration column" in refusal_of_single(tmp_path)
 
 
