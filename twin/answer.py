@@ -4,11 +4,13 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds faults and leaves more than noise     these and all of the networks' others, and what remains
+    physics finds faults and leaves more than noise     these and all of the networks' others, and what remains; unknown
+                                                        where the turn is like none that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
     physics explains the record by some of the faults   these and the networks' others; where the turn rattles, those
     that the networks name                              alone of which the networks are sure
-    physics explains the record without a fault         healthy; an alarm of the networks is told as not confirmed
+    physics explains the record without a fault         the faults of which the networks are sure; else healthy, and an
+                                                        alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
 
@@ -123,8 +125,13 @@ def answer_of(
     if physics is None:
         why = (f"By the networks {network.reason}.",) if network.verdict == UNKNOWN else ()
         return _with(network.verdict, seen, why, network, None)
+    remains = f"{physics.level:.1f} times the noise remains"
     if physics.verdict == FAULTY:
         found = _by_physics(physics, seen, machine, matters, faults)
+        if network.verdict == UNKNOWN and physics.level > _MORE_THAN_NOISE:
+            said = joined([fault.told for fault in found])
+            why = f"By physics {said}, beside which {remains}."
+            return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)
         least = _least(found, physics, network)
         others = [fault for fault in _others(found, seen) if fault.probability >= least]
         return _with(FAULTY, (*found, *others), _differences(found, seen, physics), network, physics)
@@ -133,9 +140,9 @@ def answer_of(
         if network.verdict != HEALTHY:
             said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
-        return _with(HEALTHY, (), remarks, network, physics)
-    why = physics.sentence.rstrip(".")
-    remains = f"{physics.level:.1f} times the noise remains that no fault of the table explains ({why})."
+        sure = [fault for fault in seen if network.verdict == FAULTY and fault.probability >= _SURE]
+        return _with(FAULTY if sure else HEALTHY, sure, remarks, network, physics)
+    remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
     if network.verdict == FAULTY and any(fault.matters for fault in seen):
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)

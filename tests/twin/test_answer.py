@@ -93,10 +93,19 @@ def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_th
     assert answer.remarks[0].endswith("leaves more than noise.")
 
 
-def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
-    answer = answered(network(FAULTY, "friction"), physics(HEALTHY))
+def test_physics_that_needs_no_fault_overrules_an_alarm_of_which_the_networks_are_not_sure_and_says_so():
+    sure = network(FAULTY, "friction")
+    assert answered(sure, physics(HEALTHY)).headline.startswith("Faulty: growing friction")
+    unsure = dataclasses.replace(sure, faults=(dataclasses.replace(sure.faults[0], probability=0.8),))
+    answer = answered(unsure, physics(HEALTHY))
     assert answer.verdict == HEALTHY and "down to the noise without it" in answer.remarks[0]
     assert answered(network(HEALTHY), physics(HEALTHY)).remarks == ()
+
+
+def test_a_turn_like_none_that_was_simulated_is_unknown_where_physics_leaves_more_than_noise():
+    answer = answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5), level=2.3))
+    assert answer.verdict == UNKNOWN and answer.faults == () and "2.3 times the noise remains" in answer.remarks[1]
+    assert answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5))).verdict == FAULTY
 
 
 def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():
