@@ -7,22 +7,21 @@ The rules, the first that fits:
     physics finds faults and leaves more than noise     these and all of the networks' others, and what remains; unknown
                                                         where the turn is like none that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
-    physics explains the record by some of the faults   these and the networks' others; where the turn rattles, those
-    that the networks name                              alone of which the networks are sure
-    physics explains the record without a fault         the faults of which the networks are sure; else healthy, and an
-                                                        alarm of the networks is told as not confirmed
+    physics explains the record by some of the faults   these, and of the networks' others those that physics measures
+    that the networks name                              beside them to be there
+    physics explains the record without a fault         the faults that physics measures to be there; else healthy, and
+                                                        an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
 
-A fault that both name has the networks' size: what is fitted beside simulated turns has intervals that hold as often as
-they say. A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone
+A fault that both name has the networks' size, but where they see another one that is not there: what is fitted beside
+simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone
 the machine is healthy.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -39,13 +38,6 @@ _BOTH = "physics and network"
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
-
-_RATTLES, _SURE = 1.0, 0.9
-"""Power by which the cam turns differ by chance, over the noise's, from which on a turn rattles: no simulated turn is
-then quite like it, and a small fault is named too many; physics fits the start of each cam turn and is not misled. And
-the probability from which the networks are believed there though physics explains the record without the fault, where
-one half does else. Of 22 faults of turns with play that networks named beside a larger one and physics did not, 15 of
-the 16 below it were not there; of six above it five were."""
 
 
 @dataclass(frozen=True)
@@ -132,29 +124,33 @@ def answer_of(
             said = joined([fault.told for fault in found])
             why = f"By physics {said}, beside which {remains}."
             return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)
-        least = _least(found, physics, network)
-        others = [fault for fault in _others(found, seen) if fault.probability >= least]
-        return _with(FAULTY, (*found, *others), _differences(found, seen, physics), network, physics)
+        kept = _kept(found, seen, physics)
+        if len(kept) < len(_others(found, seen)):
+            # the networks' sizes are those beside a fault that is not there
+            found = _by_physics(physics, seen, machine, matters, faults, own=True)
+        return _with(FAULTY, (*found, *kept), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
             said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
-        sure = [fault for fault in seen if network.verdict == FAULTY and fault.probability >= _SURE]
-        return _with(FAULTY if sure else HEALTHY, sure, remarks, network, physics)
+        there = _kept((), seen if network.verdict == FAULTY else (), physics)
+        return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
     if network.verdict == FAULTY and any(fault.matters for fault in seen):
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)
 
 
-def _least(found: Sequence[FoundFault], physics: Physics, network: TurnDiagnosis) -> float:
-    """Probability from which faults of the networks stand beside those that physics found."""
+def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:
+    """The networks' other faults that stand beside those that physics found."""
+    others = _others(found, seen)
     if physics.level > _MORE_THAN_NOISE:
-        return 0.0
+        return others
     if any(fault.by != _BOTH for fault in found):
-        return math.inf
-    return _SURE if network.rattling > _RATTLES else 0.0
+        return ()
+    absent = {one.fault for one in physics.measured if not one.there}
+    return [fault for fault in others if fault.name not in absent]
 
 
 def _with(
@@ -188,9 +184,9 @@ def _by_network(network: TurnDiagnosis) -> tuple[FoundFault, ...]:
 
 def _by_physics(
     physics: Physics, seen: Sequence[FoundFault], machine: Machine, matters: Mapping[str, float],
-    faults: Sequence[Fault],
+    faults: Sequence[Fault], own: bool = False,
 ) -> tuple[FoundFault, ...]:  # fmt: skip
-    """The faults of physics; those that the networks name too with the networks' size."""
+    """The faults of physics; those that the networks name too with the networks' size, or with its `own`."""
     named, table = {one.name: one for one in seen}, {fault.name: fault for fault in faults}
     found = []
     for one in physics.faults:
@@ -199,7 +195,8 @@ def _by_physics(
             found.append(_physical(one, table.get(one.fault), machine, matters))
         else:
             station = one.station if both.station is None else both.station
-            found.append(dataclasses.replace(both, by=_BOTH, station=station))
+            whose = _physical(one, table.get(one.fault), machine, matters) if own else both
+            found.append(dataclasses.replace(whose, probability=both.probability, by=_BOTH, station=station))
     return tuple(found)
 
 

@@ -62,8 +62,6 @@ class TurnDiagnosis:
         One sentence.
     notes : tuple of str
         What of the record was put right.
-    rattling : float
-        How much the cam turns differ by chance, over the power of the noise; 0 of a turn that was not fitted.
     """
 
     verdict: str
@@ -74,7 +72,6 @@ class TurnDiagnosis:
     novelty: float
     reason: str
     notes: tuple[str, ...] = ()
-    rattling: float = 0.0
 
 
 def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:

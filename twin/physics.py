@@ -22,8 +22,10 @@ from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from twin.calibrate import accepted, finding_of, left, told
+from twin.diagnosis import FaultSeen
 from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
+from twin.measured import Measured, measured
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,8 @@ class Physics:
     level, before : float
         rms of the residual on held-out turns over the noise, with what was found and with nothing.
     sentence : str
+    measured : tuple of Measured
+        Faults that the networks name and physics does not, as it measures them beside those that it found.
     """
 
     verdict: str
@@ -72,6 +76,7 @@ class Physics:
     level: float
     before: float
     sentence: str
+    measured: tuple[Measured, ...] = ()
 
     def without_stations(self) -> Physics:
         """The same of turns whose stations were found by comparison, which tells no number of one."""
@@ -110,7 +115,7 @@ def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:
 
 def explained(
     given: Experiments, machine: Machine, sensor: Sensor, found: Sequence[Mapping[str, Any]],
-    spread: Mapping[str, float], faults: Sequence[Fault],
+    spread: Mapping[str, float], faults: Sequence[Fault], suspected: Sequence[FaultSeen] = (),
 ) -> Physics:  # fmt: skip
     """Faults of the table as hypotheses about turns, from the twin's machine with its posterior as prior.
 
@@ -125,6 +130,8 @@ def explained(
         Relative standard deviation of each of the machine's parameters [-].
     faults : sequence of Fault
         The table.
+    suspected : sequence of FaultSeen
+        Faults that the networks name.
     """
     wanted = {fault.effect for fault in faults}
     without = tuple(name for name in EFFECTS if name not in wanted)
@@ -141,7 +148,10 @@ def explained(
     if any(fault.grade in NAMED for fault in found_faults):
         verdict = "faulty"
     level = answer.held[best.name].level(held)
-    return Physics(verdict, tuple(found_faults), level, answer.before, left(answer))
+    named, by_name = {one.fault for one in found_faults}, {fault.name: fault for fault in faults}
+    looks = (measured(answer, by_name[s.name], s.share, s.station, machine) for s in suspected if s.name not in named)
+    beside = tuple(look for look in looks if look is not None)
+    return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
 
 
 def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFault:

@@ -46,15 +46,14 @@ from twin.weigh import Weights, spread
 
 @dataclass(frozen=True, eq=False)
 class _Estimate:
-    """Of one turn: logit, size and its standard deviation of each fault, what to multiply that by (faults, 2), how
-    strange the turn is, and how much it rattles."""
+    """Of one turn: logit, size and its standard deviation of each fault, what to multiply that by (faults, 2), and how
+    strange the turn is."""
 
     logits: np.ndarray
     size: np.ndarray
     spread: np.ndarray
     reach: np.ndarray
     strange: float
-    rattling: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,9 +202,7 @@ class Twin:
                 ))  # fmt: skip
         seen_faults.sort(key=lambda one: -one.probability)
         verdict, faults, reason = self._said(alarm, strange, seen_faults, probabilities)
-        return TurnDiagnosis(
-            verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, rattling=estimate.rattling
-        )
+        return TurnDiagnosis(verdict, tuple(faults), probabilities, sizes, alarm, strange, reason)
 
     def _said(
         self, alarm: float, strange: float, named: Sequence[FaultSeen], probabilities: Mapping[str, float]
@@ -237,14 +234,16 @@ class Twin:
         fits = fitted(synthesis, x, [point], told)
         strange = float(self.weights.strangeness(fits)[0])
         logits = self.weights.logits(fits)[0]
-        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange, float(fits.rattling[0]))
+        return _Estimate(logits, fits.size[0], spread(fits)[0], self.weights.reach, strange)
 
     def explain(
         self,
         turns: Sequence[tuple[Signal, Conditions] | tuple[Signal, Conditions, Sequence[float] | np.ndarray | None]],
+        suspected: Sequence[FaultSeen] = (),
     ) -> physics.Physics:  # fmt: skip
         """What physics says of records together, with the times of their pulses where they have any: faults as
-        hypotheses from the twin's machine; seconds.
+        hypotheses from the twin's machine; those that the networks name, `suspected`, are measured where it does not find
+        them. Seconds.
 
         Raises
         ------
@@ -264,5 +263,11 @@ class Twin:
             records.append(Record(name, right.signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         found = self.about["calibration"]
-        said = physics.explained(given, self.machine, self.sensor, found["findings"], found["spread"], self.faults)
+        known = self.machine, self.sensor, found["findings"], found["spread"], self.faults
+        said = physics.explained(given, *known, suspected if stations_known else [_anywhere(one) for one in suspected])
         return said if stations_known else said.without_stations()
+
+
+def _anywhere(seen: FaultSeen) -> FaultSeen:
+    """A fault without its station, which the networks count from another one than physics does."""
+    return dataclasses.replace(seen, station=None)

@@ -15,6 +15,7 @@ from tests.twin import builders
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
 from twin.faults import FAULTS
+from twin.measured import Measured
 from twin.physics import ESTABLISHED, PhysicalFault, Physics, _grown
 from twin.twin import Twin
 
@@ -63,16 +64,20 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-def test_of_a_turn_that_rattles_physics_takes_those_faults_away_of_which_the_networks_are_not_sure():
-    seen = network(FAULTY, "crack", "friction")
-    crack, friction = seen.faults
-    both = ["crack", "friction"]
-    for probability, rattling, names in ((0.95, 5.0, both), (0.85, 5.0, ["crack"]), (0.85, 0.5, both)):
-        unsure = crack, dataclasses.replace(friction, probability=probability)
-        unsure = dataclasses.replace(seen, faults=unsure, rattling=rattling)
-        assert sorted(fault.name for fault in answered(unsure, physics(FAULTY, ("crack", 0.5))).faults) == names
-        left = answered(unsure, physics(FAULTY, ("crack", 0.5), level=1.3))
-        assert sorted(fault.name for fault in left.faults) == both
+@pytest.mark.parametrize(("low", "high", "there"), [(0.001, 0.199, False), (0.05, 0.15, True), (0.0, 0.0, False)])
+def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_there(low, high, there):
+    seen, middle = network(FAULTY, "crack", "friction"), 0.5 * (low + high)
+    found = physics(FAULTY, ("crack", 0.5))
+    found = dataclasses.replace(found, measured=(Measured("friction", middle, low, high),))
+    answer = answered(seen, found)
+    assert {fault.name for fault in answer.faults} == ({"crack", "friction"} if there else {"crack"})
+    # beside a fault that is not there the networks' size of the other one is not its own
+    crack = next(fault for fault in answer.faults if fault.name == "crack")
+    assert crack.size == pytest.approx(5.0 if there else 30.0) and crack.by == "physics and network"
+    unexplained = answered(seen, dataclasses.replace(found, level=1.3))
+    assert {fault.name for fault in unexplained.faults} == {"crack", "friction"}
+    alone = answered(network(FAULTY, "friction"), dataclasses.replace(found, verdict=HEALTHY, faults=()))
+    assert alone.verdict == (FAULTY if there else HEALTHY)
 
 
 def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
@@ -93,11 +98,9 @@ def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_th
     assert answer.remarks[0].endswith("leaves more than noise.")
 
 
-def test_physics_that_needs_no_fault_overrules_an_alarm_of_which_the_networks_are_not_sure_and_says_so():
-    sure = network(FAULTY, "friction")
-    assert answered(sure, physics(HEALTHY)).headline.startswith("Faulty: growing friction")
-    unsure = dataclasses.replace(sure, faults=(dataclasses.replace(sure.faults[0], probability=0.8),))
-    answer = answered(unsure, physics(HEALTHY))
+def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
+    found = dataclasses.replace(physics(HEALTHY), measured=(Measured("friction", 0.0, 0.0, 0.1),))
+    answer = answered(network(FAULTY, "friction"), found)
     assert answer.verdict == HEALTHY and "down to the noise without it" in answer.remarks[0]
     assert answered(network(HEALTHY), physics(HEALTHY)).remarks == ()
 
