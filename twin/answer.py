@@ -15,8 +15,8 @@ The rules, the first that fits:
     otherwise                                           unknown, and what remains
 
 A fault that both name has the networks' size, but where they see another one that is not there: what is fitted beside
-simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is told, but not in the headline; with such faults alone
-the machine is healthy.
+simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is
+told, but not in the headline; with such faults alone the machine is healthy.
 """
 
 from __future__ import annotations

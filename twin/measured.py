@@ -6,6 +6,7 @@ question: it is fitted beside the others from the size that the networks give, a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,10 +20,8 @@ from discrepancy.problem import Problem
 from indexer_env.machine import Machine
 from twin.faults import Fault
 
-_SURE, _OF_INTERVAL = 3.0, 1.96
-"""Standard deviations of a size that show a fault, and those of half a 95 % interval. Networks and physics look at the
-same noise, so that a fault that either sees by chance is likely seen by both: of 14 faults that networks named and the
-search did not, the eight that were not there were measured at 2.1 or less, the six that were at 3.2 or more."""
+_OF_INTERVAL = 1.96
+"""Standard deviations in half a 95 % interval."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,12 @@ class Measured:
 
     @property
     def there(self) -> bool:
-        """Whether its size is `_SURE` standard deviations from nothing."""
-        return abs(self.size) > _SURE * 0.5 * (self.high - self.low) / _OF_INTERVAL
+        """Whether it is more likely there than not: by the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from
+        nothing to the largest being as likely before, over nothing (Savage and Dickey's ratio of densities)."""
+        spread = 0.5 * (self.high - self.low) / _OF_INTERVAL
+        if spread <= 0.0:
+            return self.size != 0.0
+        return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2 > 0.0
 
 
 def measured(
@@ -71,13 +74,11 @@ def measured(
 
 
 def _begun(fits: Fits, place: Point, hypothesis: Hypothesis, fault: Fault, value: float) -> Point:
-    """The best place at which a fault of this size stands beside what was found, from any start of its other numbers."""
+    """The best place of a fault of this size beside what was found, from any start of its other numbers."""
     both = together(place.hypothesis, hypothesis)
     problem, states = Problem(fits.model, both), fits.model.states_for(both, place.states)
     of_size = [p.name == f"{fault.effect}.{fault.parameter}" for p in hypothesis.parameters]
-    starts = {
-        tuple(value if mine else other for mine, other in zip(of_size, start, strict=True)) for start in hypothesis.starts
-    }
+    starts = {tuple(np.where(of_size, value, start).tolist()) for start in hypothesis.starts}
     z = np.array([np.concatenate([place.z, hypothesis.coordinates(start)]) for start in sorted(starts)])
     begun = problem.points(z, np.repeat(states[None], len(z), axis=0))
     return problem.searched(min(begun, key=lambda point: point.cost))

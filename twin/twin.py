@@ -242,8 +242,8 @@ class Twin:
         suspected: Sequence[FaultSeen] = (),
     ) -> physics.Physics:  # fmt: skip
         """What physics says of records together, with the times of their pulses where they have any: faults as
-        hypotheses from the twin's machine; those that the networks name, `suspected`, are measured where it does not find
-        them. Seconds.
+        hypotheses from the twin's machine; those that the networks name, `suspected`, are measured where it does not
+        find them. Seconds.
 
         Raises
         ------
