@@ -184,6 +184,10 @@ class Twin:
         estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
         named = chance >= NAMED
+        likely = bool(named.any())
+        if not likely:
+            # the nearest one, which tells whether what is there matters
+            named[np.argmax(chance)] = True
         reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
         sizes, probabilities = {}, {}
         seen_faults = []
@@ -201,24 +205,25 @@ class Twin:
                     abs(ends[0]) >= self.matters[fault.name], station,
                 ))  # fmt: skip
         seen_faults.sort(key=lambda one: -one.probability)
-        verdict, faults, reason = self._said(alarm, strange, seen_faults, probabilities)
+        verdict, faults, reason = self._said(alarm, strange, seen_faults, likely)
         return TurnDiagnosis(verdict, tuple(faults), probabilities, sizes, alarm, strange, reason)
 
     def _said(
-        self, alarm: float, strange: float, named: Sequence[FaultSeen], probabilities: Mapping[str, float]
-    ) -> tuple[str, Sequence[FaultSeen], str]:
-        """The verdict on a turn, the faults that are told, and why."""
+        self, alarm: float, strange: float, seen: Sequence[FaultSeen], likely: bool
+    ) -> tuple[str, Sequence[FaultSeen], str]:  # fmt: skip
+        """The verdict on a turn, the faults that are told, and why; where no fault is `likely`, the nearest one is told
+        alone where it does not matter."""
         if strange > 1.0:
             why = f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
-            return UNKNOWN, named if alarm > 0.0 else (), why
+            return UNKNOWN, seen if alarm > 0.0 and likely else (), why
         if alarm <= 0.0:
             return HEALTHY, (), "the turn is as the healthy machine's"
         words = {fault.name: fault.words for fault in self.faults}
-        if named:
-            return FAULTY, named, "the turn shows " + " and ".join(words[one.name] for one in named)
-        nearest = max(probabilities, key=probabilities.__getitem__)
+        if likely or not seen[0].matters:
+            return FAULTY, seen, "the turn shows " + " and ".join(words[one.name] for one in seen)
+        nearest = seen[0]
         why = "the turn is not healthy, and no fault of the table is likely; "
-        return UNKNOWN, (), f"{why}{words[nearest]} comes nearest, with {100.0 * probabilities[nearest]:.0f} %"
+        return UNKNOWN, (), f"{why}{words[nearest.name]} comes nearest, with {100.0 * nearest.probability:.0f} %"
 
     def _estimate(
         self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],

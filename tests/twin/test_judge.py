@@ -244,6 +244,10 @@ def test_the_verdicts_on_a_turn():
     assert by_name["crack"].size == pytest.approx(30.0) and by_name["crack"].matters
     assert by_name["reducer_play"].size == pytest.approx(10.0) and not by_name["reducer_play"].matters
     assert by_name["crack"].low < 30.0 < by_name["crack"].high
+    slight = twin(Fixed(1.0, quiet))
+    vars(slight)["matters"] = dict.fromkeys(NAMES, 0.6)
+    (nearest,) = slight.diagnose_turn(*given).faults
+    assert nearest.probability < 0.1 and not nearest.matters
     none = twin(Fixed(1.0, quiet)).diagnose_turn(*given)
     assert none.verdict == UNKNOWN and none.faults == () and "comes nearest, with 5 %" in none.reason
     short = twin(Fixed(1.0, quiet)).diagnose_turn(*record(turns=0.5))
