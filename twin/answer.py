@@ -7,10 +7,10 @@ The rules, the first that fits:
     physics finds faults and leaves more than noise     these and all of the networks' others, and what remains; unknown
                                                         where the turn is like none that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
-    physics explains the record by some of the faults   these, and of the networks' others those that physics measures
-    that the networks name                              beside them to be there
-    physics explains the record without a fault         the faults that physics measures to be there; else healthy, and
-                                                        an alarm of the networks is told as not confirmed
+    physics explains the record by some of the faults   these, and of the networks' others those that are likely by
+    that the networks name                              both, as physics measures them beside these
+    physics explains the record without a fault         the faults that are likely by both; else healthy, and an alarm
+                                                        of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
 
@@ -22,6 +22,7 @@ told, but not in the headline; with such faults alone the machine is healthy.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -38,6 +39,9 @@ _BOTH = "physics and network"
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
+
+_LEAST = 1e-9
+"""Least probability that is told from none, and most that is told from certainty."""
 
 
 @dataclass(frozen=True)
@@ -143,14 +147,20 @@ def answer_of(
 
 
 def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:
-    """The networks' other faults that stand beside those that physics found."""
+    """The networks' other faults that stand beside those that physics found: where it explains the record by these,
+    those that networks and physics together, by a logarithmic opinion pool, find more likely there than not."""
     others = _others(found, seen)
     if physics.level > _MORE_THAN_NOISE:
         return others
     if any(fault.by != _BOTH for fault in found):
         return ()
-    absent = {one.fault for one in physics.measured if not one.there}
-    return [fault for fault in others if fault.name not in absent]
+    evidence = {one.fault: one.evidence for one in physics.measured}
+    return [fault for fault in others if _logit(fault.probability) + evidence.get(fault.name, math.inf) > 0.0]
+
+
+def _logit(probability: float) -> float:
+    kept = min(max(probability, _LEAST), 1.0 - _LEAST)
+    return math.log(kept / (1.0 - kept))
 
 
 def _with(

@@ -41,13 +41,13 @@ class Measured:
     high: float
 
     @property
-    def there(self) -> bool:
-        """Whether it is more likely there than not: by the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from
-        nothing to the largest being as likely before, over nothing (Savage and Dickey's ratio of densities)."""
+    def evidence(self) -> float:
+        """ln of the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from nothing to the largest being as likely
+        before, over nothing (Savage and Dickey's ratio of densities); infinite where the size is known exactly."""
         spread = 0.5 * (self.high - self.low) / _OF_INTERVAL
         if spread <= 0.0:
-            return self.size != 0.0
-        return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2 > 0.0
+            return math.inf if self.size else -math.inf
+        return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2
 
 
 def measured(

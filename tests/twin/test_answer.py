@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -64,7 +65,7 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-@pytest.mark.parametrize(("low", "high", "there"), [(0.004, 0.096, False), (0.01, 0.09, True), (0.0, 0.0, False)])
+@pytest.mark.parametrize(("low", "high", "there"), [(0.0, 0.02, False), (0.01, 0.09, True), (0.0, 0.0, False)])
 def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_there(low, high, there):
     seen, middle = network(FAULTY, "crack", "friction"), 0.5 * (low + high)
     found = physics(FAULTY, ("crack", 0.5))
@@ -249,3 +250,14 @@ def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):
     turns = (signal, told), (signal, dataclasses.replace(told, start_angle=None))
     assert [twin.explain([turn]).faults[0].station for turn in turns] == [3, None]
     assert twin.explain(turns).faults[0].station is None
+
+
+@pytest.mark.parametrize(("probability", "there"), [(0.6, False), (0.99, True)])
+def test_what_physics_leaves_open_the_networks_decide(probability, there):
+    """A size of 2.2 standard deviations: a Bayes factor of 0.29."""
+    (friction,) = network(FAULTY, "friction").faults
+    seen = dataclasses.replace(network(FAULTY), faults=(dataclasses.replace(friction, probability=probability),))
+    measured = Measured("friction", 0.022, 0.022 - 1.96 * 0.01, 0.022 + 1.96 * 0.01)
+    assert measured.evidence == pytest.approx(math.log(math.sqrt(2 * math.pi) * 0.01) + 0.5 * 2.2**2)
+    answer = answered(seen, dataclasses.replace(physics(HEALTHY), measured=(measured,)))
+    assert [fault.name for fault in answer.faults] == (["friction"] if there else [])
