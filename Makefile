@@ -73,7 +73,7 @@ $(DOCS): pyproject.toml constraints.txt | $(BASE)
 # ---------------------------------------------------------------------------------------------- main job
 
 # A twin of four faults and few records, so that the demo stays short; without these settings it is a better one.
-DEMO_TWIN := faults=[crack,loose_base,reducer_play,friction] simulated=3000
+DEMO_TWIN := faults=[crack,loose_base,reducer_play,friction] simulated=5000
 DAYS := monday tuesday wednesday
 
 demo: $(RUNTIME) ## make the Table 2 data set, train on it, diagnose one record; then the twin of a bench; results in demo/
