@@ -70,7 +70,12 @@ def check_choice(owner: str, name: str, value: object, choices: Iterable[str]) -
         raise refuse(owner, name, f"one of {told}", value, did_you_mean(value, names))
 
 
+def closest(value: object, names: Iterable[str], likeness: float = 0.5) -> str:
+    """The name that is most like a misspelled one, at least so much (`difflib`); "" where none is."""
+    return next(iter(difflib.get_close_matches(str(value), list(names), n=1, cutoff=likeness)), "")
+
+
 def did_you_mean(value: object, names: Iterable[str]) -> str:
     """The remedy for a misspelled name: ``did you mean 'x'?`` without the question mark, or an empty string."""
-    close = difflib.get_close_matches(str(value), list(names), n=1, cutoff=0.5)
-    return f"did you mean {close[0]!r}" if close else ""
+    meant = closest(value, names)
+    return f"did you mean {meant!r}" if meant else ""

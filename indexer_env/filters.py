@@ -30,23 +30,21 @@ def lowpass_sections(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
     its delay is shorter by the factor (π fc / rate) / tan(π fc / rate), 0.86 at fc = rate / 5; the two agree
     as fc / rate → 0, that is when the acceleration comes at a higher rate than the record's.
     """
-    return _butterworth(cutoff_hz, order, rate).copy()
+    return _butterworth("lowpass", cutoff_hz, order, rate).copy()
 
 
 def highpass_sections(cutoff_hz: float, rate: float) -> np.ndarray:
     """AC coupling, shape (1, 6): a first-order high-pass, H(s) = s / (s + 2π fc), by the bilinear transform, pre-warped
     to its -3.01 dB frequency `cutoff_hz` [Hz], below half the rate [Hz]."""
-    import scipy.signal
-
-    return np.asarray(scipy.signal.butter(1, cutoff_hz, btype="highpass", output="sos", fs=rate))
+    return _butterworth("highpass", cutoff_hz, 1, rate).copy()
 
 
 # Its design takes longer than the filtering of a record, and many records are read by one sensor.
 @functools.lru_cache(maxsize=64)
-def _butterworth(cutoff_hz: float, order: int, rate: float) -> np.ndarray:
+def _butterworth(kind: str, cutoff_hz: float, order: int, rate: float) -> np.ndarray:
     import scipy.signal
 
-    return np.asarray(scipy.signal.butter(order, cutoff_hz, btype="lowpass", output="sos", fs=rate))
+    return np.asarray(scipy.signal.butter(order, cutoff_hz, btype=kind, output="sos", fs=rate))
 
 
 def bracket_sections(frequency_hz: float, damping: float, rate: float) -> np.ndarray:

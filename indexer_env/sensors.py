@@ -120,7 +120,8 @@ class Sensor:
         if self.noise_snr_db is not None:
             check_number("Sensor", "noise_snr_db", self.noise_snr_db, low=-300.0, unit="dB")
             if self.noise_density > 0.0:
-                raise refuse("Sensor", "noise_density", "0 where noise_snr_db is set", self.noise_density, "keep one")
+                rule = "0 where noise_snr_db is set"
+                raise refuse("Sensor", "noise_density", rule, self.noise_density, "keep one of the two")
         if self.bits is not None:
             check_integer("Sensor", "bits", self.bits, low=2, high=32)
             if self.full_scale is None:
@@ -233,7 +234,7 @@ class Sensor:
 
     def with_background(self, y: Any, time: Any, sine: Callable[[Any], Any] = np.sin) -> Any:
         """Readings (rows, n) with offset, drift and hum added; time (n,) or (rows, n) since the first sample [s]."""
-        # adding 0 would turn -0.0 into 0.0
+        # Adding 0 would turn -0.0 into 0.0, hence no unconditional sums.
         if self.offset != 0.0:
             y = y + self.offset
         if self.offset_drift != 0.0:

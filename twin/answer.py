@@ -27,6 +27,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from scipy.special import logit
+
 from indexer_cli.words import joined
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
@@ -39,9 +41,6 @@ _BOTH = "physics and network"
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
-
-_LEAST = 1e-9
-"""Least probability that is told from none, and most that is told from certainty."""
 
 
 @dataclass(frozen=True)
@@ -155,12 +154,7 @@ def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Phys
     if any(fault.by != _BOTH for fault in found):
         return ()
     evidence = {one.fault: one.evidence for one in physics.measured}
-    return [fault for fault in others if _logit(fault.probability) + evidence.get(fault.name, math.inf) > 0.0]
-
-
-def _logit(probability: float) -> float:
-    kept = min(max(probability, _LEAST), 1.0 - _LEAST)
-    return math.log(kept / (1.0 - kept))
+    return [fault for fault in others if logit(fault.probability) + evidence.get(fault.name, math.inf) > 0.0]
 
 
 def _with(

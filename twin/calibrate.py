@@ -24,6 +24,9 @@ from twin.posterior import Uncertain, columns_of, joint_of, logs_of, rescaled, w
 _CLOSES = 0.5
 """Share of the gap on held-out records that an effect without a name must close to stand in."""
 
+SD_OF_95 = 2.0 * 1.96
+"""Standard deviations in a 95 % interval."""
+
 _LEAST_SPREAD = 2e-3
 """Least relative standard deviation of a parameter as a prior [-]: what a machine changes by from day to day."""
 

@@ -7,6 +7,7 @@ question: it is fitted beside the others from the size that the networks give, a
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,9 @@ from discrepancy.model import Hypothesis, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from indexer_env.machine import Machine
+from twin.calibrate import SD_OF_95
+from twin.diagnosis import FaultSeen
 from twin.faults import Fault
-
-_OF_INTERVAL = 1.96
-"""Standard deviations in half a 95 % interval."""
 
 
 @dataclass(frozen=True)
@@ -44,27 +44,34 @@ class Measured:
     def evidence(self) -> float:
         """ln of the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from nothing to the largest being as likely
         before, over nothing (Savage and Dickey's ratio of densities); infinite where the size is known exactly."""
-        spread = 0.5 * (self.high - self.low) / _OF_INTERVAL
+        spread = (self.high - self.low) / SD_OF_95
         if spread <= 0.0:
             return math.inf if self.size else -math.inf
         return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2
 
 
 def measured(
-    answer: Explanation, fault: Fault, share: float, station: int | None, machine: Machine
-) -> Measured | None:  # fmt: skip
-    """A fault measured from the share of its largest size at which the networks see it, at its station where it has
-    one; None where the machine has the fault's effect already, whose growth was measured."""
-    selection = answer.selection
-    fits, best = Fits(answer.model, selection.model), selection.best
+    answer: Explanation, suspected: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine
+) -> tuple[Measured, ...]:  # fmt: skip
+    """Faults measured from the sizes at which the networks see them; none of an effect that the machine has already,
+    whose growth was measured. `faults` is the table by name."""
+    if not suspected:
+        return ()
+    fits = Fits(answer.model, answer.selection.model)
+    looks = (_measured(answer, fits, faults[one.name], one, machine) for one in suspected)
+    return tuple(look for look in looks if look is not None)
+
+
+def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, machine: Machine) -> Measured | None:
+    best = answer.selection.best
     if fault.effect in best.place.hypothesis.names:
         fitted = fits.fit(best.place)
     else:
-        library = selection.model.hypotheses().get(fault.effect, ())
-        hypotheses = [h for h in library if station is None or h.fixed.get("station", station) == station]
+        library, at = fits.model.hypotheses().get(fault.effect, ()), seen.station
+        hypotheses = [h for h in library if at is None or h.fixed.get("station", at) == at]
         if not hypotheses:
             return None
-        value = fault.value(share, machine)
+        value = fault.value(seen.share, machine)
         fitted = fits.fit(min((_begun(fits, best.place, h, fault, value) for h in hypotheses), key=lambda p: p.cost))
     whole = fits.on_all(fitted)
     effect = estimates_of(answer.model, whole.place).effect(fault.effect, ())

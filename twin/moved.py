@@ -10,14 +10,11 @@ from typing import Any
 from discrepancy.grades import NAMED
 from discrepancy.indexer.parameters import read
 from indexer_env.machine import Machine
-from twin.calibrate import Calibrated, Finding
+from twin.calibrate import SD_OF_95, Calibrated, Finding
 from twin.gate import OUTSIDE
 
 _CHANCE = 0.01
 """Probability of so large a change, were it chance, below which the machine has moved."""
-
-_SD_OF_95 = 2.0 * 1.96
-"""Standard deviations in a 95 % interval."""
 
 _ALIKE = 0.1
 """Relative difference of noise, and of the pulse's accuracy, up to which thresholds taken from simulated turns hold."""
@@ -73,7 +70,7 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
         if row is not None:
             name, (low, high) = f"{finding.effect}.{finding.size}", row["interval"]
             now, then = finding.values[finding.size], row["values"][finding.size]
-            changes[name] = _SD_OF_95 * (now - then) / max(high - low, 1e-300)
+            changes[name] = SD_OF_95 * (now - then) / max(high - low, 1e-300)
             told[name] = f"{name} from {then:.3g} to {now:.3g}"
     new = [finding.effect for finding in found.findings if finding.effect not in known and finding.grade in NAMED]
     chance = float(chi2.sf(sum(change**2 for change in changes.values()), max(1, len(changes))))

@@ -149,8 +149,7 @@ def explained(
         verdict = "faulty"
     level = answer.held[best.name].level(held)
     named, by_name = {one.fault for one in found_faults}, {fault.name: fault for fault in faults}
-    looks = (measured(answer, by_name[s.name], s.share, s.station, machine) for s in suspected if s.name not in named)
-    beside = tuple(look for look in looks if look is not None)
+    beside = measured(answer, [one for one in suspected if one.name not in named], by_name, machine)
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
 
 

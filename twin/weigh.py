@@ -79,7 +79,7 @@ class Weights:
 
     def logits(self, fits: Fits) -> np.ndarray:
         """Logit (n, faults) of each fault; far below 0 where it was not thought possible."""
-        return np.where(np.isfinite(fits.error), evidence(fits) @ self.name, 2.0 * POSSIBLE)
+        return _logits(self.name, fits)
 
     def strangeness(self, fits: Fits) -> np.ndarray:
         """rms of a fit's remainder (n,) over its threshold; above 1 a turn is like none of the simulated ones."""
@@ -116,7 +116,7 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
         return float((np.logaddexp(0.0, z) - y * z).mean() + _RIDGE * (w[1:] ** 2).sum() / len(y))
 
     name = minimize(loss, np.zeros(x.shape[1]), method="BFGS").x / scale
-    named = possible & (evidence(fits) @ name > 0.0)
+    named = _logits(name, fits) > 0.0
     # a fit that names the wrong faults lies in a wrong minimum and tells nothing of what a right one may leave
     right = (named == there).all(axis=1)
     some = right if right.sum() >= LEAST else np.full(len(there), True)
@@ -127,6 +127,10 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
     found = Weights(name, np.zeros(0), slope, float(fits.rattling[some].max()), strange, quiet)
     error = np.abs(fits.size - size) / spread(fits)
     return dataclasses.replace(found, reach=reaches(error, named & there, named, coverage))
+
+
+def _logits(name: np.ndarray, fits: Fits) -> np.ndarray:
+    return np.where(np.isfinite(fits.error), evidence(fits) @ name, 2.0 * POSSIBLE)
 
 
 def _far(values: np.ndarray) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import Any
 
 import pyarrow.parquet as pq
@@ -15,12 +14,13 @@ from datagen.store import REJECTED
 from indexer_cli.command import check_flag, hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.words import counted, plain_console
+from indexer_env.checks import closest
 
 _SHOWN = 3
 """Reasons of rejection that are told at once."""
 
 _LIKE = 0.8
-"""Likeness (`difflib`) to a column of its own from which a group's name may be a misspelled one."""
+"""Likeness to a column of its own from which a group's name may be a misspelled one."""
 
 
 @hydra_command("ingest")
@@ -38,8 +38,8 @@ def main(config: dict[str, Any]) -> None:
     if groups:
         print(f"groups of the labels table: {', '.join(groups)}")
         for name in groups:
-            if meant := get_close_matches(name, COLUMNS, n=1, cutoff=_LIKE):
-                print(f"  {name} is taken for a group; write {meant[0]!r} if that was meant")
+            if meant := closest(name, COLUMNS, _LIKE):
+                print(f"  {name} is taken for a group; write {meant!r} if that was meant")
     elif labels is None:
         print("no labels table was given, so the files have no groups")
     else:

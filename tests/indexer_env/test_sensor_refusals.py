@@ -64,7 +64,7 @@ REFUSED_AT_ONCE = {
     ),
     "two noises": (
         {"noise_snr_db": 30.0, "noise_density": 0.1},
-        "Sensor.noise_density must be 0 where noise_snr_db is set, got 0.1; keep one.",
+        "Sensor.noise_density must be 0 where noise_snr_db is set, got 0.1; keep one of the two.",
     ),
     "full_scale": (
         {"full_scale": -5.0, "radius": 0.4},
