@@ -95,16 +95,19 @@ class Fits:
 
     def without(self, fitted: Fitted, k: int) -> Fitted:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
-        make an effect look needed."""
+        make an effect look needed. Where that leads to no better place than is known, it is not followed to its end."""
         if (fitted, k) not in self._smaller:
             begun = self.left_out(fitted, k)
-            problem = Problem(self.model, begun.hypothesis)
-            result = fit(problem, begun, steps=_LONG, thorough=True)
-            if not begun.hypothesis.effects:
+            problem, known = Problem(self.model, begun.hypothesis), self.known(begun.hypothesis)
+            if known is not None:
+                begun = fit(problem, begun, steps=_CAREFUL).place
+            if known is None or known.place.cost - begun.cost > begun.dispersion(self.model):
+                result = fit(problem, begun, steps=_LONG, thorough=True)
                 before = self.own(self.begun.place)
-                if before.cost < result.place.cost:
+                if not begun.hypothesis.effects and before.cost < result.place.cost:
                     result = fit(problem, before, steps=_LONG, thorough=True)
-            self._smaller[fitted, k] = self.kept(result.place, result.converged)
+                known = self.kept(result.place, result.converged)
+            self._smaller[fitted, k] = known
         return self._smaller[fitted, k]
 
     def left_out(self, fitted: Fitted, k: int) -> Point:

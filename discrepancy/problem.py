@@ -267,17 +267,20 @@ class Problem:
         self, jobs: Jobs, grid: np.ndarray, others: np.ndarray, kept: int, rounds: int = 3
     ) -> tuple[np.ndarray, np.ndarray]:
         """Start states (k, l) of jobs (k,) at one place and their squares: the best of the grid (c, 2) and of other
-        states (o, l) after the best `kept` are refined."""
+        states (o, l) after the best `kept` are refined, the best of those in all rounds."""
         k = len(jobs.window)
         states = np.repeat(jobs.states[None], len(grid), axis=0)
         states[:, :, : grid.shape[1]] = grid[:, None, :]
         states = np.concatenate([states, np.repeat(others[:, None], k, axis=1)])
         order = np.argsort(self._tried(jobs, states), axis=0)[:kept]
         best = states[order, np.arange(k)].reshape(-1, states.shape[2])
-        polished, squares = self._refined(Jobs.at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds)
+        polished, squares = self._refined(Jobs.at(jobs.points[0], np.tile(jobs.window, len(order)), best), rounds=1)
         squares = squares.reshape(-1, k)
         first = squares.argmin(axis=0)
-        return polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
+        states, squares = polished.reshape(len(order), k, -1)[first, np.arange(k)], squares[first, np.arange(k)]
+        if rounds > 1:
+            states, squares = self._refined(Jobs.at(jobs.points[0], jobs.window, states), rounds - 1)
+        return states, squares
 
     def merged(self, a: Point, b: Point) -> Point:
         """Of two places with equal globals, the better start state of each window."""

@@ -87,6 +87,8 @@ class Search:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
         self.fits = Fits(model, self.model)
         self._races: dict[tuple[str, str], Race] = {}
+        # a fitted set is its own key, by identity
+        self._anew: dict[Fitted, Point] = {}
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
         self._end = time.process_time() + _FOR_SEARCH * given
@@ -192,7 +194,9 @@ class Search:
     def _restarted(self, fitted: Fitted) -> Fitted:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
         from its size."""
-        place = self.fits.own(restarted(self.model, fitted.place, self.criteria))
+        if fitted not in self._anew:
+            self._anew[fitted] = self.fits.own(restarted(self.model, fitted.place, self.criteria))
+        place = self._anew[fitted]
         return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> Race:

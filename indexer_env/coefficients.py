@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from indexer_env.effects.base import MachineEffect
 from indexer_env.errors import ParameterError
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
@@ -92,9 +93,12 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
 _JOINTS = tuple(tuple(f"{what}_{n}" for what in ("stiffness", "damping", "backlash", "ratio")) for n in (1, 2, 3))
 """Names of a joint's numbers."""
 
+_JOINT_NUMBERS = {"input_joint": 1, "output_joint": 2, "base_joint": 3}
+
 _IN_ORDER = operator.itemgetter(*layout.COEFFICIENT_NAMES)
 
-_PLACES = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
+PLACES = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
+"""Place of each coefficient in a row, by its name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +121,7 @@ class Coefficients:
 
     def __getitem__(self, name: str) -> float:
         """A coefficient by its name."""
-        return float(self.row[_PLACES[name]])
+        return float(self.row[PLACES[name]])
 
 
 def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficients:
@@ -128,18 +132,36 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
     ParameterError
         An effect that does not fit the machine (a station it has not, a loose base under Model A).
     """
-    values = _OFF | {
+    numbers = numbers_of(machine) | {"load_torque": operating_point.load_torque}
+    return coefficients_with(machine, numbers, machine.effects)
+
+
+def numbers_of(machine: Machine) -> dict[str, float]:
+    """A machine's own numbers without load, by the kernels' names; joint n's play is `backlash_n`."""
+    numbers = _OFF | {
         "cam_inertia": machine.cam_inertia, "follower_inertia": machine.follower_inertia,
         "table_inertia": machine.table_inertia, "housing_inertia": machine.housing_inertia,
         "motor_inertia": machine.motor_inertia,
         "reduction": machine.reduction, "advance": machine.advance, "stations": float(machine.stations),
-        "load_torque": operating_point.load_torque, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
+        "load_torque": 0.0, "law_first": 0.0, "law_count": 0.0, "linear_dwell": 0.0,
     }  # fmt: skip
     for names, joint in zip(_JOINTS, (machine.input_joint, machine.output_joint, machine.base_joint), strict=True):
-        numbers = joint.stiffness, joint.damping, joint.backlash, joint.stiffness_ratio
-        values.update(zip(names, numbers, strict=True))
+        its = joint.stiffness, joint.damping, joint.backlash, joint.stiffness_ratio
+        numbers.update(zip(names, its, strict=True))
+    return numbers
+
+
+def number_of(attribute: str) -> str:
+    """Name among `numbers_of` of an attribute of a machine, ``joint.field`` or ``field``."""
+    joint, _, field = attribute.rpartition(".")
+    return f"{field}_{_JOINT_NUMBERS[joint]}" if joint else field
+
+
+def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequence[MachineEffect]) -> Coefficients:
+    """The coefficients of a machine that has these numbers, as `numbers_of` gives them, and these effects in place of
+    its own; the numbers are used up. A search builds thousands of machines a second so, which need no check."""
     model, features = machine.model, 0
-    for effect in machine.effects:
+    for effect in effects:
         if effect.is_null:
             continue
         if machine.model not in effect.models:
@@ -147,24 +169,24 @@ def coefficients(machine: Machine, operating_point: OperatingPoint) -> Coefficie
                 f"{effect.name} needs Machine.model {' or '.join(effect.models)}, got {machine.model!r}; "
                 f"it acts on {effect.enters}, which that model does not have."
             )
-        effect.extend(values, machine)
+        effect.extend(numbers, machine)
         features |= effect.feature
         if effect.name == "base.looseness":
             model = "B_on_base"
     for number in (1, 2, 3):
-        features |= _edges(values, number, machine.contact_law)
+        features |= _edges(numbers, number, machine.contact_law)
     if model == "A":
         features &= ~layout.HAS_EDGES_1
     if model != "B_on_base":
         features &= ~layout.HAS_EDGES_3
     in_dwell = features & _IN_DWELL
     for bit, name in _BUMPS if in_dwell else ():
-        centre, half = values[f"{name}_centre"] % 1.0, values[f"{name}_half_width"]
+        centre, half = numbers[f"{name}_centre"] % 1.0, numbers[f"{name}_half_width"]
         if half <= centre <= machine.motion_share - half:
             in_dwell &= ~bit
-    if model == "B" and not in_dwell and values["cubic_2"] == 0.0:
-        values["linear_dwell"] = 1.0
-    row = np.array(_IN_ORDER(values))
+    if model == "B" and not in_dwell and numbers["cubic_2"] == 0.0:
+        numbers["linear_dwell"] = 1.0
+    row = np.array(_IN_ORDER(numbers))
     law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     return Coefficients(_MODELS[model], features, row, law)
 
@@ -221,8 +243,8 @@ def pack(items: Sequence[Coefficients], operating_points: Sequence[OperatingPoin
         first[key] = total
         total += len(law.pieces)
     rows = np.stack([item.row for item in items])
-    rows[:, _PLACES["law_first"]] = [first[id(item.law)] for item in items]
-    rows[:, _PLACES["law_count"]] = [len(item.law.pieces) for item in items]
+    rows[:, PLACES["law_first"]] = [first[id(item.law)] for item in items]
+    rows[:, PLACES["law_count"]] = [len(item.law.pieces) for item in items]
     pieces = np.concatenate([law.pieces for law in laws.values()])
     features = functools.reduce(operator.or_, (item.features for item in items))
     return Pack(items[0].model, features, start_states(rows, operating_points), rows, pieces)
@@ -234,7 +256,7 @@ def start_states(rows: np.ndarray, operating_points: Sequence[OperatingPoint]) -
 
     The kernel puts the table on its law (region_1 = 2) and finds the law's piece (piece = -1).
     """
-    reduction = rows[:, _PLACES["reduction"]]
+    reduction = rows[:, PLACES["reduction"]]
     speed = np.array([point.motor_speed for point in operating_points], dtype=float)
     angle = np.array([point.start_angle for point in operating_points], dtype=float)
     columns = {

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from indexer_env.coefficients import LawTable, start_states
+from indexer_env.coefficients import PLACES, LawTable, start_states
 from indexer_env.control import ControlTask, Limits, task_numbers
 from indexer_env.engine import LARGEST_DEFLECTION, control_kernels, prepare_kernel, run_kernel
 from indexer_env.faults import Faults
@@ -42,8 +42,7 @@ _SCENE = {
 }  # fmt: skip
 """Places in ROWS of what a picture needs."""
 
-_PLACE = {name: place for place, name in enumerate(layout.COEFFICIENT_NAMES)}
-_KEPT = [_PLACE[name] for name in ("law_first", "law_count", "load_torque", "motor_acceleration")]
+_KEPT = [PLACES[name] for name in ("law_first", "law_count", "load_torque", "motor_acceleration")]
 CAM, _TIME = layout.STATE_NAMES.index("cam_angle"), layout.STATE_NAMES.index("time")
 
 

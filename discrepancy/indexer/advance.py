@@ -8,12 +8,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from discrepancy.indexer.reading import of_its_rate
-from indexer_env.coefficients import Coefficients, LawTable, Pack, coefficients
+from indexer_env.coefficients import LawTable, Pack
 from indexer_env.engine import LARGEST_DEFLECTION, prepare_kernel, run_kernel
 from indexer_env.kernels import layout
-from indexer_env.machine import Machine
 from indexer_env.modes import quick_step
-from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 
 _INTERVAL = 2.5e-3
@@ -44,21 +42,6 @@ _SLIP_ROUNDS = 3
 _MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
     layout.STATE_NAMES.index(name) for name in ("motor_angle", "motor_rate", "motor_command")
 )
-
-
-def coefficients_of(
-    machines: Sequence[Machine], point: np.ndarray, loads: Sequence[OperatingPoint], record: np.ndarray
-) -> list[Coefficients]:
-    """Coefficients of some machines (n,) by number at the operating points of records (n,); those of equal machines
-    under equal loads are made once."""
-    made: dict[tuple[int, float], Coefficients] = {}
-    items = []
-    for p, r in zip(point.tolist(), record.tolist(), strict=True):
-        key = id(machines[p]), loads[r].load_torque
-        if key not in made:
-            made[key] = coefficients(machines[p], loads[r])
-        items.append(made[key])
-    return items
 
 
 def in_parts(

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from discrepancy.model import Hypothesis, Parameter
-from indexer_env.effects import EFFECTS, Effect, make_effect
+from indexer_env.effects import EFFECTS, LOADABLE, Effect
 from indexer_env.effects.base import Sought
 from indexer_env.filters import BRACKET_LIMIT, LOWEST
 from indexer_env.machine import Machine
@@ -78,8 +78,8 @@ def library(machine: Machine, known: Container[str], seen: Seen) -> dict[str, tu
 def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:
     """The effect that a single hypothesis stands for at these parameter values."""
     start = f"{hypothesis.name}."
-    own = {name.removeprefix(start): value for name, value in values.items() if name.startswith(start)}
-    return make_effect(hypothesis.name, {**own, **hypothesis.fixed})
+    own = {p.name.removeprefix(start): values[p.name] for p in hypothesis.parameters if p.name.startswith(start)}
+    return LOADABLE[hypothesis.name](**own, **hypothesis.fixed)
 
 
 def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hypothesis, ...]:

@@ -9,16 +9,16 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import coefficients_of, in_parts, let_slip, samples_per_step, step_of, steps_per_sample
-from discrepancy.indexer.library import HOUSING, Seen, effect_of, library
+from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, step_of, steps_per_sample
+from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.lines import lines
-from discrepancy.indexer.parameters import OfRecords, base_parameters, changed, record_parameters, scaled
+from discrepancy.indexer.machines import Machines
+from discrepancy.indexer.parameters import OfRecords, base_parameters, record_parameters, scaled
 from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, covering, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
-from indexer_env.coefficients import Pack, coefficients
-from indexer_env.effects import MachineEffect, SensorEffect
+from indexer_env.coefficients import PLACES, Coefficients, Pack, coefficients
 from indexer_env.effects.measures import measures
 from indexer_env.errors import refuse
 from indexer_env.kernels import layout
@@ -63,9 +63,9 @@ class IndexerModel(Model):
         check_rest(machine)
         check_alike(self.experiments, self.sensor.unit)
         base = base_parameters(machine, self.uncertainty)
-        self._n_machine = len(base)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
+        self._machines = Machines(machine, self.sensor, [p.name for p in base], self.parameters, known)
         self._of_records = OfRecords(self.parameters, len(self.experiments))
         self._cut()
 
@@ -80,6 +80,7 @@ class IndexerModel(Model):
             raise refuse("IndexerModel", "experiments", rule, got, "record for longer, or leave it out")
         self._rates = np.array([self.machine.reduction * e.operating_point.motor_speed for e in self.experiments])
         self._fastest = float(self._rates.max()) / self.machine.reduction
+        self._loads = np.array([e.operating_point.load_torque for e in self.experiments])
         self._starts = np.array([e.operating_point.start_angle for e in self.experiments])
         self._lengths_of = np.array([len(e.signal.values) for e in self.experiments])
         self._sample_rates = np.array([e.signal.sample_rate for e in self.experiments])
@@ -102,7 +103,7 @@ class IndexerModel(Model):
         """Successive cam turns of each record that show all stations, and of samples that lie closer than the
         integrator's steps one for each step."""
         chosen = covering(self.windows, self.machine.stations, windows)
-        item = coefficients(self.machine, self.experiments[0].operating_point)
+        item = coefficients(self.machine, OperatingPoint())
         step = step_of(item.model, item.features, item.row[None], item.law, self._fastest)
         every = samples_per_step(self.sample_rate, step, self.sensor)
         if every == 1:
@@ -166,7 +167,7 @@ class IndexerModel(Model):
         return super().freed(hypothesis) + ("sensor.mains_hum" in hypothesis.names)  # its phase (`nuisance`)
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
-        item = coefficients(self.machine_at(hypothesis, point)[0], OperatingPoint())
+        item, _ = self._machines.coefficients(hypothesis, point[None])[0]
         return play_grid(item, self._fastest, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
@@ -193,10 +194,10 @@ class IndexerModel(Model):
     ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Some jobs at a time, what `reading` makes of their true accelerations over the noise (k, samples), 0 beyond
         a window's end, and its sum of squares (k,)."""
-        extended = self._extended(hypothesis, jobs.points)
+        extended = self._machines.coefficients(hypothesis, jobs.points)
         clock = self._of_records.value("clock", jobs.points[jobs.point], self.windows.record[jobs.window])
         sensors, sensor_of = numbered([s for _, s in extended], self.sensor, jobs.point, clock, self.sample_rate)
-        for some, made in self._advanced(jobs, [machine for machine, _ in extended], (self.channel,), sensor_of):
+        for some, made in self._advanced(jobs, [item for item, _ in extended], (self.channel,), sensor_of):
             for number in np.unique(sensor_of[some]).tolist():
                 # one sensor's jobs stand side by side
                 mine = np.flatnonzero(sensor_of[some] == number)
@@ -205,56 +206,37 @@ class IndexerModel(Model):
                 rows *= (1.0 / self._noise[self.windows.record[window]])[:, None]
                 yield some[mine], rows, bounded(rows, self.counts[window])
 
-    def _extended(self, hypothesis: Hypothesis, points: np.ndarray) -> list[tuple[Machine, Sensor]]:
-        """Machine and sensor of each global point; points that differ in single records alone share them."""
-        parameters = self.parameters + hypothesis.parameters
-        keys = [own.tobytes() for own in points[:, [not p.of_record for p in parameters]]]
-        made: dict[bytes, tuple[Machine, Sensor]] = {}
-        for point, key in zip(points, keys, strict=True):
-            if key not in made:
-                made[key] = self.machine_at(hypothesis, point)
-        return [made[key] for key in keys]
+    def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
+        """Machine and sensor that a global point stands for."""
+        return self._machines.at(hypothesis, point)
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""
-        return {p.name: p.value(z) for p, z in zip(self.parameters + hypothesis.parameters, point, strict=True)}
+        return self._machines.values(hypothesis, point)
 
-    def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
-        """Machine and sensor that a global point stands for."""
-        values = self.values(hypothesis, point)
-        names = *(p.name for p in self.parameters[: self._n_machine]), HOUSING
-        own = {name: values[name] for name in names if name in values}
-        effects, sensor = [], self.sensor
-        for effect in (effect_of(one, values) for one in (*self.known, *hypothesis.effects)):
-            if isinstance(effect, MachineEffect):
-                effects.append(effect)
-            elif isinstance(effect, SensorEffect):
-                sensor = effect.extend_sensor(sensor)
-        return changed(self.machine, own, effects), sensor
-
-    def simulated(self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer]) -> np.ndarray:
-        """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, a machine for each point."""
+    def simulated(self, jobs: Jobs, items: Sequence[Coefficients], channels: Sequence[int | np.integer]) -> np.ndarray:
+        """Rows of the kernel's workspace (n, channels, samples) over the jobs' windows, coefficients for each point."""
         out = np.empty((len(jobs.window), len(channels), self._inside.shape[1]))
-        for some, made in self._advanced(jobs, machines, channels, np.zeros(len(jobs.window), dtype=int)):
+        for some, made in self._advanced(jobs, items, channels, np.zeros(len(jobs.window), dtype=int)):
             out[some] = made
         return out
 
     def _advanced(
-        self, jobs: Jobs, machines: list[Machine], channels: Sequence[int | np.integer], beside: np.ndarray
+        self, jobs: Jobs, items: Sequence[Coefficients], channels: Sequence[int | np.integer], beside: np.ndarray
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The same, some jobs at a time, which fit into a core's cache; those of one number in `beside` (n,) stand side
         by side."""
         w, n_records, samples = self.windows, len(self.experiments), self._inside.shape[1]
         record = w.record[jobs.window]
-        used, kind = np.unique(jobs.point * n_records + record, return_inverse=True)
-        of_point, of_record = np.divmod(used, n_records)
-        items = coefficients_of(machines, of_point, [e.operating_point for e in self.experiments], of_record)
+        # a row for each point under the load of each record
+        kind = jobs.point * n_records + record
+        of_point, of_record = np.divmod(np.arange(len(items) * n_records), n_records)
         pieces = items[0].law.pieces
-        table = np.stack([item.row for item in items])
-        column = layout.COEFFICIENT_NAMES.index
-        table[:, column("law_count")] = len(pieces)
-        table[:, column("load_torque")] *= 1.0 + self._of_records.value("load", jobs.points[of_point], of_record)
-        table[:, column("table_inertia")] *= np.exp(self._of_records.value("inertia", jobs.points[of_point], of_record))
+        table = np.stack([item.row for item in items])[of_point]
+        table[:, PLACES["law_count"]] = len(pieces)
+        load, inertia = (self._of_records.value(name, jobs.points[of_point], of_record) for name in ("load", "inertia"))
+        table[:, PLACES["load_torque"]] = self._loads[of_record] * (1.0 + load)
+        table[:, PLACES["table_inertia"]] *= np.exp(inertia)
         drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]
         # a block of the kernel takes as long as its longest window; the last, half empty, gets the shortest ones
@@ -263,12 +245,14 @@ class IndexerModel(Model):
         for k, item in enumerate(items):
             groups.setdefault((item.model, item.features), []).append(k)
         for (model, features), members in groups.items():
-            mine = order[np.isin(kind[order], members)] if len(groups) > 1 else order
+            mine, of_group = order, slice(None)
+            if len(groups) > 1:
+                mine, of_group = order[np.isin(jobs.point[order], members)], np.isin(of_point, members)
             rows, turn = table[kind[mine]], w.turn[jobs.window[mine]].astype(float)
             states = start_states(rows, drive[mine], speed[mine], turn, jobs.states[mine])
             pack = Pack(model, features, states, rows, pieces)
             sample_rates = rates[mine]
-            step = step_of(model, features, table[members], items[0].law, self._fastest)
+            step = step_of(model, features, table[of_group], items[0].law, self._fastest)
             every = steps_per_sample(self.sample_rate, step)
             if features & layout.USES_SLIP:
                 # the last window of a record may be cut short, but what slip loses is lost over a whole turn

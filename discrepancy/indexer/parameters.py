@@ -85,6 +85,8 @@ class OfRecords:
 
     def value(self, name: str, points: np.ndarray, record: np.ndarray) -> np.ndarray:
         """Value (n,) of one of OF_RECORDS of records (n,) at global points (n, g); 0 where it is known exactly."""
+        if not self._scales[name].any():
+            return np.zeros(len(record))
         return self._scales[name][record] * points[np.arange(len(record)), self._columns[name][record]]
 
 

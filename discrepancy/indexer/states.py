@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from discrepancy.model import Parameter
-from indexer_env.coefficients import Coefficients
+from indexer_env.coefficients import PLACES, Coefficients
 from indexer_env.kernels import layout
 
 LOCAL = (
@@ -21,8 +21,8 @@ LOCAL = (
 )
 """δ1, δ̇1; δ2 beyond where the load holds the table at rest, δ̇2; θ and θ̇, on a loose base alone."""
 
-_C = layout.COEFFICIENT_NAMES.index
-_S = layout.STATE_NAMES.index
+_C = PLACES.__getitem__
+_S = {name: place for place, name in enumerate(layout.STATE_NAMES)}.__getitem__
 _SCALES = np.array([p.scale for p in LOCAL])
 
 _BY_KERNEL = -2.0
@@ -91,6 +91,8 @@ def _harmonics(column: np.ndarray, motor: np.ndarray, rate: np.ndarray) -> tuple
     angle, speed = np.zeros_like(motor), np.zeros_like(motor)
     for name in ("ripple", "transmission"):
         amplitude, order, phase = (column[_C(f"{name}_{part}")] for part in ("amplitude", "order", "phase"))
+        if not amplitude.any():
+            continue
         angle += amplitude * np.sin(order * motor + phase)
         speed += amplitude * order * rate * np.cos(order * motor + phase)
     return angle, speed

@@ -118,7 +118,7 @@ class BaseLooseness(MachineEffect):
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
         stiffness = 1.0 / self.compliance
-        inertia = machine.follower_inertia + machine.housing_inertia
+        inertia = coefficients["follower_inertia"] + coefficients["housing_inertia"]
         coefficients["stiffness_3"] = stiffness
         coefficients["damping_3"] = 2.0 * self.damping_ratio * math.sqrt(stiffness * inertia)
         coefficients["backlash_3"] = self.backlash

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
+from discrepancy.fit import fit
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, Jobs
+from discrepancy.model import Hypothesis, Jobs, together
+from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
 from tests.discrepancy.toy import WINDOWS, Chord
@@ -59,3 +61,34 @@ def test_a_search_tells_a_family_whose_start_states_are_hard_to_find(model, aske
     fitted = search.fits.fit(at(model, "tone", 10.0, 0.0, _WELL))
     (other,) = search._instead(fitted, 0, alike=True)
     assert search.wins(fitted, other) != asked
+
+
+def two(model: Pitted, state: float) -> Point:
+    """The model's tone with another effect beside it that does nothing."""
+    hypothesis = together(model.library["tone"][0], model.library["beat"][0])
+    problem = Problem(model, hypothesis)
+    return problem.point(np.array([0.0, 10.0, 0.0]), np.full((WINDOWS, 1), state))
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_a_set_is_fitted_anew_where_that_leads_to_a_better_place(better: bool, monkeypatch) -> None:
+    """An effect is left out of a set that starts in the right well. The set without it is known, from a fit that began
+    in the other well, or from there: then it is not followed to its end."""
+    model = Pitted({"tone": 10.0}, 5, ("tone", "beat"))
+    fits = Fits(model, model)
+    assert not fits.begun.effects
+    both = fits.fit(two(model, _WELL))
+    alone = Problem(model, model.library["tone"][0])
+    begun = at(model, "tone", 10.0, 0.0, 0.0) if better else fits.left_out(both, 1)
+    known = fits.kept(fit(alone, begun, steps=15).place, True)
+    thorough = []
+
+    def counted(*given, **more):
+        thorough.append(more.get("thorough", False))
+        return fit(*given, **more)
+
+    monkeypatch.setattr("discrepancy.fits.fit", counted)
+    without = fits.without(both, 1)
+    assert (without is not known) == better == any(thorough)
+    assert without.place.cost == pytest.approx(both.place.cost, abs=10.0)
+    assert fits.without(both, 1) is without and len(thorough) == 1 + better

@@ -1,9 +1,13 @@
 """The effect library as hypotheses of one machine and its records."""
 
+import numpy as np
 import pytest
 
 from discrepancy.indexer.library import Seen, library
-from indexer_env import load_machine
+from discrepancy.indexer.machines import Machines
+from discrepancy.indexer.parameters import base_parameters
+from indexer_env import EFFECTS, OperatingPoint, Sensor, load_machine
+from indexer_env.coefficients import coefficients
 from indexer_env.effects.measures import measures
 
 
@@ -51,3 +55,21 @@ def test_large_sizes_are_begun_from_within_a_factor_of_two(effect: str, measure:
     (hypothesis,) = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))[effect]
     assert hypothesis.parameters[0].low <= size <= hypothesis.parameters[0].high
     assert any(0.5 < start[0] / size < 2.0 for start in hypothesis.starts)
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_coefficients_are_those_of_the_machine_that_a_point_stands_for(name: str) -> None:
+    """Built without the machine, they are the same bit for bit. Seed 3."""
+    machine = load_machine("reference")
+    parameters = base_parameters(machine, {})
+    seen = Seen(measures(machine, 157.0, None), 1000.0)
+    hypothesis = library(machine, (), seen)[name][0]
+    machines = Machines(machine, Sensor(), [p.name for p in parameters], parameters, ())
+    random = np.random.default_rng(3)
+    sizes = hypothesis.coordinates(hypothesis.starts[0])
+    points = np.array([np.concatenate([random.normal(size=len(parameters)), sizes]) for _ in range(3)])
+    for point, (item, sensor) in zip(points, machines.coefficients(hypothesis, points), strict=True):
+        expected, read = machines.at(hypothesis, point)
+        whole = coefficients(expected, OperatingPoint(load_torque=0.0))
+        assert item.row.tobytes() == whole.row.tobytes()
+        assert (item.model, item.features, sensor) == (whole.model, whole.features, read)
