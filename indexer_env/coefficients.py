@@ -93,7 +93,15 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
 _JOINTS = tuple(tuple(f"{what}_{n}" for what in ("stiffness", "damping", "backlash", "ratio")) for n in (1, 2, 3))
 """Names of a joint's numbers."""
 
-_JOINT_NUMBERS = {"input_joint": 1, "output_joint": 2, "base_joint": 3}
+NUMBER_OF = {
+    **{f"{part}_inertia": f"{part}_inertia" for part in ("cam", "follower", "table", "housing", "motor")},
+    **{
+        f"{joint}_joint.{field}": f"{field}_{n}"
+        for n, joint in enumerate(("input", "output", "base"), start=1)
+        for field in ("stiffness", "damping", "backlash")
+    },
+}
+"""Name among `numbers_of` of attributes of a machine, ``joint.field`` or ``field``."""
 
 _IN_ORDER = operator.itemgetter(*layout.COEFFICIENT_NAMES)
 
@@ -149,12 +157,6 @@ def numbers_of(machine: Machine) -> dict[str, float]:
         its = joint.stiffness, joint.damping, joint.backlash, joint.stiffness_ratio
         numbers.update(zip(names, its, strict=True))
     return numbers
-
-
-def number_of(attribute: str) -> str:
-    """Name among `numbers_of` of an attribute of a machine, ``joint.field`` or ``field``."""
-    joint, _, field = attribute.rpartition(".")
-    return f"{field}_{_JOINT_NUMBERS[joint]}" if joint else field
 
 
 def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequence[MachineEffect]) -> Coefficients:

@@ -7,10 +7,10 @@ The rules, the first that fits:
     physics finds faults and leaves more than noise     these and all of the networks' others, and what remains; unknown
                                                         where the turn is like none that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
-    physics explains the record by some of the faults   these, and of the networks' others those that are likely by
-    that the networks name                              both, as physics measures them beside these
-    physics explains the record without a fault         the faults that are likely by both; else healthy, and an alarm
-                                                        of the networks is told as not confirmed
+    physics explains the record by some of the faults   these, and those others that are likely by networks and
+    that the networks name                              physics together, as physics measures them beside these
+    physics explains the record without a fault         the faults that are likely by both together; else healthy, and
+                                                        an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
     otherwise                                           unknown, and what remains
 
@@ -27,8 +27,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from scipy.special import logit
+from scipy.special import expit, logit
 
+from discrepancy.grades import STANDS_IN
 from indexer_cli.words import joined
 from indexer_env.effects import EFFECTS
 from indexer_env.machine import Machine
@@ -127,17 +128,20 @@ def answer_of(
             said = joined([fault.told for fault in found])
             why = f"By physics {said}, beside which {remains}."
             return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)
-        kept = _kept(found, seen, physics)
-        if len(kept) < len(_others(found, seen)):
-            # the networks' sizes are those beside a fault that is not there
+        kept, more = _kept(found, seen, physics), _more(found, network, physics, machine, matters, faults)
+        if more or len(kept) < len(_others(found, seen)):
+            # the networks' sizes are those beside other faults than are there
             found = _by_physics(physics, seen, machine, matters, faults, own=True)
+        found = (*found, *more)
         return _with(FAULTY, (*found, *kept), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
             said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
-        there = _kept((), seen if network.verdict == FAULTY else (), physics)
+        there: Sequence[FoundFault] = ()
+        if network.verdict == FAULTY:
+            there = (*_kept((), seen, physics), *_more((), network, physics, machine, matters, faults))
         return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
     if network.verdict == FAULTY and any(fault.matters for fault in seen):
@@ -155,6 +159,23 @@ def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Phys
         return ()
     evidence = {one.fault: one.evidence for one in physics.measured}
     return [fault for fault in others if logit(fault.probability) + evidence.get(fault.name, math.inf) > 0.0]
+
+
+def _more(
+    found: Sequence[FoundFault], network: TurnDiagnosis, physics: Physics, machine: Machine,
+    matters: Mapping[str, float], faults: Sequence[Fault],
+) -> tuple[FoundFault, ...]:  # fmt: skip
+    """Faults that neither names and both together find more likely there than not."""
+    if physics.level > _MORE_THAN_NOISE or any(fault.by != _BOTH for fault in found):
+        return ()
+    table, more = {fault.name: fault for fault in faults}, []
+    likely = {one.name: one.probability for one in network.unnamed}
+    for one in physics.measured:
+        chance = expit(logit(likely[one.fault]) + one.evidence) if one.fault in likely else 0.0
+        if chance > 0.5:
+            seen = PhysicalFault(one.fault, one.size, one.low, one.high, float(chance), STANDS_IN)
+            more.append(_physical(seen, table.get(one.fault), machine, matters))
+    return tuple(more)
 
 
 def _with(

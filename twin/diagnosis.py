@@ -62,6 +62,8 @@ class TurnDiagnosis:
         One sentence.
     notes : tuple of str
         What of the record was put right.
+    unnamed : tuple of FaultSeen
+        Of a turn with an alarm, faults that are possible and not named, with the sizes that they would have.
     """
 
     verdict: str
@@ -72,6 +74,7 @@ class TurnDiagnosis:
     novelty: float
     reason: str
     notes: tuple[str, ...] = ()
+    unnamed: tuple[FaultSeen, ...] = ()
 
 
 def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:

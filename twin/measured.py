@@ -1,7 +1,7 @@
-"""How large physics measures a fault that networks name and its own search does not: beside what the search found.
+"""How large physics measures a fault that networks think possible and its own search does not find.
 
 A search names what closes a good share of the gap. Whether a small fault beside a large one is there is another
-question: it is fitted beside the others from the size that the networks give, and has a size with its interval.
+question: it is fitted beside those found from the size that the networks give, and has a size with its interval.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class Measured:
     @property
     def evidence(self) -> float:
         """ln of the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from nothing to the largest being as likely
-        before, over nothing (Savage and Dickey's ratio of densities); infinite where the size is known exactly."""
+        before, over nothing (Savage and Dickey's ratio of densities); of one that is held at nothing −∞."""
         spread = (self.high - self.low) / SD_OF_95
         if spread <= 0.0:
-            return math.inf if self.size else -math.inf
+            return -math.inf
         return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2
 
 
@@ -76,6 +76,8 @@ def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, ma
     whole = fits.on_all(fitted)
     effect = estimates_of(answer.model, whole.place).effect(fault.effect, ())
     size = next(one for one in effect.parameters if one.name == fault.parameter)
+    if size.low == size.high:
+        return Measured(fault.name, 0.0, 0.0, 0.0)  # held where there is none
     shares = [fault.share(number, machine) for number in (size.value, size.low, size.high)]
     return Measured(fault.name, shares[0], min(shares[1:]), max(shares[1:]))
 

@@ -20,6 +20,7 @@ import pyarrow.parquet
 
 from datagen.campaigns.own import LOAD_FACTOR
 from datagen.changes import value_at, with_changes
+from discrepancy.indexer.together import LOAD, Together
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 
@@ -56,17 +57,20 @@ class Nuisance:
     def of(cls, posterior: Path, own_load: float = 0.0) -> Nuisance:
         """Of the joint draws in a file; `own_load` is the standard deviation of a turn's own load over what is stated
         [-]."""
-        table = pyarrow.parquet.read_table(posterior)
-        values = {name: table.column(name).to_numpy() for name in table.column_names}
+        return cls.of_draws(draws_in(posterior))._with_load(own_load)
+
+    @classmethod
+    def of_draws(cls, values: Mapping[str, np.ndarray]) -> Nuisance:
+        """Of joint draws (n,) of quantities by path."""
         free = {name: column for name, column in values.items() if column.std() > 1e-9 * max(1e-9, abs(column.mean()))}
         if not free:
-            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))._with_load(own_load)
+            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
         draws = np.column_stack(list(free.values()))
         off, size = draws - draws.mean(axis=0), draws.std(axis=0)
         share, along = np.linalg.eigh(np.atleast_2d(np.cov((off / size).T)))
         kept = share > _LEAST * share[-1]
         axes = size[:, None] * along[:, kept] * np.sqrt(share[kept])
-        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))._with_load(own_load)
+        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))
 
     def _with_load(self, own: float) -> Nuisance:
         if own == 0.0:
@@ -79,6 +83,13 @@ class Nuisance:
         low, high = np.concatenate([self.low, more]) - reach, np.concatenate([self.high, more]) + reach
         return Nuisance(paths, np.concatenate([axes, axis], axis=1), low, high)
 
+    def together(self, load_factor: float) -> Together:
+        """The same as what `discrepancy` knows of the machine before a fit, under loads times a factor."""
+        plain = (path.removeprefix("machine.").removeprefix("effects.") for path in self.paths)
+        names = tuple(LOAD if name == LOAD_FACTOR else name for name in plain)
+        unit = np.where(np.array(self.paths) == LOAD_FACTOR, load_factor, 1.0)
+        return Together(names, self.axes / unit[:, None], self.low / unit, self.high / unit)
+
     def at(self, z: np.ndarray, machine: Machine, sensor: Sensor, load_factor: float) -> tuple[Machine, Sensor, float]:
         """The twin's machine and sensor at coordinates z (g,), and loads over loads as stated."""
         if not np.any(z):
@@ -89,6 +100,12 @@ class Nuisance:
         sensor = _moved(sensor, {p.partition(".")[2]: v for p, v in off.items() if p.startswith("sensor.")})
         effects = tuple(_moved(effect, _within(off, f"effects.{effect.name}.")) for effect in machine.effects)
         return dataclasses.replace(machine, effects=effects), sensor, load_factor
+
+
+def draws_in(posterior: Path) -> dict[str, np.ndarray]:
+    """The joint draws (n,) in a file, by path."""
+    table = pyarrow.parquet.read_table(posterior)
+    return {name: table.column(name).to_numpy() for name in table.column_names}
 
 
 def _within(off: Mapping[str, float], prefix: str) -> dict[str, float]:

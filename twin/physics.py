@@ -8,10 +8,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from discrepancy import Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
+from discrepancy.indexer.library import HOUSING
 from discrepancy.indexer.windows import cut
 from discrepancy.records.experiments import Experiments, experiments
 from discrepancy.records.likeness import INSIST
@@ -26,6 +29,7 @@ from twin.diagnosis import FaultSeen
 from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
 from twin.measured import Measured, measured
+from twin.nuisance import Nuisance
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,8 @@ class Physics:
         rms of the residual on held-out turns over the noise, with what was found and with nothing.
     sentence : str
     measured : tuple of Measured
-        Faults that the networks name and physics does not, as it measures them beside those that it found.
+        Faults that the networks think possible and physics does not find, as it measures them beside those that it
+        found.
     """
 
     verdict: str
@@ -115,7 +120,7 @@ def _halves(record: Record, machine: Machine) -> tuple[Record, Record]:
 
 def explained(
     given: Experiments, machine: Machine, sensor: Sensor, found: Sequence[Mapping[str, Any]],
-    spread: Mapping[str, float], faults: Sequence[Fault], suspected: Sequence[FaultSeen] = (),
+    draws: Mapping[str, np.ndarray], load_factor: float, faults: Sequence[Fault], suspected: Sequence[FaultSeen] = (),
 ) -> Physics:  # fmt: skip
     """Faults of the table as hypotheses about turns, from the twin's machine with its posterior as prior.
 
@@ -126,18 +131,23 @@ def explained(
         Of the twin, with what was found when it was made.
     found : sequence of mapping
         The effects found then: effect, values. Those whose growth is a fault are free.
-    spread : mapping
-        Relative standard deviation of each of the machine's parameters [-].
+    draws : mapping
+        Joint draws (n,) of its posterior, by path.
+    load_factor : float
+        By which the loads have been multiplied.
     faults : sequence of Fault
         The table.
     suspected : sequence of FaultSeen
-        Faults that the networks name.
+        Faults that the networks think possible.
     """
     wanted = {fault.effect for fault in faults}
     without = tuple(name for name in EFFECTS if name not in wanted)
     grown = [row for row in found if row["effect"] in wanted and of_machine(row)]
     plain, known = freed(machine, grown, without)
-    given_model = {"sensor": sensor, "uncertainty": dict(spread), "known": known, "without": without}
+    # those of the sensor are as they were found
+    free = [HOUSING, *(row["effect"] for row in found if row in grown or not of_machine(row))]
+    together = Nuisance.of_draws(_told(draws, free)).together(load_factor)
+    given_model = {"sensor": sensor, "together": together, "known": known, "without": without}
     model, held = (IndexerModel(plain, part, **given_model) for part in (given.fitted, given.held_out))
     answer = explain(model, held)
     table = by_effect(faults)
@@ -151,6 +161,12 @@ def explained(
     named, by_name = {one.fault for one in found_faults}, {fault.name: fault for fault in faults}
     beside = measured(answer, [one for one in suspected if one.name not in named], by_name, machine)
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
+
+
+def _told(draws: Mapping[str, np.ndarray], free: Sequence[str]) -> dict[str, np.ndarray]:
+    """Draws of all but some numbers of the machine and all numbers of some effects."""
+    starts = tuple(f"machine.{name}" for name in free) + tuple(f"effects.{name}." for name in free)
+    return {path: column for path, column in draws.items() if not path.startswith(starts)}
 
 
 def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFault:

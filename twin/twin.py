@@ -38,10 +38,11 @@ from twin.folder import (
 from twin.gate import Gate
 from twin.judge import NAMED, Judge, ensemble, sigmoid
 from twin.learn import View
+from twin.nuisance import draws_in
 from twin.refine import fitted
 from twin.synthesis import Synthesis
 from twin.turns import Cells, Healthy
-from twin.weigh import Weights, spread
+from twin.weigh import IMPOSSIBLE, Weights, spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +123,12 @@ class Twin:
         return faults_of(self.about)
 
     @functools.cached_property
+    def draws(self) -> Mapping[str, np.ndarray]:
+        """Joint draws (n,) of the posterior, by path."""
+        with reading(self.folder / "posterior.parquet"):
+            return draws_in(self.folder / "posterior.parquet")
+
+    @functools.cached_property
     def seen(self) -> tuple[Seen, ...]:
         """Smallest sizes that are seen."""
         return tuple(Seen(**row) for row in self.about["detection"])
@@ -189,24 +196,29 @@ class Twin:
             # the nearest one, which tells whether what is there matters
             named[np.argmax(chance)] = True
         reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
-        sizes, probabilities = {}, {}
-        seen_faults = []
+        sizes, seen_faults, others = {}, [], []
         for k, fault in enumerate(self.faults):
-            probabilities[fault.name] = float(chance[k])
             share = float(estimate.size[k])
             ends = [fault.possible(value) for value in (share, share - float(reach[k]), share + float(reach[k]))]
             shop = [fault.told(value, self.machine) for value in ends]
-            sizes[fault.name] = (shop[0], min(shop[1:]), max(shop[1:]))
+            size, low, high = shop[0], min(shop[1:]), max(shop[1:])
+            sizes[fault.name] = size, low, high
+            single = fault.name == "crack_single" and "station" in told and stations_known
+            station = int(np.argmax(told["station"][0])) if single else None
+            seen = FaultSeen(
+                fault.name, float(chance[k]), size, low, high, fault.unit, ends[0],
+                abs(ends[0]) >= self.matters[fault.name], station,
+            )  # fmt: skip
             if named[k]:
-                single = fault.name == "crack_single" and "station" in told and stations_known
-                station = int(np.argmax(told["station"][0])) if single else None
-                seen_faults.append(FaultSeen(
-                    fault.name, float(chance[k]), shop[0], min(shop[1:]), max(shop[1:]), fault.unit, ends[0],
-                    abs(ends[0]) >= self.matters[fault.name], station,
-                ))  # fmt: skip
+                seen_faults.append(seen)
+            elif alarm > 0.0 and estimate.logits[k] > IMPOSSIBLE:
+                others.append(seen)
         seen_faults.sort(key=lambda one: -one.probability)
         verdict, faults, reason = self._said(alarm, strange, seen_faults, likely)
-        return TurnDiagnosis(verdict, tuple(faults), probabilities, sizes, alarm, strange, reason)
+        probabilities = {fault.name: float(p) for fault, p in zip(self.faults, chance, strict=True)}
+        return TurnDiagnosis(
+            verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, unnamed=tuple(others)
+        )  # fmt: skip
 
     def _said(
         self, alarm: float, strange: float, seen: Sequence[FaultSeen], likely: bool
@@ -247,8 +259,8 @@ class Twin:
         suspected: Sequence[FaultSeen] = (),
     ) -> physics.Physics:  # fmt: skip
         """What physics says of records together, with the times of their pulses where they have any: faults as
-        hypotheses from the twin's machine; those that the networks name, `suspected`, are measured where it does not
-        find them. Seconds.
+        hypotheses from the twin's machine; those that the networks think possible, `suspected`, are measured where it
+        does not find them. Seconds.
 
         Raises
         ------
@@ -267,8 +279,8 @@ class Twin:
             told = dataclasses.replace(told, start_uncertainty=spread, noise=noise, load_torque=load)
             records.append(Record(name, right.signal, told))
         given = physics.checked(records, self.machine, self.sensor)
-        found = self.about["calibration"]
-        known = self.machine, self.sensor, found["findings"], found["spread"], self.faults
+        found = self.about["calibration"]["findings"]
+        known = self.machine, self.sensor, found, self.draws, self.healthy.load_factor, self.faults
         said = physics.explained(given, *known, suspected if stations_known else [_anywhere(one) for one in suspected])
         return said if stations_known else said.without_stations()
 

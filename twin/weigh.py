@@ -29,6 +29,9 @@ hundred turns tell no higher quantile: one fit in a wrong minimum would decide i
 LEAST = 30
 """Fewest turns of a group for an interval of its own, where the coverage does not need more."""
 
+IMPOSSIBLE = 2.0 * POSSIBLE
+"""Logit of a fault that is not looked for."""
+
 _FLOOR = 1e-3
 """Least standard deviation of a size: half of the smallest that is simulated."""
 
@@ -130,7 +133,7 @@ def weights_of(fits: Fits, there: np.ndarray, size: np.ndarray, sound_left: np.n
 
 
 def _logits(name: np.ndarray, fits: Fits) -> np.ndarray:
-    return np.where(np.isfinite(fits.error), evidence(fits) @ name, 2.0 * POSSIBLE)
+    return np.where(np.isfinite(fits.error), evidence(fits) @ name, IMPOSSIBLE)
 
 
 def _far(values: np.ndarray) -> float:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from discrepancy.indexer.library import HOUSING, effect_of
 from discrepancy.indexer.parameters import changed
+from discrepancy.indexer.together import GAIN, LOAD, Together
 from discrepancy.model import NONE, Hypothesis, Parameter
-from indexer_env.coefficients import Coefficients, coefficients_with, number_of, numbers_of
+from indexer_env.coefficients import NUMBER_OF, Coefficients, coefficients_with, numbers_of
 from indexer_env.effects import MachineEffect, SensorEffect
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
@@ -26,26 +28,29 @@ class Machines:
     machine : Machine
         Nominal.
     sensor : Sensor
-    fitted : sequence of str
-        Names of the machine's parameters.
-    parameters : sequence of Parameter
+    parameters : tuple of Parameter
         Of a point, before those of a hypothesis.
-    known : sequence of Hypothesis
+    known : tuple of Hypothesis
         Effects that the machine has, their parameters among these.
+    together : Together, optional
+        By which the first parameters stand for the machine's numbers, where they are not these themselves.
     """
 
     def __init__(
-        self, machine: Machine, sensor: Sensor, fitted: Sequence[str], parameters: tuple[Parameter, ...],
-        known: tuple[Hypothesis, ...],
+        self, machine: Machine, sensor: Sensor, parameters: tuple[Parameter, ...], known: tuple[Hypothesis, ...],
+        together: Together | None = None,
     ) -> None:  # fmt: skip
         self.machine, self.sensor, self.parameters, self.known = machine, sensor, parameters, known
+        self.together = together
+        self._nominal = np.zeros(0) if together is None else together.nominal(machine, sensor)
         self._numbers = numbers_of(machine)
-        self._fitted = tuple((name, number_of(name)) for name in (*fitted, HOUSING))
+        names = (*(p.name for p in parameters), *(together.names if together else ()), HOUSING)
+        self._own = {name: NUMBER_OF[name] for name in names if name in NUMBER_OF}
         self._of = NONE
         self._made: dict[tuple[float, ...], tuple[Coefficients, Sensor]] = {}
 
     def coefficients(self, hypothesis: Hypothesis, points: np.ndarray) -> list[tuple[Coefficients, Sensor]]:
-        """Coefficients without load, and the sensor, at each of some points (p, g); points that differ in single
+        """Coefficients under a load of 1, and the sensor, at each of some points (p, g); points that differ in single
         records alone share them, and so do those of one call and the next."""
         parameters = self.parameters + hypothesis.parameters
         own = [k for k, p in enumerate(parameters) if not p.of_record]
@@ -55,8 +60,9 @@ class Machines:
         for z in points[:, own].tolist():
             key = tuple(z)
             if key not in self._made:
-                values = {parameters[k].name: parameters[k].value(v) for k, v in zip(own, z, strict=True)}
-                numbers = self._numbers | {number: values[name] for name, number in self._fitted if name in values}
+                values = self._values([parameters[k] for k in own], z)
+                numbers = self._numbers | {number: values[name] for name, number in self._own.items() if name in values}
+                numbers["load_torque"] = 1.0 + values.get(LOAD, 0.0)
                 effects, sensor = self._extended(hypothesis, values)
                 item = coefficients_with(self.machine, numbers, self.machine.effects_with(*effects))
                 self._made[key] = item, sensor
@@ -67,17 +73,24 @@ class Machines:
         """Machine and sensor at a point (g,)."""
         values = self.values(hypothesis, point)
         effects, sensor = self._extended(hypothesis, values)
-        own = {name: values[name] for name, _ in self._fitted if name in values}
-        return changed(self.machine, own, effects), sensor
+        return changed(self.machine, {name: values[name] for name in self._own if name in values}, effects), sensor
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
-        """Values of all global parameters by name."""
-        parameters = self.parameters + hypothesis.parameters
-        return {p.name: p.value(z) for p, z in zip(parameters, point.tolist(), strict=True)}
+        """Values of all global parameters by name, and of the numbers that they stand for."""
+        return self._values(self.parameters + hypothesis.parameters, point.tolist())
+
+    def _values(self, parameters: Sequence[Parameter], z: Sequence[float]) -> dict[str, float]:
+        values = {p.name: p.value(v) for p, v in zip(parameters, z, strict=True)}
+        if self.together is not None:
+            values |= self.together.values(z[: self.together.axes.shape[1]], self._nominal)
+        return values
 
     def _extended(self, hypothesis: Hypothesis, values: Mapping[str, float]) -> tuple[list[MachineEffect], Sensor]:
-        """Effects on the machine, and the sensor, that values of parameters stand for."""
+        """Effects on the machine, and the sensor, that values stand for."""
         effects, sensor = [], self.sensor
+        if self.together is not None:
+            effects += [_moved(effect, values) for effect in self.machine.effects]
+            sensor = dataclasses.replace(sensor, gain=values.get(GAIN, sensor.gain))
         for one in (*self.known, *hypothesis.effects):
             effect = effect_of(one, values)
             if isinstance(effect, MachineEffect):
@@ -85,3 +98,10 @@ class Machines:
             elif isinstance(effect, SensorEffect):
                 sensor = effect.extend_sensor(sensor)
         return effects, sensor
+
+
+def _moved(effect: MachineEffect, values: Mapping[str, float]) -> MachineEffect:
+    """An effect with those of its numbers that are among some values."""
+    names = (field.name for field in dataclasses.fields(effect))
+    own = {name: values[f"{effect.name}.{name}"] for name in names if f"{effect.name}.{name}" in values}
+    return dataclasses.replace(effect, **own) if own else effect

@@ -16,6 +16,7 @@ from discrepancy.indexer.machines import Machines
 from discrepancy.indexer.parameters import OfRecords, base_parameters, record_parameters, scaled
 from discrepancy.indexer.reading import ReadAs, Reading, bounded, numbered
 from discrepancy.indexer.states import LOCAL, play_grid, start_states
+from discrepancy.indexer.together import Together
 from discrepancy.indexer.windows import LEAST_WINDOWS, Experiment, check_alike, check_rest, covering, windows_of
 from discrepancy.model import Hypothesis, Jobs, Model
 from indexer_env.coefficients import PLACES, Coefficients, Pack, coefficients
@@ -43,6 +44,8 @@ class IndexerModel(Model):
         Effects that are not looked for.
     known : tuple of Hypothesis
         Single effects that the machine is known to have, their parameters to be fitted as its own are.
+    together : Together, optional
+        What is known of the machine's numbers together, in place of each for itself.
     """
 
     channel = layout.TABLE_ACC
@@ -56,16 +59,16 @@ class IndexerModel(Model):
     def __init__(
         self, machine: Machine, experiments: Sequence[Experiment], sensor: Sensor | None = None,
         uncertainty: Mapping[str, float] | None = None, without: tuple[str, ...] = (),
-        known: tuple[Hypothesis, ...] = (),
+        known: tuple[Hypothesis, ...] = (), together: Together | None = None,
     ) -> None:  # fmt: skip
         self.machine, self.experiments, self.without, self.known = machine, tuple(experiments), without, known
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         check_rest(machine)
         check_alike(self.experiments, self.sensor.unit)
-        base = base_parameters(machine, self.uncertainty)
+        base = together.parameters if together else base_parameters(machine, self.uncertainty)
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
-        self._machines = Machines(machine, self.sensor, [p.name for p in base], self.parameters, known)
+        self._machines = Machines(machine, self.sensor, self.parameters, known, together)
         self._of_records = OfRecords(self.parameters, len(self.experiments))
         self._cut()
 
@@ -149,6 +152,8 @@ class IndexerModel(Model):
         return lines(rows, full.sample_rate, (self._rates / self.machine.reduction / (2.0 * math.pi)).tolist())
 
     def kin(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        if self._machines.together is not None:
+            return np.zeros((0, len(point)))  # the common scale is one of the directions
         return scaled(self.parameters + hypothesis.parameters, point)
 
     def repeats(self) -> Sequence[tuple[int, int]]:
@@ -235,7 +240,7 @@ class IndexerModel(Model):
         table = np.stack([item.row for item in items])[of_point]
         table[:, PLACES["law_count"]] = len(pieces)
         load, inertia = (self._of_records.value(name, jobs.points[of_point], of_record) for name in ("load", "inertia"))
-        table[:, PLACES["load_torque"]] = self._loads[of_record] * (1.0 + load)
+        table[:, PLACES["load_torque"]] *= self._loads[of_record] * (1.0 + load)
         table[:, PLACES["table_inertia"]] *= np.exp(inertia)
         drive, speed, rates = self._motion(jobs, record)
         counts = self.counts[jobs.window]

@@ -48,7 +48,7 @@ def motion_of(model: IndexerModel, place: Point) -> tuple[Machine, dict[str, np.
     windows = np.arange(len(model.counts))
     jobs = Jobs.at(place.z, windows, place.states)
     machine = model.machine_at(place.hypothesis, place.z)[0]
-    found = model.simulated(jobs, [coefficients(machine, OperatingPoint())], tuple(ROWS.values()))
+    found = model.simulated(jobs, [coefficients(machine, OperatingPoint(load_torque=1.0))], tuple(ROWS.values()))
     return machine, {name: found[:, k] for k, name in enumerate(ROWS)}
 
 

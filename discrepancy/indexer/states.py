@@ -31,7 +31,7 @@ _BY_KERNEL = -2.0
 _LITTLE = 2e-3
 """Play of the input joint [rad] below which a coarser grid does."""
 
-_POINTS_LITTLE, _POINTS, _MOST = 7, 13, 37
+_POINTS_LITTLE, _POINTS, _MOST = 5, 13, 37
 """Points along each side of the grid: with little play, with more, and where the drive is shaken, at most."""
 
 _RATE, _REACH = 0.15, 0.58

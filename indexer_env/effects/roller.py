@@ -33,7 +33,7 @@ class RollerCrack(MachineEffect):
         low=0.0,
         high=1.0,
         high_open=True,
-        sought=Sought("-", (0.05, 0.15, 0.4, 0.7), 0.05, 0.0, 0.95),
+        sought=Sought("-", (0.05, 0.15, 0.4, 0.7, 0.85, 0.93), 0.05, 0.0, 0.95),
     )
 
     def extend(self, coefficients: MutableMapping[str, float], machine: Machine) -> None:
@@ -58,7 +58,7 @@ class SingleRollerCrack(MachineEffect):
         low=0.0,
         high=1.0,
         high_open=True,
-        sought=Sought("-", (0.05, 0.15, 0.4, 0.7), 0.05, 0.0, 0.95),
+        sought=Sought("-", (0.05, 0.15, 0.4, 0.7, 0.85, 0.93), 0.05, 0.0, 0.95),
     )
     station: int = parameter(
         "station the roller leaves under load", "-", default=0, low=0, whole=True, sought=Sought("-")

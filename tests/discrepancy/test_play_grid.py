@@ -61,7 +61,7 @@ def test_the_grid_follows_the_play_and_what_shakes_the_drive() -> None:
         for d, e in ((0.0, QUIET), (2.0 / 60.0, QUIET), (5.0, QUIET), (5.0, SHAKEN[0]))
     )
     assert none.shape == (0, 2)
-    assert (len(little), len(much)) == (7 * 7, 13 * 13)
+    assert (len(little), len(much)) == (5 * 5, 13 * 13)
     assert len(much) < len(shaken) <= 37 * 37
     # the play's middle is always looked at
     assert all((np.abs(grid) < 1e-9).all(axis=1).any() for grid in (little, much, shaken))

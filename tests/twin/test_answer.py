@@ -81,6 +81,27 @@ def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_
     assert alone.verdict == (FAULTY if there else HEALTHY)
 
 
+@pytest.mark.parametrize(
+    ("probability", "level", "verdict", "there"),
+    [(0.4, 1.0, FAULTY, True), (0.0005, 1.0, FAULTY, False), (0.4, 1.3, FAULTY, False), (0.4, 1.0, HEALTHY, True)],
+)
+def test_a_fault_that_neither_names_is_told_where_both_together_find_it(probability, level, verdict, there):
+    """A size of 4 standard deviations: a Bayes factor of 75."""
+    (friction,) = network(FAULTY, "friction").faults
+    unnamed = (dataclasses.replace(friction, probability=probability),)
+    seen = dataclasses.replace(network(FAULTY, "crack"), unnamed=unnamed)
+    measured = (Measured("friction", 0.04, 0.04 - 1.96 * 0.01, 0.04 + 1.96 * 0.01), Measured("crack", 0.5, 0.4, 0.6))
+    found = physics(verdict, *([("crack", 0.5)] if verdict == FAULTY else []), level=level)
+    answer = answered(seen, dataclasses.replace(found, measured=measured))
+    by = {fault.name: fault.by for fault in answer.faults}
+    assert set(by) == ({"crack", "friction"} if there else {"crack"})
+    if there:
+        assert by["friction"] == "physics" and not answer.faults[-1].matters
+        assert answer.faults[0].size == pytest.approx(30.0 if verdict == FAULTY else 5.0)
+    unlike = answered(dataclasses.replace(seen, faults=()), dataclasses.replace(found, measured=measured))
+    assert verdict == HEALTHY or {fault.name for fault in unlike.faults} == {"crack"}
+
+
 def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
     answer = answered(network(FAULTY, "crack", "friction"), physics(FAULTY, ("crack", 0.5)))
     assert [(fault.name, fault.by, fault.size) for fault in answer.faults] == [
@@ -244,6 +265,7 @@ def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):
     }  # fmt: skip
     twin = Twin(Path(), about, builders.MACHINE, Sensor(), builders.view(), (), cast(Any, None), builders.healthy())
     cracked = PhysicalFault("crack_single", 0.5, 0.4, 0.6, 0.99, ESTABLISHED, station=3)
+    monkeypatch.setattr(Twin, "draws", {})
     monkeypatch.setattr("twin.physics.checked", lambda *given: None)
     monkeypatch.setattr("twin.physics.explained", lambda *given: Physics(FAULTY, (cracked,), 1.0, 5.0, "said"))
     signal, told = builders.record(turns=1.2)

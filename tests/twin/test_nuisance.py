@@ -10,7 +10,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from datagen.campaigns.own import LOAD_FACTOR
+from discrepancy.indexer.machines import Machines
+from discrepancy.model import NONE
 from indexer_env import OperatingPoint, Sensor, make_effect
+from indexer_env.coefficients import coefficients
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, MACHINE, healthy, record, synthesis, view
 from twin.faults import FAULTS
@@ -59,6 +62,22 @@ def test_nothing_moved_is_the_twins_machine_and_nothing_leaves_the_draws_range(d
     machine, _, _ = nuisance.at(np.full(5, 50.0), RUBBING, Sensor(), 1.0)
     drawn = columns["machine.output_joint.stiffness"]
     assert drawn.min() <= machine.output_joint.stiffness <= drawn.max() + drawn.mean() - MACHINE.output_joint.stiffness
+
+
+def test_a_fit_by_discrepancy_knows_the_same(draws):
+    """Its machine, sensor and loads at coordinates are those of the nuisance. Seed 2."""
+    _, nuisance = draws
+    together = nuisance.together(1.25)
+    machines = Machines(RUBBING, Sensor(), together.parameters, (), together)
+    points = np.random.default_rng(2).standard_normal((20, 5))
+    for z, (item, sensor) in zip(points, machines.coefficients(NONE, points), strict=True):
+        machine, read, factor = nuisance.at(z, RUBBING, Sensor(), 1.25)
+        found, also_read = machines.at(NONE, z)
+        assert sensor.gain == pytest.approx(read.gain) and also_read == sensor
+        expected = coefficients(machine, OperatingPoint(load_torque=factor / 1.25))
+        np.testing.assert_allclose(item.row, expected.row, rtol=1e-12)
+        same = coefficients(found, OperatingPoint(load_torque=factor / 1.25))
+        np.testing.assert_allclose(item.row, same.row, rtol=1e-12)
 
 
 def test_the_load_of_a_single_turn_is_one_more_coordinate(draws, tmp_path):
