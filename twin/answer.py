@@ -22,7 +22,6 @@ told, but not in the headline; with such faults alone the machine is healthy.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -39,6 +38,9 @@ from twin.physics import PhysicalFault, Physics
 
 _BOTH = "physics and network"
 """Who names a fault."""
+
+_SURE = 1.0 - 1e-6
+"""Largest probability that counts: no network is surer."""
 
 _MORE_THAN_NOISE = 1.2
 """Times the noise above which faults do not explain a record."""
@@ -129,18 +131,17 @@ def answer_of(
             why = f"By physics {said}, beside which {remains}."
             return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)
         kept, more = _kept(found, seen, physics), _more(found, network, physics, machine, matters, faults)
-        if more or len(kept) < len(_others(found, seen)):
-            # the networks' sizes are those beside other faults than are there
+        if len(kept) < len(_others(found, seen)):
+            # the networks' sizes are those beside a fault that is not there
             found = _by_physics(physics, seen, machine, matters, faults, own=True)
-        found = (*found, *more)
-        return _with(FAULTY, (*found, *kept), _differences(found, seen, physics), network, physics)
+        return _with(FAULTY, (*found, *kept, *more), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
         remarks = ()
         if network.verdict != HEALTHY:
             said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
         there: Sequence[FoundFault] = ()
-        if network.verdict == FAULTY:
+        if network.verdict == FAULTY or (network.verdict == UNKNOWN and network.novelty <= 1.0):
             there = (*_kept((), seen, physics), *_more((), network, physics, machine, matters, faults))
         return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
@@ -151,31 +152,38 @@ def answer_of(
 
 def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:
     """The networks' other faults that stand beside those that physics found: where it explains the record by these,
-    those that networks and physics together, by a logarithmic opinion pool, find more likely there than not."""
+    those that networks and physics together find more likely there than not."""
     others = _others(found, seen)
     if physics.level > _MORE_THAN_NOISE:
         return others
     if any(fault.by != _BOTH for fault in found):
         return ()
     evidence = {one.fault: one.evidence for one in physics.measured}
-    return [fault for fault in others if logit(fault.probability) + evidence.get(fault.name, math.inf) > 0.0]
+    return [one for one in others if one.name not in evidence or _both(one.probability, evidence[one.name]) > 0.5]
+
+
+def _both(probability: float, evidence: float) -> float:
+    """Probability of a fault by networks and by physics, which has ln of a Bayes factor (logarithmic opinion pool)."""
+    return float(expit(logit(min(probability, _SURE)) + evidence)) if probability > 0.0 else 0.0
 
 
 def _more(
     found: Sequence[FoundFault], network: TurnDiagnosis, physics: Physics, machine: Machine,
     matters: Mapping[str, float], faults: Sequence[Fault],
 ) -> tuple[FoundFault, ...]:  # fmt: skip
-    """Faults that neither names and both together find more likely there than not."""
+    """The fault that neither names and that both together find the likeliest, if more likely there than not; one alone,
+    as each is measured as if no other were missing."""
     if physics.level > _MORE_THAN_NOISE or any(fault.by != _BOTH for fault in found):
         return ()
-    table, more = {fault.name: fault for fault in faults}, []
-    likely = {one.name: one.probability for one in network.unnamed}
-    for one in physics.measured:
-        chance = expit(logit(likely[one.fault]) + one.evidence) if one.fault in likely else 0.0
-        if chance > 0.5:
-            seen = PhysicalFault(one.fault, one.size, one.low, one.high, float(chance), STANDS_IN)
-            more.append(_physical(seen, table.get(one.fault), machine, matters))
-    return tuple(more)
+    table, unnamed = {fault.name: fault for fault in faults}, {one.name: one for one in network.unnamed}
+    looked = [one for one in physics.measured if one.fault in unnamed]
+    chances = [_both(unnamed[one.fault].probability, one.evidence) for one in looked]
+    chance, best = max(zip(chances, looked, strict=True), key=lambda pair: pair[0], default=(0.0, None))
+    if best is None or chance <= 0.5:
+        return ()
+    station = unnamed[best.fault].station
+    seen = PhysicalFault(best.fault, best.size, best.low, best.high, chance, STANDS_IN, station)
+    return (dataclasses.replace(_physical(seen, table.get(best.fault), machine, matters), by=_BOTH),)
 
 
 def _with(

@@ -1,7 +1,13 @@
 """How large physics measures a fault that networks think possible and its own search does not find.
 
 A search names what closes a good share of the gap. Whether a small fault beside a large one is there is another
-question: it is fitted beside those found from the size that the networks give, and has a size with its interval.
+question: it is fitted beside those found from the size that the networks give, and has a size with its interval. With
+all sizes t from nothing to the largest being as likely before, the Bayes factor of the fault is
+
+    B = exp(½ Δ) √(2π) σ,    √(2π) σ ≤ 1
+
+(Laplace), with σ the standard deviation of t and Δ by how much twice the negative log-likelihood falls under the
+dispersion of the better fit, less what the other unknowns that come with the fault gain by chance: one each.
 """
 
 from __future__ import annotations
@@ -13,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy import Explanation
+from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import estimates_of
 from discrepancy.fits import Fits
 from discrepancy.model import Hypothesis, together
@@ -22,6 +29,12 @@ from indexer_env.machine import Machine
 from twin.calibrate import SD_OF_95
 from twin.diagnosis import FaultSeen
 from twin.faults import Fault
+
+_BEGUN = 0.03
+"""Least share of the largest size from which a fault begins: at nothing its other numbers, as a phase, do not show."""
+
+_FINEST = 1e-3
+"""Least standard deviation of a size: a bound may hold it."""
 
 
 @dataclass(frozen=True)
@@ -33,21 +46,21 @@ class Measured:
     fault : str
     size, low, high : float
         As share of the fault's largest size, with its 95 % interval.
+    fall : float
+        Δ.
     """
 
     fault: str
     size: float
     low: float
     high: float
+    fall: float
 
     @property
     def evidence(self) -> float:
-        """ln of the Bayes factor √(2π) σ exp(t²/2σ²) of a size t ± σ, any from nothing to the largest being as likely
-        before, over nothing (Savage and Dickey's ratio of densities); of one that is held at nothing −∞."""
-        spread = (self.high - self.low) / SD_OF_95
-        if spread <= 0.0:
-            return -math.inf
-        return math.log(math.sqrt(2.0 * math.pi) * spread) + 0.5 * (self.size / spread) ** 2
+        """ln B."""
+        spread = max((self.high - self.low) / SD_OF_95, _FINEST)
+        return 0.5 * self.fall + min(math.log(math.sqrt(2.0 * math.pi) * spread), 0.0)
 
 
 def measured(
@@ -58,6 +71,7 @@ def measured(
     if not suspected:
         return ()
     fits = Fits(answer.model, answer.selection.model)
+    fits.kept(answer.selection.best.place, answer.selection.best.converged)
     looks = (_measured(answer, fits, faults[one.name], one, machine) for one in suspected)
     return tuple(look for look in looks if look is not None)
 
@@ -71,15 +85,25 @@ def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, ma
         hypotheses = [h for h in library if at is None or h.fixed.get("station", at) == at]
         if not hypotheses:
             return None
-        value = fault.value(seen.share, machine)
+        value = fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
         fitted = fits.fit(min((_begun(fits, best.place, h, fault, value) for h in hypotheses), key=lambda p: p.cost))
-    whole = fits.on_all(fitted)
-    effect = estimates_of(answer.model, whole.place).effect(fault.effect, ())
+    own = fitted.place.hypothesis.names.index(fault.effect)
+    whole, without = fits.on_all(fitted).place, fits.on_all(fits.without(fitted, own)).place
+    effect = estimates_of(answer.model, whole).effect(fault.effect, ())
     size = next(one for one in effect.parameters if one.name == fault.parameter)
-    if size.low == size.high:
-        return Measured(fault.name, 0.0, 0.0, 0.0)  # held where there is none
     shares = [fault.share(number, machine) for number in (size.value, size.low, size.high)]
-    return Measured(fault.name, shares[0], min(shares[1:]), max(shares[1:]))
+    return Measured(fault.name, shares[0], min(shares[1:]), max(shares[1:]), _fall(answer, whole, without))
+
+
+def _fall(answer: Explanation, whole: Point, without: Point) -> float:
+    """Δ between the set with a fault and the set without it."""
+    model, places = answer.model, (whole, without)
+    dispersion = min(dispersion_of(model, place) for place in places)
+    after, before = (Problem(model, place.hypothesis).deviance(place, dispersion) for place in places)
+    more, fewer = (
+        len(place.hypothesis.parameters) + len(model.counts) * model.freed(place.hypothesis) for place in places
+    )
+    return before - after - (more - fewer - 1)
 
 
 def _begun(fits: Fits, place: Point, hypothesis: Hypothesis, fault: Fault, value: float) -> Point:

@@ -41,12 +41,15 @@ class Nuisance:
         What one standard deviation of each coordinate adds to them [SI].
     low, high : ndarray (k,)
         Range of each over its value in the twin's machine, as a difference [SI].
+    middle : ndarray (k,)
+        Mean of each among the draws [SI].
     """
 
     paths: tuple[str, ...]
     axes: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    middle: np.ndarray
 
     @property
     def count(self) -> int:
@@ -64,13 +67,13 @@ class Nuisance:
         """Of joint draws (n,) of quantities by path."""
         free = {name: column for name, column in values.items() if column.std() > 1e-9 * max(1e-9, abs(column.mean()))}
         if not free:
-            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
         draws = np.column_stack(list(free.values()))
         off, size = draws - draws.mean(axis=0), draws.std(axis=0)
         share, along = np.linalg.eigh(np.atleast_2d(np.cov((off / size).T)))
         kept = share > _LEAST * share[-1]
         axes = size[:, None] * along[:, kept] * np.sqrt(share[kept])
-        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0))
+        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0), draws.mean(axis=0))
 
     def _with_load(self, own: float) -> Nuisance:
         if own == 0.0:
@@ -81,14 +84,17 @@ class Nuisance:
         axes = np.concatenate([self.axes, np.zeros((len(more), self.count))])
         reach = _REACH * axis[:, 0]
         low, high = np.concatenate([self.low, more]) - reach, np.concatenate([self.high, more]) + reach
-        return Nuisance(paths, np.concatenate([axes, axis], axis=1), low, high)
+        middle = np.concatenate([self.middle, 1.0 + more])
+        return Nuisance(paths, np.concatenate([axes, axis], axis=1), low, high, middle)
 
     def together(self, load_factor: float) -> Together:
         """The same as what `discrepancy` knows of the machine before a fit, under loads times a factor."""
         plain = (path.removeprefix("machine.").removeprefix("effects.") for path in self.paths)
         names = tuple(LOAD if name == LOAD_FACTOR else name for name in plain)
-        unit = np.where(np.array(self.paths) == LOAD_FACTOR, load_factor, 1.0)
-        return Together(names, self.axes / unit[:, None], self.low / unit, self.high / unit)
+        loads = np.array(self.paths) == LOAD_FACTOR
+        unit, off = np.where(loads, load_factor, 1.0), np.where(loads, 1.0, 0.0)
+        low, high = ((self.middle + end) / unit - off for end in (self.low, self.high))
+        return Together(names, self.axes / unit[:, None], low, high)
 
     def at(self, z: np.ndarray, machine: Machine, sensor: Sensor, load_factor: float) -> tuple[Machine, Sensor, float]:
         """The twin's machine and sensor at coordinates z (g,), and loads over loads as stated."""

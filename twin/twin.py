@@ -196,7 +196,7 @@ class Twin:
             # the nearest one, which tells whether what is there matters
             named[np.argmax(chance)] = True
         reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
-        sizes, seen_faults, others = {}, [], []
+        sizes, seen_faults, possible = {}, [], []
         for k, fault in enumerate(self.faults):
             share = float(estimate.size[k])
             ends = [fault.possible(value) for value in (share, share - float(reach[k]), share + float(reach[k]))]
@@ -211,14 +211,13 @@ class Twin:
             )  # fmt: skip
             if named[k]:
                 seen_faults.append(seen)
-            elif alarm > 0.0 and estimate.logits[k] > IMPOSSIBLE:
-                others.append(seen)
+            if alarm > 0.0 and estimate.logits[k] > IMPOSSIBLE:
+                possible.append(seen)
         seen_faults.sort(key=lambda one: -one.probability)
         verdict, faults, reason = self._said(alarm, strange, seen_faults, likely)
         probabilities = {fault.name: float(p) for fault, p in zip(self.faults, chance, strict=True)}
-        return TurnDiagnosis(
-            verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, unnamed=tuple(others)
-        )  # fmt: skip
+        unnamed = tuple(one for one in possible if one not in faults)
+        return TurnDiagnosis(verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, unnamed=unnamed)
 
     def _said(
         self, alarm: float, strange: float, seen: Sequence[FaultSeen], likely: bool

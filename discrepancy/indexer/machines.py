@@ -90,7 +90,7 @@ class Machines:
         effects, sensor = [], self.sensor
         if self.together is not None:
             effects += [_moved(effect, values) for effect in self.machine.effects]
-            sensor = dataclasses.replace(sensor, gain=values.get(GAIN, sensor.gain))
+            sensor = dataclasses.replace(sensor, gain=values[GAIN]) if GAIN in values else sensor
         for one in (*self.known, *hypothesis.effects):
             effect = effect_of(one, values)
             if isinstance(effect, MachineEffect):

@@ -65,7 +65,8 @@ class IndexerModel(Model):
         self.sensor, self.uncertainty = sensor or Sensor(), dict(uncertainty or {})
         check_rest(machine)
         check_alike(self.experiments, self.sensor.unit)
-        base = together.parameters if together else base_parameters(machine, self.uncertainty)
+        base = base_parameters(machine, self.uncertainty)
+        base = together.parameters if together else base
         of_records = tuple(p for k, e in enumerate(self.experiments) for p in record_parameters(k, e))
         self.parameters = base + of_records + tuple(p for effect in known for p in effect.parameters)
         self._machines = Machines(machine, self.sensor, self.parameters, known, together)
@@ -172,7 +173,7 @@ class IndexerModel(Model):
         return super().freed(hypothesis) + ("sensor.mains_hum" in hypothesis.names)  # its phase (`nuisance`)
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
-        item, _ = self._machines.coefficients(hypothesis, point[None])[0]
+        item = self.coefficients_at(hypothesis, point)
         return play_grid(item, self._fastest, shaken=shaken)
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
@@ -214,6 +215,10 @@ class IndexerModel(Model):
     def machine_at(self, hypothesis: Hypothesis, point: np.ndarray) -> tuple[Machine, Sensor]:
         """Machine and sensor that a global point stands for."""
         return self._machines.at(hypothesis, point)
+
+    def coefficients_at(self, hypothesis: Hypothesis, point: np.ndarray) -> Coefficients:
+        """Coefficients of that machine, its load the common error of all loads over what is stated."""
+        return self._machines.coefficients(hypothesis, point[None])[0][0]
 
     def values(self, hypothesis: Hypothesis, point: np.ndarray) -> dict[str, float]:
         """Values of all global parameters by name."""

@@ -23,10 +23,8 @@ import numpy as np
 from discrepancy.indexer.model import IndexerModel
 from discrepancy.model import Jobs
 from discrepancy.place import Point
-from indexer_env.coefficients import coefficients
 from indexer_env.kernels import layout
 from indexer_env.machine import Machine
-from indexer_env.operating_point import OperatingPoint
 
 ROWS = {
     "cam": layout.CAM, "cam_rate": layout.CAM_RATE, "cam_acc": layout.CAM_ACC,
@@ -48,7 +46,7 @@ def motion_of(model: IndexerModel, place: Point) -> tuple[Machine, dict[str, np.
     windows = np.arange(len(model.counts))
     jobs = Jobs.at(place.z, windows, place.states)
     machine = model.machine_at(place.hypothesis, place.z)[0]
-    found = model.simulated(jobs, [coefficients(machine, OperatingPoint(load_torque=1.0))], tuple(ROWS.values()))
+    found = model.simulated(jobs, [model.coefficients_at(place.hypothesis, place.z)], tuple(ROWS.values()))
     return machine, {name: found[:, k] for k, name in enumerate(ROWS)}
 
 

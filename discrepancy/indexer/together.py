@@ -34,7 +34,7 @@ class Together:
     axes : ndarray (k, g)
         A [SI].
     low, high : ndarray (k,)
-        Range of each number, as a difference to x̂ [SI].
+        Range of each number [SI].
     """
 
     names: tuple[str, ...]
@@ -56,5 +56,5 @@ class Together:
 
     def values(self, u: Sequence[float], nominal: np.ndarray) -> dict[str, float]:
         """x at u (g,), by name."""
-        off = np.clip(self.axes @ np.array(u), self.low, self.high)
-        return dict(zip(self.names, (nominal + off).tolist(), strict=True))
+        low, high = np.minimum(self.low, nominal), np.maximum(self.high, nominal)
+        return dict(zip(self.names, np.clip(nominal + self.axes @ np.array(u), low, high).tolist(), strict=True))

@@ -78,7 +78,7 @@ WEIGHTS = Weights(np.array([-1.0, 1.0]), np.full((10, 2), 2.0), 0.0, 0.0, float(
 """Named where a size is above 1.2 standard deviations; strange where four times the noise's power is left."""
 
 
-KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
 """Nothing is open of the machine."""
 
 

@@ -34,6 +34,11 @@ def physics(verdict: str, *faults: tuple[str, float], level: float = 1.0) -> Phy
     return Physics(verdict, found, level, 5.0, "a black box does better")
 
 
+def measured(name: str, size: float, spread: float) -> Measured:
+    """A fault whose likelihood is normal about a size."""
+    return Measured(name, size, size - 1.96 * spread, size + 1.96 * spread, (size / spread) ** 2)
+
+
 def answered(seen: TurnDiagnosis, found: Physics | None):
     return answer_of(seen, found, MACHINE, MATTERS)
 
@@ -65,11 +70,11 @@ def test_what_remains_behind_found_faults_is_said():
     assert answer.remarks == ("3.0 times the noise remains.",)
 
 
-@pytest.mark.parametrize(("low", "high", "there"), [(0.0, 0.02, False), (0.01, 0.09, True), (0.0, 0.0, False)])
-def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_there(low, high, there):
-    seen, middle = network(FAULTY, "crack", "friction"), 0.5 * (low + high)
+@pytest.mark.parametrize(("size", "spread", "there"), [(0.01, 0.005, False), (0.05, 0.01, True), (0.0, 1e-9, False)])
+def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_there(size, spread, there):
+    seen = network(FAULTY, "crack", "friction")
     found = physics(FAULTY, ("crack", 0.5))
-    found = dataclasses.replace(found, measured=(Measured("friction", middle, low, high),))
+    found = dataclasses.replace(found, measured=(measured("friction", size, spread),))
     answer = answered(seen, found)
     assert {fault.name for fault in answer.faults} == ({"crack", "friction"} if there else {"crack"})
     # beside a fault that is not there the networks' size of the other one is not its own
@@ -90,16 +95,29 @@ def test_a_fault_that_neither_names_is_told_where_both_together_find_it(probabil
     (friction,) = network(FAULTY, "friction").faults
     unnamed = (dataclasses.replace(friction, probability=probability),)
     seen = dataclasses.replace(network(FAULTY, "crack"), unnamed=unnamed)
-    measured = (Measured("friction", 0.04, 0.04 - 1.96 * 0.01, 0.04 + 1.96 * 0.01), Measured("crack", 0.5, 0.4, 0.6))
+    looks = measured("friction", 0.04, 0.01), measured("crack", 0.5, 0.05)
     found = physics(verdict, *([("crack", 0.5)] if verdict == FAULTY else []), level=level)
-    answer = answered(seen, dataclasses.replace(found, measured=measured))
+    answer = answered(seen, dataclasses.replace(found, measured=looks))
     by = {fault.name: fault.by for fault in answer.faults}
     assert set(by) == ({"crack", "friction"} if there else {"crack"})
     if there:
-        assert by["friction"] == "physics" and not answer.faults[-1].matters
-        assert answer.faults[0].size == pytest.approx(30.0 if verdict == FAULTY else 5.0)
-    unlike = answered(dataclasses.replace(seen, faults=()), dataclasses.replace(found, measured=measured))
+        assert by["friction"] == "physics and network" and not answer.faults[-1].matters
+    unlike = answered(dataclasses.replace(seen, faults=()), dataclasses.replace(found, measured=looks))
     assert verdict == HEALTHY or {fault.name for fault in unlike.faults} == {"crack"}
+    # of two that may each explain what is left the likelier one alone
+    more = (*unnamed, dataclasses.replace(friction, name="reducer_play", probability=0.3))
+    both = dataclasses.replace(found, measured=(*looks, measured("reducer_play", 0.03, 0.01)))
+    told = answered(dataclasses.replace(seen, unnamed=more), both)
+    assert {fault.name for fault in told.faults} == set(by)
+
+
+@pytest.mark.parametrize("novelty", [0.5, 2.0])
+def test_an_alarm_without_a_likely_fault_gets_one_where_both_together_find_it(novelty):
+    (friction,) = network(FAULTY, "friction").faults
+    nearest = dataclasses.replace(friction, probability=0.45)
+    seen = dataclasses.replace(network(UNKNOWN), unnamed=(nearest,), novelty=novelty)
+    found = dataclasses.replace(physics(HEALTHY), measured=(measured("friction", 0.2, 0.01),))
+    assert answered(seen, found).verdict == (FAULTY if novelty < 1.0 else HEALTHY)
 
 
 def test_a_fault_that_both_name_keeps_the_size_of_the_networks():
@@ -121,7 +139,7 @@ def test_where_more_than_noise_is_left_the_networks_other_faults_stand_beside_th
 
 
 def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
-    found = dataclasses.replace(physics(HEALTHY), measured=(Measured("friction", 0.0, 0.0, 0.1),))
+    found = dataclasses.replace(physics(HEALTHY), measured=(Measured("friction", 0.0, 0.0, 0.1, 0.0),))
     answer = answered(network(FAULTY, "friction"), found)
     assert answer.verdict == HEALTHY and "down to the noise without it" in answer.remarks[0]
     assert answered(network(HEALTHY), physics(HEALTHY)).remarks == ()
@@ -274,12 +292,24 @@ def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):
     assert twin.explain(turns).faults[0].station is None
 
 
+def test_a_size_of_which_nothing_is_told_speaks_neither_for_nor_against_a_fault():
+    assert Measured("friction", 0.3, 0.0, math.inf, 0.0).evidence == 0.0
+    assert Measured("friction", 0.3, 0.299, 0.301, 0.2).evidence < -5.0
+
+
+def test_networks_that_are_certain_do_not_name_what_physics_holds_at_nothing():
+    (friction,) = network(FAULTY, "friction").faults
+    seen = dataclasses.replace(network(FAULTY), faults=(dataclasses.replace(friction, probability=1.0),))
+    nothing = (Measured("friction", 0.0, 0.0, 0.0, -20.0),)
+    assert answered(seen, dataclasses.replace(physics(HEALTHY), measured=nothing)).verdict == HEALTHY
+
+
 @pytest.mark.parametrize(("probability", "there"), [(0.6, False), (0.99, True)])
 def test_what_physics_leaves_open_the_networks_decide(probability, there):
     """A size of 2.2 standard deviations: a Bayes factor of 0.29."""
     (friction,) = network(FAULTY, "friction").faults
     seen = dataclasses.replace(network(FAULTY), faults=(dataclasses.replace(friction, probability=probability),))
-    measured = Measured("friction", 0.022, 0.022 - 1.96 * 0.01, 0.022 + 1.96 * 0.01)
-    assert measured.evidence == pytest.approx(math.log(math.sqrt(2 * math.pi) * 0.01) + 0.5 * 2.2**2)
-    answer = answered(seen, dataclasses.replace(physics(HEALTHY), measured=(measured,)))
+    look = measured("friction", 0.022, 0.01)
+    assert look.evidence == pytest.approx(math.log(math.sqrt(2 * math.pi) * 0.01) + 0.5 * 2.2**2)
+    answer = answered(seen, dataclasses.replace(physics(HEALTHY), measured=(look,)))
     assert [fault.name for fault in answer.faults] == (["friction"] if there else [])

@@ -67,17 +67,28 @@ def test_nothing_moved_is_the_twins_machine_and_nothing_leaves_the_draws_range(d
 def test_a_fit_by_discrepancy_knows_the_same(draws):
     """Its machine, sensor and loads at coordinates are those of the nuisance. Seed 2."""
     _, nuisance = draws
-    together = nuisance.together(1.25)
+    together = nuisance.together(1.05)
     machines = Machines(RUBBING, Sensor(), together.parameters, (), together)
-    points = np.random.default_rng(2).standard_normal((20, 5))
+    points = 0.5 * np.random.default_rng(2).standard_normal((20, 5))
     for z, (item, sensor) in zip(points, machines.coefficients(NONE, points), strict=True):
-        machine, read, factor = nuisance.at(z, RUBBING, Sensor(), 1.25)
+        machine, read, factor = nuisance.at(z, RUBBING, Sensor(), 1.05)
         found, also_read = machines.at(NONE, z)
         assert sensor.gain == pytest.approx(read.gain) and also_read == sensor
-        expected = coefficients(machine, OperatingPoint(load_torque=factor / 1.25))
+        expected = coefficients(machine, OperatingPoint(load_torque=factor / 1.05))
         np.testing.assert_allclose(item.row, expected.row, rtol=1e-12)
-        same = coefficients(found, OperatingPoint(load_torque=factor / 1.25))
+        same = coefficients(found, OperatingPoint(load_torque=factor / 1.05))
         np.testing.assert_allclose(item.row, same.row, rtol=1e-12)
+
+
+def test_no_number_leaves_the_range_of_the_draws(draws):
+    """A damping that is hardly known stays above nothing, wherever the twin's machine stands in the draws."""
+    random, joint = np.random.default_rng(6), MACHINE.output_joint
+    known = {"machine.output_joint.damping": joint.damping * np.exp(0.8 * random.standard_normal(2000))}
+    together = Nuisance.of_draws(known).together(1.0)
+    machines = Machines(MACHINE, Sensor(), together.parameters, (), together)
+    found = [machines.at(NONE, np.array([u]))[0].output_joint.damping for u in (-3.0, 3.0)]
+    (drawn,) = known.values()
+    assert found == pytest.approx([drawn.min(), min(joint.damping + 3.0 * drawn.std(), drawn.max())], rel=1e-3)
 
 
 def test_the_load_of_a_single_turn_is_one_more_coordinate(draws, tmp_path):
@@ -115,6 +126,5 @@ def test_a_size_is_found_although_the_machine_is_not_quite_the_twins(draws):
 def _of_this_machine(nuisance: Nuisance) -> Nuisance:
     """Without the friction that the machine of these tests lacks."""
     kept = [k for k, path in enumerate(nuisance.paths) if not path.startswith("effects")]
-    return Nuisance(
-        tuple(nuisance.paths[k] for k in kept), nuisance.axes[kept], nuisance.low[kept], nuisance.high[kept]
-    )
+    rows = (nuisance.axes, nuisance.low, nuisance.high, nuisance.middle)
+    return Nuisance(tuple(nuisance.paths[k] for k in kept), *(row[kept] for row in rows))
