@@ -7,7 +7,8 @@ all sizes t from nothing to the largest being as likely before, the Bayes factor
     B = exp(½ Δ) √(2π) σ,    √(2π) σ ≤ 1
 
 (Laplace), with σ the standard deviation of t and Δ by how much twice the negative log-likelihood falls under the
-dispersion of the better fit, less what the other unknowns that come with the fault gain by chance: one each.
+dispersion of the better fit, less what the other unknowns that come with the fault gain by chance: one each. No more
+than (t/σ)² counts: what falls where t is nothing is another minimum's.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from discrepancy import Explanation
 from discrepancy.dispersion import dispersion_of
 from discrepancy.estimates import estimates_of
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, together
+from discrepancy.model import Hypothesis, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from indexer_env.machine import Machine
@@ -48,6 +49,8 @@ class Measured:
         As share of the fault's largest size, with its 95 % interval.
     fall : float
         Δ.
+    nothing : float
+        The size of none, at which a fit may end.
     """
 
     fault: str
@@ -55,12 +58,14 @@ class Measured:
     low: float
     high: float
     fall: float
+    nothing: float = 0.0
 
     @property
     def evidence(self) -> float:
         """ln B."""
         spread = max((self.high - self.low) / SD_OF_95, _FINEST)
-        return 0.5 * self.fall + min(math.log(math.sqrt(2.0 * math.pi) * spread), 0.0)
+        fall = min(self.fall, ((self.size - self.nothing) / spread) ** 2)
+        return 0.5 * fall + min(math.log(math.sqrt(2.0 * math.pi) * spread), 0.0)
 
 
 def measured(
@@ -88,11 +93,21 @@ def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, ma
         value = fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
         fitted = fits.fit(min((_begun(fits, best.place, h, fault, value) for h in hypotheses), key=lambda p: p.cost))
     own = fitted.place.hypothesis.names.index(fault.effect)
-    whole, without = fits.on_all(fitted).place, fits.on_all(fits.without(fitted, own)).place
+    whole, without = _alike(answer.model, *(fits.on_all(one).place for one in (fitted, fits.without(fitted, own))))
     effect = estimates_of(answer.model, whole).effect(fault.effect, ())
     size = next(one for one in effect.parameters if one.name == fault.parameter)
-    shares = [fault.share(number, machine) for number in (size.value, size.low, size.high)]
-    return Measured(fault.name, shares[0], min(shares[1:]), max(shares[1:]), _fall(answer, whole, without))
+    value, *ends, nothing = (
+        fault.share(number, machine) for number in (size.value, size.low, size.high, size.nominal)
+    )  # fmt: skip
+    return Measured(fault.name, value, min(ends), max(ends), _fall(answer, whole, without), nothing)
+
+
+def _alike(model: Model, *places: Point) -> list[Point]:
+    """Places of two sets, each with the better start state of either in each window."""
+    return [
+        Problem(model, one.hypothesis).pooled(one, [other])
+        for one, other in zip(places, reversed(places), strict=True)
+    ]  # fmt: skip
 
 
 def _fall(answer: Explanation, whole: Point, without: Point) -> float:

@@ -295,6 +295,8 @@ def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):
 def test_a_size_of_which_nothing_is_told_speaks_neither_for_nor_against_a_fault():
     assert Measured("friction", 0.3, 0.0, math.inf, 0.0).evidence == 0.0
     assert Measured("friction", 0.3, 0.299, 0.301, 0.2).evidence < -5.0
+    # a better minimum, in which the fault is held at nothing
+    assert Measured("loose_base", 0.001, 0.001, 0.001, 110.0, nothing=0.001).evidence < -5.0
 
 
 def test_networks_that_are_certain_do_not_name_what_physics_holds_at_nothing():
