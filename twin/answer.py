@@ -4,11 +4,13 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds faults and leaves more than noise     these and all of the networks' others, and what remains; unknown
-                                                        where the turn is like none that was simulated
+    physics finds faults and leaves more than noise     these and all of the networks' others, one that is likely by
+                                                        networks and physics together, and what remains; unknown where
+                                                        the turn is like none that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
     physics explains the record by some of the faults   these, and those others that are likely by networks and
-    that the networks name                              physics together, as physics measures them beside these
+    that the networks name                              physics together, as physics measures them beside these (of
+                                                        those that the networks do not name the likeliest)
     physics explains the record without a fault         the faults that are likely by both together; else healthy, and
                                                         an alarm of the networks is told as not confirmed
     physics leaves something, networks name faults      the networks' faults that matter, and what remains
@@ -173,7 +175,7 @@ def _more(
 ) -> tuple[FoundFault, ...]:  # fmt: skip
     """The fault that neither names and that both together find the likeliest, if more likely there than not; one alone,
     as each is measured as if no other were missing."""
-    if physics.level > _MORE_THAN_NOISE or any(fault.by != _BOTH for fault in found):
+    if any(fault.by != _BOTH for fault in found):
         return ()
     table, unnamed = {fault.name: fault for fault in faults}, {one.name: one for one in network.unnamed}
     looked = [one for one in physics.measured if one.fault in unnamed]

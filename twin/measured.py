@@ -7,8 +7,8 @@ all sizes t from nothing to the largest being as likely before, the Bayes factor
     B = exp(½ Δ) √(2π) σ,    √(2π) σ ≤ 1
 
 (Laplace), with σ the standard deviation of t and Δ by how much twice the negative log-likelihood falls under the
-dispersion of the better fit, less what the other unknowns that come with the fault gain by chance: one each. No more
-than (t/σ)² counts: what falls where t is nothing is another minimum's.
+dispersion of the better fit, less what the other unknowns that come with the fault gain by chance: one each. Where the
+interval of t holds nothing, no more than (t/σ)² counts: the rest is another minimum's.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ class Measured:
     def evidence(self) -> float:
         """ln B."""
         spread = max((self.high - self.low) / SD_OF_95, _FINEST)
-        fall = min(self.fall, ((self.size - self.nothing) / spread) ** 2)
+        fall = self.fall
+        if self.low <= self.nothing <= self.high:
+            fall = min(fall, ((self.size - self.nothing) / spread) ** 2)
         return 0.5 * fall + min(math.log(math.sqrt(2.0 * math.pi) * spread), 0.0)
 
 

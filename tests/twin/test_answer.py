@@ -88,7 +88,7 @@ def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_
 
 @pytest.mark.parametrize(
     ("probability", "level", "verdict", "there"),
-    [(0.4, 1.0, FAULTY, True), (0.0005, 1.0, FAULTY, False), (0.4, 1.3, FAULTY, False), (0.4, 1.0, HEALTHY, True)],
+    [(0.4, 1.0, FAULTY, True), (0.0005, 1.0, FAULTY, False), (0.4, 1.3, FAULTY, True), (0.4, 1.0, HEALTHY, True)],
 )
 def test_a_fault_that_neither_names_is_told_where_both_together_find_it(probability, level, verdict, there):
     """A size of 4 standard deviations: a Bayes factor of 75."""
