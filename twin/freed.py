@@ -8,7 +8,7 @@ from typing import Any
 
 from discrepancy.indexer.library import Seen, library
 from discrepancy.model import Hypothesis, Parameter
-from indexer_env.effects import MachineEffect, make_effect
+from indexer_env.effects import EFFECTS, MachineEffect
 from indexer_env.effects.measures import measures
 from indexer_env.machine import Machine
 from indexer_env.operating_point import REFERENCE_MOTOR_SPEED
@@ -20,7 +20,7 @@ the records must show, and not what the search begins with."""
 
 def of_machine(row: Mapping[str, Any]) -> bool:
     """Whether a finding (effect, values) is one of the machine and not of its sensor."""
-    return isinstance(make_effect(row["effect"], dict(row["values"])), MachineEffect)
+    return issubclass(EFFECTS[row["effect"]], MachineEffect)
 
 
 def freed(

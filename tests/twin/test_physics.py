@@ -107,3 +107,19 @@ def test_a_small_imbalance_is_measured_though_the_networks_see_none():
     found = physics.explained(given, MACHINE, Sensor(), (), draws(random), 1.0, faults, [seen])
     sizes = {one.fault: one.size for one in (*found.faults, *found.measured)}
     assert sizes["imbalance"] == pytest.approx(0.1, abs=0.04)
+
+
+def test_a_station_that_the_twin_found_is_known_to_physics():
+    """A finding as YAML has it, its station a plain number: the twin's machine has it, and the draws know its size."""
+    spacing = make_effect("cam.station_spacing", station=3, error=0.008)
+    machine = MACHINE.with_effects(spacing)
+    found = {"effect": "cam.station_spacing", "values": {"station": 3.0, "error": 0.008}, "interval": [0.0077, 0.0083]}
+    random = np.random.default_rng(9)
+    error = {"effects.cam.station_spacing.error": 0.008 + 2e-4 * random.standard_normal(4000)}
+    station = {"effects.cam.station_spacing.station": np.full(4000, 3.0)}
+    signal, told = record(machine, turns=1.2)
+    noise = NOISE * random.standard_normal(len(signal.values))
+    signal, told = dataclasses.replace(signal, values=signal.values + noise), dataclasses.replace(told, noise=NOISE)
+    given = physics.checked([Record("today.csv", signal, told)], machine, Sensor())
+    said = physics.explained(given, machine, Sensor(), [found], draws(random) | error | station, 1.0, FAULTS)
+    assert said.verdict == "healthy" and said.level < 1.1
