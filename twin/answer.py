@@ -63,6 +63,8 @@ class FoundFault:
     by : str
         "physics and network", "physics" or "network".
     matters : bool
+    sized_by : str
+        Whose size and interval it has: "physics" or "network".
     """
 
     name: str
@@ -75,6 +77,7 @@ class FoundFault:
     station: int | None
     by: str
     matters: bool
+    sized_by: str = "network"
 
     @property
     def told(self) -> str:
@@ -239,13 +242,13 @@ def _physical(one: PhysicalFault, fault: Fault | None, machine: Machine, matters
     if fault is None:
         words = EFFECTS[one.fault].sentence.rstrip(".")
         return FoundFault(
-            one.fault, words, one.size, one.low, one.high, "", one.probability, one.station, "physics", True
+            one.fault, words, one.size, one.low, one.high, "", one.probability, one.station, "physics", True, "physics"
         )  # fmt: skip
     shop = [fault.told(min(share, fault.most), machine) for share in (one.size, one.low, one.high)]
     words = " or ".join((fault.words, *one.rivals))
     return FoundFault(
         fault.name, words, shop[0], min(shop[1:]), max(shop[1:]), fault.unit, one.probability, one.station, "physics",
-        abs(one.size) >= matters.get(fault.name, 0.0),
+        abs(one.size) >= matters.get(fault.name, 0.0), "physics",
     )  # fmt: skip
 
 

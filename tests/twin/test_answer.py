@@ -80,6 +80,7 @@ def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_
     # beside a fault that is not there the networks' size of the other one is not its own
     crack = next(fault for fault in answer.faults if fault.name == "crack")
     assert crack.size == pytest.approx(5.0 if there else 30.0) and crack.by == "physics and network"
+    assert crack.sized_by == ("network" if there else "physics")
     unexplained = answered(seen, dataclasses.replace(found, level=1.3))
     assert {fault.name for fault in unexplained.faults} == {"crack", "friction"}
     alone = answered(network(FAULTY, "friction"), dataclasses.replace(found, verdict=HEALTHY, faults=()))
@@ -102,6 +103,7 @@ def test_a_fault_that_neither_names_is_told_where_both_together_find_it(probabil
     assert set(by) == ({"crack", "friction"} if there else {"crack"})
     if there:
         assert by["friction"] == "physics and network" and not answer.faults[-1].matters
+        assert answer.faults[-1].sized_by == "physics"
     unlike = answered(dataclasses.replace(seen, faults=()), dataclasses.replace(found, measured=looks))
     assert verdict == HEALTHY or {fault.name for fault in unlike.faults} == {"crack"}
     # of two that may each explain what is left the likelier one alone

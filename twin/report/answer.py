@@ -77,7 +77,7 @@ def _row(fault: FoundFault, twin: Twin) -> dict[str, Any]:
     place = PLACES.get(fault.name, ("", ""))[0]
     if fault.station is not None:
         place = f"{place}, station {fault.station}"
-    level = _percent(_PHYSICS if fault.by == "physics" else twin.about["settings"]["coverage"])
+    level = _percent(_PHYSICS if fault.sized_by == "physics" else twin.about["settings"]["coverage"])
     return {"fault": fault, "size": size, "level": level, "place": place, "bar": _bar(fault, twin)}
 
 
