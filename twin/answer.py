@@ -4,17 +4,20 @@ The rules, the first that fits:
 
     the record cannot be compared                       not comparable, and why
     no physics was asked for                            what the networks say
-    physics finds faults and leaves more than noise     these and all of the networks' others, one that is likely by
-                                                        networks and physics together, and what remains; unknown where
-                                                        the turn is like none that was simulated
+    physics finds faults and leaves more than noise     these and those others that are likely by networks and physics
+                                                        together, and what remains; unknown where the turn is like none
+                                                        that was simulated
     physics finds another that explains the record      physics' faults; what the networks say otherwise is told beside
-    physics explains the record by some of the faults   these, and those others that are likely by networks and
-    that the networks name                              physics together, as physics measures them beside these (of
-                                                        those that the networks do not name the likeliest)
+    physics explains the record by some of the faults   these, and those others that are likely by both together
+    that the networks name
     physics explains the record without a fault         the faults that are likely by both together; else healthy, and
                                                         an alarm of the networks is told as not confirmed
-    physics leaves something, networks name faults      the networks' faults that matter, and what remains
+    physics leaves something, networks name faults      those that are likely by both together, if one matters, and what
+                                                        remains
     otherwise                                           unknown, and what remains
+
+Physics measures what it does not find beside what it found. A fault that it did not measure is as likely as the
+networks say; of those that the networks do not name, the likeliest one is told.
 
 A fault that both name has the networks' size, but where they see another one that is not there: what is fitted beside
 simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is
@@ -150,20 +153,19 @@ def answer_of(
             there = (*_kept((), seen, physics), *_more((), network, physics, machine, matters, faults))
         return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
+    seen = tuple(_kept((), seen, physics))
     if network.verdict == FAULTY and any(fault.matters for fault in seen):
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)
 
 
 def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:
-    """The networks' other faults that stand beside those that physics found: where it explains the record by these,
-    those that networks and physics together find more likely there than not."""
-    others = _others(found, seen)
-    if physics.level > _MORE_THAN_NOISE:
-        return others
-    if any(fault.by != _BOTH for fault in found):
+    """The networks' other faults that stand beside those that physics found, but those that networks and physics
+    together find less likely there than not; none where physics explains the record by another one."""
+    if physics.level <= _MORE_THAN_NOISE and any(fault.by != _BOTH for fault in found):
         return ()
     evidence = {one.fault: one.evidence for one in physics.measured}
+    others = _others(found, seen)
     return [one for one in others if one.name not in evidence or _both(one.probability, evidence[one.name]) > 0.5]
 
 

@@ -82,7 +82,10 @@ def test_a_fault_that_networks_alone_name_stays_where_physics_measures_it_to_be_
     assert crack.size == pytest.approx(5.0 if there else 30.0) and crack.by == "physics and network"
     assert crack.sized_by == ("network" if there else "physics")
     unexplained = answered(seen, dataclasses.replace(found, level=1.3))
-    assert {fault.name for fault in unexplained.faults} == {"crack", "friction"}
+    assert {fault.name for fault in unexplained.faults} == ({"crack", "friction"} if there else {"crack"})
+    # physics found no name, and leaves something
+    nameless = answered(seen, dataclasses.replace(found, level=3.0, verdict=UNKNOWN, faults=()))
+    assert {fault.name for fault in nameless.faults} == ({"crack", "friction"} if there else {"crack"})
     alone = answered(network(FAULTY, "friction"), dataclasses.replace(found, verdict=HEALTHY, faults=()))
     assert alone.verdict == (FAULTY if there else HEALTHY)
 
