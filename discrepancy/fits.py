@@ -103,9 +103,10 @@ class Fits:
                 begun = fit(problem, begun, steps=_CAREFUL).place
             if known is None or known.place.cost - begun.cost > begun.dispersion(self.model):
                 result = fit(problem, begun, steps=_LONG, thorough=True)
-                before = self.own(self.begun.place)
-                if not begun.hypothesis.effects and before.cost < result.place.cost:
-                    result = fit(problem, before, steps=_LONG, thorough=True)
+                if not begun.hypothesis.effects:
+                    before = self.own(self.begun.place)
+                    if before.cost < result.place.cost:
+                        result = fit(problem, before, steps=_LONG, thorough=True)
                 known = self.kept(result.place, result.converged)
             self._smaller[fitted, k] = known
         return self._smaller[fitted, k]

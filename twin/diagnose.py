@@ -41,7 +41,7 @@ def diagnosed(
                 (record.signal, record.conditions, record.pulses)
                 for record, (_, one) in zip(records, each, strict=True)
                 if one.verdict != NOT_COMPARABLE
-            ], (*network.faults, *network.unnamed))  # fmt: skip
+            ], network.suspected)  # fmt: skip
         except SignalError as error:
             remarks = (f"Physics was left out: {error}",)
     answer = answer_of(network, found, twin.machine, twin.matters, twin.faults)

@@ -76,6 +76,11 @@ class TurnDiagnosis:
     notes: tuple[str, ...] = ()
     unnamed: tuple[FaultSeen, ...] = ()
 
+    @property
+    def suspected(self) -> tuple[FaultSeen, ...]:
+        """All faults that the networks think possible."""
+        return (*self.faults, *self.unnamed)
+
 
 def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:
     """What comparable records of a machine in one state say together: of the records on the side on which all are in

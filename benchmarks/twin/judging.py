@@ -58,7 +58,7 @@ def by_physics(twin: Twin, truth: Truth, records: Sequence[Recorded]) -> list[Ju
         seen, found = twin.diagnose_turn(one.signal, one.stated), None
         if seen.verdict != NOT_COMPARABLE:
             with contextlib.suppress(SignalError):
-                found = twin.explain([(one.signal, one.stated)], (*seen.faults, *seen.unnamed))
+                found = twin.explain([(one.signal, one.stated)], seen.suspected)
         answer = answer_of(seen, found, twin.machine, twin.matters, twin.faults)
         rows.append(row_of(one, answer.faults, answer.verdict, twin, truth, time.process_time() - begun))
     return rows
