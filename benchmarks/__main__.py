@@ -26,7 +26,8 @@ def main() -> None:
     arguments = parser.parse_args()
     session.keep_to_cores()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    logging.getLogger("jax").setLevel(logging.WARNING)
+    for name in ("jax", "numba.cuda"):
+        logging.getLogger(name).setLevel(logging.WARNING)
     sections = SECTIONS if arguments.section == "all" else (arguments.section,)
     for name in sections:
         about = session.description()

@@ -88,7 +88,8 @@ def turn_rows(cuda: Cuda, count: int, samples: int, distinct: int, repeats: int 
     core, whole = batch("cpu", 1), batch("cuda", max(1, count // distinct))
     return [
         Row(
-            TURNS, "≥ 300 000", f"{number(on_card)}; {share}, at {number(operations / 1e6)} Mflop a turn",
+            TURNS, "≥ 300 000",
+            f"{number(on_card)} on one {cuda.name}; {share}, at {number(operations / 1e6)} Mflop a turn",
             on_card >= 300_000.0, {"turns_per_s": on_card, "flop_a_turn": operations, "peak": peak},
         ),
         Row(f"{ON_CORE}; and all of simulate_batch on the GPU, its preparation by one core included", "",

@@ -43,7 +43,9 @@ class Tensors(Arrays):
         return 0.5 * (1.0 + given.to(self._cuda.place, torch.float64)) * self.given(task.highest)
 
     def given(self, array: np.ndarray) -> torch.Tensor:
-        """An array of the host, as a tensor of the GPU."""
+        """An array of the host, as a tensor of the GPU; nothing travels where one truth value stands for all."""
+        if array.dtype == bool and array.size and (array.all() or not array.any()):
+            return torch.full(array.shape, bool(array.flat[0]), device=self._cuda.place)
         return torch.from_numpy(array).to(self._cuda.place)
 
     def on_host(self, array: torch.Tensor) -> np.ndarray:

@@ -6,6 +6,7 @@ import functools
 import importlib
 import threading
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -90,11 +91,46 @@ class Cuda:
             kernel(name)[count, 1](*arguments)
             return
         with cuda.gpus[self.index], warnings.catch_warnings():
-            # a few machines leave most of a GPU idle, which numba would say each time
-            warnings.filterwarnings("ignore", "Grid size")
+            # a few machines leave most of a GPU idle, which numba would say each time, in colour or not
+            warnings.filterwarnings("ignore", ".*Grid size")
             stream = torch.cuda.current_stream(self.place).cuda_stream
             queue = cuda.external_stream(stream) if stream else 0
             kernel(name)[-(-count // THREADS), THREADS, queue](*arguments)
+
+
+class Series:
+    """Launches and tensor operations that are asked for again and again, always on the same memory.
+
+    The first time they run one by one, which compiles and loads what they need. The second time they are captured as a
+    CUDA graph, which is replayed from then on: asked for one by one from Python, a launch costs the host 0.2 ms.
+
+    Parameters
+    ----------
+    cuda : Cuda
+    generator : torch.Generator
+        Whatever random numbers they draw come from it.
+    """
+
+    def __init__(self, cuda: Cuda, generator: torch.Generator) -> None:
+        self._cuda, self._generator = cuda, generator
+        self._known = False
+        self._graph: torch.cuda.CUDAGraph | None = None
+
+    def run(self, work: Callable[[], object]) -> None:
+        """Ask for all of them, behind what torch's present stream does already; `work` asks for them one by one, and
+        neither waits for the GPU nor reads from it."""
+        if SIMULATED or not self._known:
+            work()
+            self._known = True
+            return
+        if self._graph is None:
+            graph = torch.cuda.CUDAGraph()
+            graph.register_generator_state(self._generator)
+            with torch.cuda.device(self._cuda.place), torch.cuda.graph(graph, capture_error_mode="thread_local"):
+                work()
+            self._graph = graph
+        with torch.cuda.device(self._cuda.place):
+            self._graph.replay()
 
 
 def rows_of_a_thread(rows: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 
 from indexer_env.control import ControlTask, Limits
-from indexer_env.cuda.device import Buffer, Cuda, rows_of_a_thread
+from indexer_env.cuda.device import Buffer, Cuda, Series, rows_of_a_thread
 from indexer_env.cuda.sensor_stream import StreamOnCuda
 from indexer_env.engine import LARGEST_DEFLECTION
 from indexer_env.faults import Faults
@@ -53,7 +53,10 @@ class FleetOnCuda(Fleet):
             "rewards": cuda.zeros(n),
             "terminated": cuda.zeros(n, dtype=torch.bool),
             "none": cuda.zeros(n, dtype=torch.int64),
+            "models": cuda.zeros(n, dtype=torch.int64),
+            "order": cuda.zeros(n, dtype=torch.int64),
         }
+        self._series = Series(cuda, self.stream.generator)
         self._reapplied: list[int] = []
         self._alike = np.zeros(0, dtype=np.int64)
         self._powers, self._angles = np.zeros(n), np.zeros(n)
@@ -77,12 +80,14 @@ class FleetOnCuda(Fleet):
         if self._rows is not rows:
             self._on["rows"] = self._cuda.put(rows_of_a_thread(self._rows))
             self._on["out"] = self._cuda.put(self._out)
+        if self._laid is not laid or self._rows is not rows:
+            self._series = Series(self._cuda, self.stream.generator)
         self._upload(where, "coefficients", "features")
         alike = self._features + (self._kinds << 32)
         if not np.array_equal(alike, self._alike):
             self._alike = alike
-            self._on["models"] = self._cuda.put(self._kinds // 2)
-            self._on["order"] = self._cuda.put(np.argsort(alike, kind="stable"))
+            self._on["models"].tensor.copy_(torch.from_numpy(self._kinds // 2))
+            self._on["order"].tensor.copy_(torch.from_numpy(np.argsort(alike, kind="stable")))
 
     def _first_readings(self, where: np.ndarray, rngs: Sequence[np.random.Generator]) -> Any:
         self._status[where] = layout.RUNNING
@@ -115,8 +120,17 @@ class FleetOnCuda(Fleet):
 
     def step(self, actions: Any, live: np.ndarray | None, rngs: Sequence[np.random.Generator]) -> Period:
         """As `Fleet.step`, with actions (n, k) of the device; readings are made of all items."""
-        order, on = self._on["order"], self._on
+        on = self._on
         on["actions"].tensor.copy_(actions)
+        self._series.run(self._period)
+        if self._any_changing:
+            self._book()
+        fresh: list[Any] = [on[name].tensor.clone() for name in ("rewards", "terminated", "readings")]
+        return Period(self.observations, *fresh)
+
+    def _period(self) -> None:
+        """A control period on the present arrays, from `actions` to `rewards`, `terminated` and `observations`."""
+        order, on = self._on["order"], self._on
         self._cuda.launch(
             "begin", len(self), order.view,
             *self._views("actions", "states", "coefficients", "items", "numbers", "shares", "cams", "status"),
@@ -131,10 +145,6 @@ class FleetOnCuda(Fleet):
                 "observations", "rewards", "terminated",
             ),
         )  # fmt: skip
-        if self._any_changing:
-            self._book()
-        fresh: list[Any] = [on[name].tensor.clone() for name in ("rewards", "terminated", "readings")]
-        return Period(self.observations, *fresh)
 
     def _book(self) -> None:
         """Let faults set in or grow, from angles and work that come from the device as one number a machine."""

@@ -26,6 +26,13 @@ class StreamOnCuda:
         [Hz].
     rows : int
 
+    Attributes
+    ----------
+    plain : bool
+        As of `SensorStream`.
+    generator : torch.Generator
+        Of the noise.
+
     Raises
     ------
     ParameterError
@@ -41,11 +48,11 @@ class StreamOnCuda:
         self._read = torch.zeros(rows, dtype=torch.int64, device=cuda.place)
         self._order = cuda.put(np.arange(rows))
         self._sigma = sensor.noise_density * math.sqrt(sample_rate / 2.0)
-        self._generator = torch.Generator(device=cuda.place)
+        self.generator = torch.Generator(device=cuda.place)
 
     def seed(self, seed: int) -> None:
         """Start the noise anew."""
-        self._generator.manual_seed(seed % 2**63)
+        self.generator.manual_seed(seed % 2**63)
 
     def start(self, index: torch.Tensor, first: torch.Tensor) -> None:
         """Start rows `index` (k,) anew, as if their first acceleration `first` (k,) [rad/s²] had lasted for ever."""
@@ -64,6 +71,6 @@ class StreamOnCuda:
         self._read[index] += block.shape[1]
         read = self._sensor.with_background(y.tensor, time, torch.sin)
         if self._sigma > 0.0:
-            noise = torch.empty(read.shape, dtype=read.dtype, device=read.device).normal_(generator=self._generator)
+            noise = torch.empty(read.shape, dtype=read.dtype, device=read.device).normal_(generator=self.generator)
             read = read + self._sigma * noise
         return self._sensor.recorded(read)

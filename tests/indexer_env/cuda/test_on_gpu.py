@@ -10,7 +10,7 @@ import torch
 from benchmarks import cases as draws
 from benchmarks import measures
 from classifier.features import Psd
-from indexer_env import Run, simulate_batch
+from indexer_env import Run, Sensor, simulate_batch
 from indexer_env.device import on_host
 from indexer_env.vector_env import IndexerVectorEnv
 
@@ -68,3 +68,21 @@ def test_the_environment_stays_on_the_card():
         for values in (observations, rewards, terminated, truncated, infos["acceleration"]):
             assert values.device.type == "cuda"
     assert bool(observations.abs().le(1.0).all()) and bool(rewards.isfinite().all())
+
+
+def test_noise_goes_on_where_a_period_is_replayed():
+    """A CUDA graph replays a period's operations; the numbers of its noise must be new ones each time."""
+    env, quiet = (
+        IndexerVectorEnv(8, device="cuda", sensor=Sensor(noise_density=density, full_scale=1e3))
+        for density in (1e-2, 0.0)
+    )
+    actions = torch.zeros(8, 1, device="cuda")
+
+    def noise() -> list[torch.Tensor]:
+        for fleet in (env, quiet):
+            fleet.reset(seed=3)
+        return [env.step(actions)[4]["acceleration"] - quiet.step(actions)[4]["acceleration"] for _ in range(5)]
+
+    first, again = noise(), noise()
+    assert all(torch.equal(one, other) for one, other in zip(first, again, strict=True))
+    assert len({float(each[0, 0]) for each in first}) == 5
