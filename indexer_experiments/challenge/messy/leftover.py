@@ -6,8 +6,8 @@ there, so that what a play amplifies from turn to turn does not count. It is the
 torques and rates of deflection, in a play the same share of it, and not the same angles, which a cam with another
 station or a base that gives way would turn into torques that no fit has:
 
-    d_w = reading of the disturbed machine - true machine resumed from the disturbed one's state,     w: cam turn
-    left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²
+    d_w = reading of the disturbed machine - reading of the true machine resumed from the disturbed one's state
+    left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²,     w: cam turn
 
 X are the derivatives of the pieces by what every method may fit, with what is known of it, s: the eight parameters of
 the machine (10 %/√3), of each record load (10 %/√3), drive angle (2 mrad at the cam) and speed (0.3 %/√3), of each
@@ -27,6 +27,7 @@ import numpy as np
 
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.equations import Joint, Plant, deflections, drive_side, follower, softness
 from indexer_experiments.challenge.messy.machines import KNOWN_TO
 from indexer_experiments.challenge.parameters import changed, read
@@ -99,22 +100,25 @@ class LinearFit:
         Runs of the machine at these points, at `RATE`.
     noise : float
         Standard deviation of the sensor's noise [rad/s²].
+    sensor : Sensor
+        Through which the machine is seen, a linear chain.
     """
 
     def __init__(
-        self, machine: Machine, points: Sequence[OperatingPoint], motions: Sequence[np.ndarray], noise: float
-    ) -> None:
-        self.machine, self.points, self.noise = machine, list(points), noise
+        self, machine: Machine, points: Sequence[OperatingPoint], motions: Sequence[np.ndarray], noise: float,
+        sensor: Sensor,
+    ) -> None:  # fmt: skip
+        self.machine, self.points, self.noise, self.sensor = machine, list(points), noise, sensor
         self.pieces = pieces_of(motions, machine.stations)
         columns = len(FITTED) + 3 * len(self.points)
         rows, self._bases = [], []
         for piece in self.pieces:
             state = motions[piece.record][1:, piece.first]
-            base = local_basis(machine, self.points[piece.record], state, piece.samples)
+            base = np.linalg.qr(self._seen(by_start_state(machine, self.points[piece.record], state, piece.samples)))[0]
             block = np.zeros((piece.samples, columns))
-            block[:, : len(FITTED)] = self._by_machine(piece, state)
+            block[:, : len(FITTED)] = self._seen(self._by_machine(piece, state))
             at = len(FITTED) + 3 * piece.record
-            block[:, at : at + 3] = self._by_record(piece, state)
+            block[:, at : at + 3] = self._seen(self._by_record(piece, state))
             self._bases.append(base)
             rows.append(block - base @ (base.T @ block))
         self._rows = np.concatenate([*rows, noise * np.eye(columns)])
@@ -125,6 +129,7 @@ class LinearFit:
     ) -> float:  # fmt: skip
         """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise."""
         plants = [(plant(machine, point, unlisted), plant(self.machine, point)) for point in self.points]
+        through = [self.sensor.read(motion[0], RATE).values for motion in motions]
         parts = []
         for piece, base in zip(self.pieces, self._bases, strict=True):
             span = slice(piece.first, piece.first + piece.samples)
@@ -133,11 +138,17 @@ class LinearFit:
             point = self.points[piece.record]
             state = in_the_joints(motions[piece.record][1:, piece.first], *plants[piece.record])
             expected = coarsely_resumed(self.machine, point, state, piece.samples)
-            difference = readings[piece.record][span] - expected
+            moved = motions[piece.record][0, span] - expected
+            difference = (readings[piece.record] - through[piece.record])[span] + self._seen(moved[:, np.newaxis])[:, 0]
             parts.append(difference - base @ (base.T @ difference))
         d = np.concatenate(parts)
         found = np.linalg.lstsq(self._rows, np.concatenate([d, np.zeros(self._rows.shape[1])]), rcond=None)[0]
         return float(np.sqrt(np.mean((d - self._rows[: len(d)] @ found) ** 2))) / self.noise
+
+    def _seen(self, accelerations: np.ndarray) -> np.ndarray:
+        """What the sensor makes of accelerations (n, c) that come beside others."""
+        nothing = self.sensor.read(np.zeros(len(accelerations)), RATE).values
+        return np.stack([self.sensor.read(column, RATE).values - nothing for column in accelerations.T], axis=1)
 
     def _by_machine(self, piece: Piece, state: np.ndarray) -> np.ndarray:
         point, step = self.points[piece.record], _STEP * KNOWN_TO
@@ -192,10 +203,15 @@ def _under_the_same_torque(d: float, of: Joint, rho_of: float, to: Joint, rho_to
 
 def local_basis(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
     """Orthonormal basis (samples, 4) of what a piece changes by with its start state."""
+    return np.linalg.qr(by_start_state(machine, point, state, samples))[0]
+
+
+def by_start_state(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
+    """Derivatives (samples, 4) of a piece by its start state."""
     base = coarsely_resumed(machine, point, state, samples)
     columns = []
     for place, step in _LOCAL:
         other = state.copy()
         other[place] += step
         columns.append((coarsely_resumed(machine, point, other, samples) - base) / step)
-    return np.linalg.qr(np.stack(columns, axis=1))[0]
+    return np.stack(columns, axis=1)

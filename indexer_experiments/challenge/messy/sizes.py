@@ -39,7 +39,7 @@ class Sized:
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect with its size, and what it leaves alone, over the noise."""
+    """An effect with its size, and what it leaves beside the other ones hidden, over the noise."""
 
     effect: Effect
     level: float
@@ -100,35 +100,36 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     truth = drawn.machines.truth
     points = [record.point for record in drawn.records]
     counts = [record.samples(truth, RATE) for record in drawn.records]
-    motions = [coarse_run(truth, point, n) for point, n in zip(points, counts, strict=True)]
+
+    def runs_of(machine: Machine, unlisted: Unlisted = NOTHING) -> list[np.ndarray]:
+        return [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
+
+    motions = runs_of(truth)
     noise = drawn.noise * float(np.sqrt(np.mean(motions[0][0] ** 2)))
-    fit = LinearFit(truth, points, motions, noise)
 
-    def leaves(fit: LinearFit, machine: Machine, sensor: Sensor, chosen: Sequence[tuple[Wanted, float]]) -> float:
-        unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
-        runs = [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
-        return fit.left([read_of(motion, readers, sensor) for motion in runs], runs, machine, unlisted)
+    def beside(present: Sequence[Effect]) -> Level:
+        """What effects and disturbances leave on the machine that has some effects already."""
+        machine, sensor = with_effects(truth, present)
+        fit = LinearFit(machine, points, runs_of(machine) if machine is not truth else motions, noise, sensor)
 
-    def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
-        return leaves(fit, *with_effects(truth, effects), chosen)
+        def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
+            disturbed, seen_by = with_effects(truth, [*present, *effects])
+            unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
+            runs = runs_of(disturbed, unlisted)
+            return fit.left([read_of(run, readers, seen_by) for run in runs], runs, disturbed, unlisted)
 
-    disturbances, disturbed = _disturbances(drawn, level)
-    least = max(disturbed, 1.0)
-    hidden: list[Hidden] = []
-    for wanted in drawn.effects:
-        if len(hidden) == drawn.hidden:
-            break
-        found = _hidden(drawn, wanted, drawn.above * least, level)
-        if found is not None and found.level >= 3.0 * least:
-            hidden.append(found)
-    machine, _ = with_effects(truth, [one.effect for one in hidden])
-    if disturbances and machine.effects != truth.effects:
+        return level
+
+    alone = beside(())
+    disturbances, disturbed = _disturbances(drawn, alone)
+    hidden = _all_hidden(drawn, max(disturbed, 1.0), alone, beside)
+    machine_effects = [one.effect for one in hidden if isinstance(one.effect, MachineEffect)]
+    if disturbances and machine_effects:
         # an effect may make a disturbance many times as large: a joint that loses stiffness, under a drag that loads it
-        motions = [coarse_run(machine, point, n) for point, n in zip(points, counts, strict=True)]
-        beside = LinearFit(machine, points, motions, noise)
-        found = _together(drawn, disturbances, lambda chosen: leaves(beside, machine, Sensor(), chosen))
+        there = beside(machine_effects)
+        found = _together(drawn, disturbances, lambda chosen: there((), chosen))
         disturbances, disturbed = found or ((), 0.0)
-    return MessyCase(drawn, noise, disturbances, disturbed, tuple(hidden))
+    return MessyCase(drawn, noise, disturbances, disturbed, hidden)
 
 
 Level = Callable[[Sequence[Effect], Sequence[tuple[Wanted, float]]], float]
@@ -160,6 +161,29 @@ def _together(
         return None
     factor, reached = found
     return tuple(dataclasses.replace(one, size=factor * one.size, level=factor * one.level) for one in alone), reached
+
+
+def _all_hidden(
+    drawn: MessyDraw, least: float, alone: Level, beside: Callable[[Sequence[Effect]], Level]
+) -> tuple[Hidden, ...]:
+    """Effects of the sizes drawn. Each leaves 3 times the least beside the other: two that do so alone may hide each
+    other, as a viscous friction does much of what a loose base leaves."""
+    hidden: tuple[Hidden, ...] = ()
+    level = alone
+    for wanted in drawn.effects:
+        if len(hidden) == drawn.hidden:
+            break
+        found = _hidden(drawn, wanted, drawn.above * least, level)
+        if found is None or found.level < 3.0 * least:
+            continue
+        try:
+            before = tuple(Hidden(one.effect, beside([found.effect])([one.effect], ())) for one in hidden)
+        except (ParameterError, SimulationError):
+            continue
+        if all(one.level >= 3.0 * least for one in before):
+            hidden = (*before, found)
+            level = beside([found.effect])
+    return hidden
 
 
 def _hidden(drawn: MessyDraw, wanted: Wanted, target: float, level: Level) -> Hidden | None:
