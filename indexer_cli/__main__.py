@@ -73,10 +73,9 @@ def _completion(rest: list[str]) -> None:
 
 
 def _refuse(name: str) -> None:
-    import difflib
+    from indexer_env.checks import did_you_mean
 
-    close = difflib.get_close_matches(name, VERBS, n=1, cutoff=0.5)
-    remedy = f"did you mean {close[0]!r}" if close else "indexer --help lists them"
+    remedy = did_you_mean(name, VERBS) or "indexer --help lists them"
     _say(f"the first word must be a verb, got {name!r}; {remedy}.")
 
 

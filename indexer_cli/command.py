@@ -9,7 +9,6 @@ HYDRA_FULL_ERROR=1 the traceback is shown instead of the sentence.
 
 from __future__ import annotations
 
-import difflib
 import functools
 import os
 import re
@@ -33,7 +32,7 @@ from indexer_cli.arguments import check_sweep, file_behind, flags_first, malform
 from indexer_cli.manual import manual
 from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
-from indexer_env.checks import check_choice, did_you_mean
+from indexer_env.checks import check_choice, closest, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.presets import config_dir
 
@@ -248,8 +247,8 @@ def _missing_config(error: MissingConfigException) -> str:
 
 def _missing_group(group: str, options: list[str]) -> str:
     given = [argument.partition("=")[0] for argument in sys.argv[1:] if "=" in argument]
-    if group not in given and (hint := difflib.get_close_matches(group, given, n=1, cutoff=0.7)):
-        return f"{hint[0]} must be a known key, got an unknown one; did you mean {group!r}."
+    if group not in given and (hint := closest(group, given, likeness=0.7)):
+        return f"{hint} must be a known key, got an unknown one; did you mean {group!r}."
     return f"{group} must be given; add {group}=NAME to the command, NAME one of {', '.join(options)}."
 
 

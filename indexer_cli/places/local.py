@@ -89,6 +89,10 @@ class LocalPlace(Place):
                 raise StoreError(
                     f"out must be a folder that no other run is writing to, got {self}; wait for it or choose another."
                 ) from None
+            except OSError as error:
+                # some network file systems have no locks
+                rule = f"out must be a folder that can be locked, got {self} ({error.strerror})"
+                raise StoreError(f"{rule}; choose one on a local disk.") from None
             yield
         finally:
             os.close(lock)

@@ -62,7 +62,7 @@ def orders(config: dict[str, Any]) -> tuple[Order | MessyOrder, ...]:
     if which == "full":
         return tuple(Order(n, kind=kind, play=play, gap=gap, **given) for kind, play, n, gap in FULL)
     if "count" not in given:
-        raise refuse("challenge", "count", "a whole number >= 1", None, "add count=23, or cases=full")
+        raise refuse("challenge", "count", "a whole number >= 1", None, f"add count={_EACH}, or cases=full")
     if which == "messy":
         if "half" not in given:
             raise refuse("challenge", "half", "tune or judge", None, "add half=tune; half=judge is for the last look")

@@ -1,7 +1,11 @@
+import errno
+import fcntl
+
 import pytest
 
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.places import StoreError
+from indexer_cli.places.local import LocalPlace
 from indexer_env.errors import ParameterError
 
 OWN = ("mark.txt", "more.txt")
@@ -88,3 +92,15 @@ def test_a_file_is_no_folder(tmp_path):
         check_output_folder(tmp_path / "out" / "below", OWN, False)
     with pytest.raises(StoreError, match="must be a folder"):
         check_output_folder(tmp_path / "out", OWN, True)
+
+
+def test_a_folder_that_cannot_be_locked_is_told_in_a_sentence(tmp_path, monkeypatch):
+    """As on a network file system without locks."""
+
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    told = r"can be locked, got .* \(No locks available\); choose one on a local disk"
+    with pytest.raises(StoreError, match=told), LocalPlace(tmp_path / "out").exclusive():
+        pass
