@@ -98,11 +98,16 @@ class Cuda:
             kernel(name)[-(-count // THREADS), THREADS, queue](*arguments)
 
 
+_capturing = threading.Lock()
+"""Held during a capture, of which torch allows one at a time."""
+
+
 class Series:
     """Launches and tensor operations that are asked for again and again, always on the same memory.
 
     The first time they run one by one, which compiles and loads what they need. The second time they are captured as a
-    CUDA graph, which is replayed from then on: asked for one by one from Python, a launch costs the host 0.2 ms.
+    CUDA graph, which is replayed from then on: asked for one by one from Python, a launch costs the host 0.2 ms. A
+    capture waits for the GPU and empties torch's cache of its memory.
 
     Parameters
     ----------
@@ -123,14 +128,18 @@ class Series:
             work()
             self._known = True
             return
-        if self._graph is None:
-            graph = torch.cuda.CUDAGraph()
-            graph.register_generator_state(self._generator)
-            with torch.cuda.device(self._cuda.place), torch.cuda.graph(graph, capture_error_mode="thread_local"):
-                work()
-            self._graph = graph
         with torch.cuda.device(self._cuda.place):
+            self._graph = self._graph or self._captured(work)
             self._graph.replay()
+
+    def _captured(self, work: Callable[[], object]) -> torch.cuda.CUDAGraph:
+        graph = torch.cuda.CUDAGraph()
+        graph.register_generator_state(self._generator)
+        # torch's own stream for captures is one of the GPU that was first asked for one
+        stream = torch.cuda.Stream(self._cuda.place)
+        with _capturing, torch.cuda.graph(graph, stream=stream, capture_error_mode="thread_local"):
+            work()
+        return graph
 
 
 def rows_of_a_thread(rows: np.ndarray) -> np.ndarray:

@@ -67,7 +67,8 @@ class StreamOnCuda:
         y.tensor[:] = block * self._sensor.scale
         if len(self._sections.tensor):
             self._cuda.launch("chain", len(block), order.view, self._sections.view, self._states.view, y.view)
-        time = (self._read[index, None] + torch.arange(block.shape[1], device=self._cuda.place)) / self._rate
+        samples = self._read[index, None] + torch.arange(block.shape[1], device=self._cuda.place)
+        time = samples.to(torch.float64) / self._rate
         self._read[index] += block.shape[1]
         read = self._sensor.with_background(y.tensor, time, torch.sin)
         if self._sigma > 0.0:

@@ -91,6 +91,7 @@ def _told(case: MessyCase) -> Row:
             {"name": h.effect.name, "level": h.level, "parameters": dataclasses.asdict(h.effect)}
             for h in case.hidden
         ],
+        "to_hide": drawn.hidden,
         "disturbances": [
             {"name": d.wanted.name, "level": d.level, "size": d.size, "joint": d.wanted.kind.joint,
              "kinds": list(d.wanted.kind.kinds)}

@@ -52,6 +52,9 @@ _STEP = 0.1
 _LOCAL = ((0, 1e-5), (1, 1e-4), (2, 1e-6), (3, 1e-4))
 """Place of α, α̇, φ, φ̇ in a state and the step of each [rad, rad/s]: small beside any play."""
 
+_ON_ITS_BASE, _SLIPPING = ((4, 1e-6), (5, 1e-4)), ((7, 1e-3),)
+"""The same of a housing that moves, and of a motor whose speed does."""
+
 _SOME = 6
 """Cam turns looked at, evenly spaced, in each record after the first, of which a whole table turn is looked at."""
 
@@ -202,15 +205,16 @@ def _under_the_same_torque(d: float, of: Joint, rho_of: float, to: Joint, rho_to
 
 
 def local_basis(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Orthonormal basis (samples, 4) of what a piece changes by with its start state."""
+    """Orthonormal basis (samples, l) of what a piece changes by with its start state."""
     return np.linalg.qr(by_start_state(machine, point, state, samples))[0]
 
 
 def by_start_state(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Derivatives (samples, 4) of a piece by its start state."""
+    """Derivatives (samples, l) of a piece by what its start state leaves open."""
     base = coarsely_resumed(machine, point, state, samples)
+    here = plant(machine, point)
     columns = []
-    for place, step in _LOCAL:
+    for place, step in (*_LOCAL, *(_ON_ITS_BASE if here.loose else ()), *(_SLIPPING if here.slip else ())):
         other = state.copy()
         other[place] += step
         columns.append((coarsely_resumed(machine, point, other, samples) - base) / step)

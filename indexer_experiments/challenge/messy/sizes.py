@@ -122,7 +122,7 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
 
     alone = beside(())
     disturbances, disturbed = _disturbances(drawn, alone)
-    hidden = _all_hidden(drawn, max(disturbed, 1.0), alone, beside)
+    hidden = all_hidden(drawn, max(disturbed, 1.0), alone, beside)
     machine_effects = [one.effect for one in hidden if isinstance(one.effect, MachineEffect)]
     if disturbances and machine_effects:
         # an effect may make a disturbance many times as large: a joint that loses stiffness, under a drag that loads it
@@ -163,26 +163,28 @@ def _together(
     return tuple(dataclasses.replace(one, size=factor * one.size, level=factor * one.level) for one in alone), reached
 
 
-def _all_hidden(
+def all_hidden(
     drawn: MessyDraw, least: float, alone: Level, beside: Callable[[Sequence[Effect]], Level]
 ) -> tuple[Hidden, ...]:
-    """Effects of the sizes drawn. Each leaves 3 times the least beside the other: two that do so alone may hide each
-    other, as a viscous friction does much of what a loose base leaves."""
+    """Effects of the sizes drawn, two at most. Each leaves 3 times the `least`, which is what disturbances or noise leave,
+    beside the other: two that do so alone may hide each other, as a viscous friction does much of what a loose base
+    leaves."""
     hidden: tuple[Hidden, ...] = ()
     level = alone
     for wanted in drawn.effects:
         if len(hidden) == drawn.hidden:
             break
-        found = _hidden(drawn, wanted, drawn.above * least, level)
-        if found is None or found.level < 3.0 * least:
-            continue
         try:
+            if hidden and level is alone:
+                level = beside([one.effect for one in hidden])
+            found = _hidden(drawn, wanted, drawn.above * least, level)
+            if found is None or found.level < 3.0 * least:
+                continue
             before = tuple(Hidden(one.effect, beside([found.effect])([one.effect], ())) for one in hidden)
         except (ParameterError, SimulationError):
             continue
         if all(one.level >= 3.0 * least for one in before):
             hidden = (*before, found)
-            level = beside([found.effect])
     return hidden
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from indexer_env import Faults, Machine, OperatingPoint, Run, Sensor, load_machine, make_effect, simulate_batch
 from indexer_env.device import on_host
 from indexer_env.effects import TABLES
+from indexer_env.motion_law import motion_law
 from indexer_env.vector_env import IndexerVectorEnv
 
 IN_INDEX = OperatingPoint(start_angle=0.4)
@@ -108,6 +109,30 @@ def episodes(device: str, mode: str, **settings: Any) -> dict[str, np.ndarray]:
     return found
 
 
+def renewed(device: str) -> dict[str, np.ndarray]:
+    """Periods in front of and behind resets of one machine of three, which bring another motion law and an effect, and
+    then play that wears: the arrays that a period works on are replaced."""
+    import torch
+
+    env = IndexerVectorEnv(3, device=device, autoreset_mode="Disabled", period=0.01, max_episode_steps=100)
+    env.reset(seed=5, options={"start_angle": 6.2})
+    machine = dataclasses.replace(load_machine("reference"), motion_law=motion_law("cycloidal"))
+    other = with_effects(machine, friction__viscous={"coefficient": 20.0})
+    found: dict[str, np.ndarray] = {}
+    for name, brought in {
+        "begun": {}, "law": {"machine": other}, "wear": {"faults": {"backlash_deg": 3.0, "backlash_per_joule": 1e-3}},
+    }.items():  # fmt: skip
+        if brought:
+            mask = np.array([False, True, False])
+            env.reset(options={**brought, "start_angle": 6.2, "reset_mask": mask})
+        for period in range(3):
+            actions = np.full((3, 1), 0.5 - 0.2 * period)
+            observations, *_, infos = env.step(torch.from_numpy(actions) if device != "cpu" else actions)
+            given = {"observations": observations, "acceleration": infos["acceleration"]}
+            found |= {f"{name} {period} {key}": on_host(values).copy() for key, values in given.items()}
+    return found
+
+
 CHAIN = Sensor(
     bracket_hz=150.0, lowpass_hz=200.0, offset=0.1, offset_drift=0.05, hum_amplitude=0.2, hum_third=0.1,
     full_scale=100.0, bits=16,
@@ -119,6 +144,8 @@ RUNS = {
     "next step": lambda device: episodes(device, "NextStep"),
     "same step": lambda device: episodes(device, "SameStep"),
     "chain": lambda device: episodes(device, "NextStep", sensor=CHAIN),
+    "hum": lambda device: episodes(device, "NextStep", sensor=dataclasses.replace(CHAIN, bits=None)),
+    "renewed": renewed,
 }
 
 

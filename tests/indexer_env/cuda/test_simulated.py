@@ -16,9 +16,10 @@ def test_a_thread_gives_the_bits_of_a_lane(run, simulated):
     expected = cases.RUNS[run]("cpu")
     assert {f"{run}: {name}" for name in expected} == {name for name in simulated if name.startswith(f"{run}: ")}
     for name, values in expected.items():
-        exact = name != "quick 2"  # the difference of two turns, which numpy sums in another order
+        # numpy sums the difference of two turns in another order, and has another sine
+        exact = name != "quick 2" and run != "hum"
         np.testing.assert_allclose(
-            simulated[f"{run}: {name}"], values, rtol=0.0 if exact else 1e-12, atol=0.0, err_msg=name
+            simulated[f"{run}: {name}"], values, rtol=0.0 if exact else 1e-12, atol=0.0 if exact else 1e-12, err_msg=name
         )
 
 
