@@ -25,6 +25,11 @@ class Criteria:
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much.
+    strain : float
+        Standard deviations by which the worst number that was stated of a record (its start angle, load, speed) may be
+        pulled: a sensor that reads late is explained by records that begin elsewhere than was measured. Where it is
+        pulled further one more effect is looked for, and one that eases it by as much may be `slight`: no other
+        effect's law errs like that.
     law : float
         Share of what a free function of an effect's variable closes that its law may leave: the force follows that
         variable, but beyond this by another law.
@@ -61,6 +66,7 @@ class Criteria:
     margin: float = 30.0
     closes: float = 0.75
     slight: float = 0.02
+    strain: float = 5.0
     law: float = 0.05
     hint: float = 0.1
     at_noise: float = 0.2
@@ -75,8 +81,8 @@ class Criteria:
     seconds: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("margin", "closes", "slight", "law", "hint", "at_noise", "much"):
-            high = None if name in ("margin", "at_noise", "much") else 1.0
+        for name in ("margin", "closes", "slight", "strain", "law", "hint", "at_noise", "much"):
+            high = None if name in ("margin", "strain", "at_noise", "much") else 1.0
             check_number("Criteria", name, getattr(self, name), low=0.0, low_open=True, high=high)
         for name in ("most", "rivals", "searched", "starts", "windows", "fits"):
             check_integer("Criteria", name, getattr(self, name), low=1)

@@ -43,6 +43,8 @@ class Evidence:
         Mean square that it closes on the records held out over that of the effect of the set that closes most.
     largest : str
         That effect.
+    eases : float
+        By how much less the worst number that was stated of a record is pulled with it [standard deviations].
     missed : float
         Share of what a free function of its variable closes that its law leaves; 0 where it has no such variable.
     over : str
@@ -62,6 +64,7 @@ class Evidence:
     alike: tuple[str, ...]
     share: float = 1.0
     largest: str = ""
+    eases: float = 0.0
     missed: float = 0.0
     over: str = ""
     untold: bool = False
@@ -133,7 +136,7 @@ RULES = (
     ),
     Rule(
         "slight", STANDS_IN,
-        lambda e, c: e.share < c.slight,
+        lambda e, c: e.share < c.slight and e.eases < c.strain,
         lambda e, c: (
             f"It closes {100.0 * e.share:.2g} % of what {e.largest} closes (mean squares), where a name needs "
             f"{100.0 * c.slight:.2g} %: the law of that one may err by as much."

@@ -124,13 +124,15 @@ class Judge:
         """The effects of a set that was fitted to the part searched and to all windows."""
         numbers, rows = self.estimates(whole), []
         place = self.held[whole.name]
-        others = [self.held[self.fits.without(inside, i).name] for i in range(len(kept))]
+        smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
+        others = [self.held[one.name] for one in smaller]
+        pulled = [one.place.strain(self.fits.whole) - whole.place.strain(self.fits.whole) for one in smaller]
         names = inside.place.hypothesis.names
         against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
         gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
-        for k, effect, other in zip(kept, inside.effects, others, strict=True):
+        for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = self._evidence(k, found, place, other, gaps)
+            evidence = dataclasses.replace(self._evidence(k, found, place, other, gaps), eases=eases)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)

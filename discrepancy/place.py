@@ -39,6 +39,11 @@ class Point:
         own = self.z[len(self.z) - len(self.hypothesis.parameters) :]
         return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, own, strict=True))
 
+    def strain(self, model: Model) -> float:
+        """How far what was stated of single records is pulled, the worst of it [standard deviations]."""
+        stated = [k for k, p in enumerate(model.parameters) if p.of_record and p.known]
+        return float(np.abs(self.z[stated]).max(initial=0.0))
+
     def level(self, model: Model) -> float:
         """rms of the normalised residuals; 1 is the noise."""
         return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))

@@ -154,7 +154,8 @@ class Search:
         return time.process_time() < self._end
 
     def _looks_on(self, fitted: Fitted) -> bool:
-        return not fitted.effects or self._leaves(fitted, self.criteria.at_noise)
+        strained = fitted.place.strain(self.model) >= self.criteria.strain
+        return not fitted.effects or strained or self._leaves(fitted, self.criteria.at_noise)
 
     def _leaves(self, fitted: Fitted, least: float) -> bool:
         """Whether a set leaves so much in mean square above the noise, over the noise's."""

@@ -52,6 +52,12 @@ def test_a_row_decides_its_case(name: str, monkeypatch) -> None:
         assert graded(evidence, Criteria()) != found, "the row is what decides"
 
 
+def test_what_eases_the_pull_on_what_was_stated_of_a_record_is_not_slight() -> None:
+    evidence = dataclasses.replace(CLEAR, share=0.002, largest="beat", eases=4.9)
+    assert graded(evidence, Criteria())[0] == STANDS_IN
+    assert graded(dataclasses.replace(evidence, eases=5.1), Criteria())[0] == ESTABLISHED
+
+
 @pytest.mark.parametrize(("changes", "grade"), [({"closes": 0.5}, STANDS_IN), ({"better": 0.4}, ESTABLISHED)])
 def test_at_the_noise_single_turns_say_little_and_the_gap_as_much_as_ever(changes: dict, grade: str) -> None:
     evidence = dataclasses.replace(CLEAR, remains=1.05, **changes)

@@ -19,7 +19,7 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
 from discrepancy.written import Written, _against, written
-from tests.discrepancy.toy import WINDOWS, Chord, effect
+from tests.discrepancy.toy import WINDOWS, Chord, effect, late
 
 
 def fitted(model: Chord) -> Point:
@@ -184,6 +184,15 @@ def test_an_effect_is_judged_without_those_that_do_not_hold() -> None:
     grades = {finding.name: finding.grade for finding in answer.findings}
     assert set(answer.best.place.hypothesis.names) == {"a", "beside"} and grades["beside"] == "stands in"
     assert answer.names == ("a",) and answer.findings[0].closes == pytest.approx(0.87, abs=0.03)
+
+
+def test_a_lag_beside_a_loud_tone_is_named_as_the_record_is_pulled_without_it() -> None:
+    """It closes half a per cent of what the tone closes, which alone would give it no name."""
+    search = Search(late(5), Criteria())
+    judged, _ = Judge(search.fits, search.run(), late(6), Criteria()).judged()
+    assert {one.found.name: one.grade for one in judged} == {"tone": "established", "lag": "established"}
+    lag = next(one.evidence for one in judged if one.found.name == "lag")
+    assert lag.share < 0.02 and 6.0 < lag.eases < 10.0
 
 
 class Repeating(Chord):

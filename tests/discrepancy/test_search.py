@@ -14,7 +14,7 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import race
 from discrepancy.search import Race, Search
-from tests.discrepancy.toy import Chord
+from tests.discrepancy.toy import Chord, late
 from tests.discrepancy.toy import effect as effect_like
 
 
@@ -56,6 +56,14 @@ def test_two_effects_that_hide_each_other_are_found_together(ahead: bool, monkey
     model.y = model.y + 6.0 * (model.shapes["near"] - model.shapes["far"])
     assert set(Search(model, Criteria()).run().best.place.hypothesis.names) == ({"near", "far"} if ahead else set())
     assert Search(model, Criteria(much=1.6)).run().best.name == "none"
+
+
+@pytest.mark.parametrize(("strain", "names"), [(5.0, {"tone", "lag"}), (50.0, {"tone"})])
+def test_one_more_is_looked_for_where_what_was_stated_of_a_record_is_pulled_far(strain: float, names: set) -> None:
+    model = late(5)
+    assert selected(model, strain=strain) == names
+    tone = Search(model, Criteria(most=1)).run().best
+    assert tone.place.level(model) ** 2 < 1.2 and 6.0 < tone.place.strain(model) < 10.0
 
 
 def test_an_effect_that_looks_alike_is_not_added_to_a_set_that_has_it(monkeypatch) -> None:

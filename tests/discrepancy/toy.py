@@ -83,6 +83,17 @@ class Chord(Stateless):
         return other
 
 
+def late(seed: int) -> Chord:
+    """A loud tone, and a lag that an offset stated of the record, nine standard deviations off, takes up but for a
+    quarter of a sign in each sample: less than is looked for."""
+    model = Chord({"tone": 20.0}, seed, ("tone", "lag"))
+    model.parameters = (Parameter("record 0.offset", "N", 0.0, 0.1, known=True, record=0),)
+    model.groups = np.zeros(WINDOWS, dtype=int)
+    model.shapes["lag"] = 1.0 + 0.25 * model.shapes["b"]
+    model.y = model.y + model.shapes["lag"]
+    return model
+
+
 class ChordSubject(Subject):
     """A chord as the chain takes it; its measurements are the same again, and one with the shapes told apart."""
 
@@ -125,4 +136,4 @@ class ChordSubject(Subject):
         return Measurement("the same again", again), Measurement("a telling one", telling)
 
 
-__all__ = ["NONE", "SAMPLES", "WINDOWS", "Chord", "ChordSubject", "Stateless", "effect"]
+__all__ = ["NONE", "SAMPLES", "WINDOWS", "Chord", "ChordSubject", "Stateless", "effect", "late"]
