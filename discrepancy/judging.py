@@ -132,7 +132,7 @@ class Judge:
         gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
-            evidence = dataclasses.replace(self._evidence(k, found, place, other, gaps), eases=eases)
+            evidence = self._evidence(k, found, place, other, gaps, eases)
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)
@@ -187,8 +187,9 @@ class Judge:
         self.held |= dict(zip(new, places, strict=True))
 
     def _evidence(
-        self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, tuple[float, float]]
-    ) -> Evidence:
+        self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, tuple[float, float]],
+        eases: float,
+    ) -> Evidence:  # fmt: skip
         left, open_ = gaps[found.name]
         closes = {name: without - beside for name, (beside, without) in gaps.items()}
         largest = max(closes, key=closes.__getitem__)
@@ -204,6 +205,7 @@ class Judge:
             alike=tuple(name for name, _ in self._alike(k, found.name)),
             share=max(closes[found.name], 0.0) / max(closes[largest], 1e-300),
             largest=largest,
+            eases=eases,
         )  # fmt: skip
 
 
@@ -251,18 +253,12 @@ def excess(
     predicts it no better for that; nor for what it sets free in every window."""
     kept = counted(place, other, model, share)
     samples = float(model.counts[kept].sum())
-    left, open_ = (
-        (float(p.squares[kept].sum()) + dispersion * (_strain(p, model) + kept.sum() * model.freed(p.hypothesis)))
-        / samples - floor
-        for p in (place, other)
-    )  # fmt: skip
-    return max(left, 0.0), max(open_, 0.0)
 
+    def left(p: Point) -> float:
+        strain = float((p.pulls(model) ** 2).sum()) + kept.sum() * model.freed(p.hypothesis)
+        return max((float(p.squares[kept].sum()) + dispersion * strain) / samples - floor, 0.0)
 
-def _strain(place: Point, model: Model) -> float:
-    """Σ z² of what was known of single records."""
-    stated = [k for k, p in enumerate(model.parameters) if p.of_record and p.known]
-    return float((place.z[stated] ** 2).sum())
+    return left(place), left(other)
 
 
 def _words(e: Estimate) -> str:

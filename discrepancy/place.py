@@ -39,10 +39,13 @@ class Point:
         own = self.z[len(self.z) - len(self.hypothesis.parameters) :]
         return tuple(p.value(z) for p, z in zip(self.hypothesis.parameters, own, strict=True))
 
+    def pulls(self, model: Model) -> np.ndarray:
+        """How far the numbers that were stated of single records are pulled (k,) [standard deviations]."""
+        return self.z[[k for k, p in enumerate(model.parameters) if p.of_record and p.known]]
+
     def strain(self, model: Model) -> float:
-        """How far what was stated of single records is pulled, the worst of it [standard deviations]."""
-        stated = [k for k, p in enumerate(model.parameters) if p.of_record and p.known]
-        return float(np.abs(self.z[stated]).max(initial=0.0))
+        """The farthest of these pulls [standard deviations]; 0 where nothing was stated."""
+        return float(np.abs(self.pulls(model)).max(initial=0.0))
 
     def level(self, model: Model) -> float:
         """rms of the normalised residuals; 1 is the noise."""

@@ -166,8 +166,9 @@ def _together(
 def all_hidden(
     drawn: MessyDraw, least: float, alone: Level, beside: Callable[[Sequence[Effect]], Level]
 ) -> tuple[Hidden, ...]:
-    """Effects of the sizes drawn, at most two. Each leaves 3 times the `least` beside the other: two that
-    do so alone may hide each other, as a viscous friction does much of what a loose base leaves."""
+    """Effects of the sizes drawn, at most two. Each leaves 3 times the `least`, the larger one of what noise and
+    disturbances leave, beside the other: two that do so alone may hide each other, as a viscous friction does much of
+    what a loose base leaves."""
     hidden: tuple[Hidden, ...] = ()
     level = alone
     for wanted in drawn.effects:

@@ -153,7 +153,7 @@ def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
 
 
 def test_of_two_effects_that_hide_each_other_the_second_is_another_one() -> None:
-    """A size leaves itself alone; beside `hides` the first leaves next to nothing."""
+    """A size leaves itself alone; beside the loose base the first leaves a tenth of that."""
     drawn = messy_draw(MessyOrder(1, 3, "tune"), 0)
     names = ("friction.viscous", "base.looseness", "friction.coulomb")
     wanted = {one.name: one for one in drawn.effects}
