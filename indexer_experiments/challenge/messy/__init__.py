@@ -5,7 +5,9 @@ In reading order:
     disturbances  what acts besides the library, by joint and kind, in a half to tune on and one to judge by
     reading       what disturbances of base and sensor do to a reading
     draw          what is in case k: machine, records, noise, disturbances, effects; their sizes are still open
-    leftover      how much of anything is left once the machine is fitted, by a linear fit that needs no method
+    pieces        cam turns of a record, resumed one by one, and their derivatives
+    leftover      how much of anything is left once the machine is fitted, from the truth on
+    sought        the size at which something leaves what was drawn for it
     sizes         a case with its sizes: all leave what was drawn for them
     records       its measured files, with what is stated of them, right or wrong
     answer        what an answer consists of, whatever method gave it

@@ -17,9 +17,9 @@ from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.messy.answer import CaseAnswer, Solved
 from indexer_experiments.challenge.messy.draw import MessyOrder, messy_draw
 from indexer_experiments.challenge.messy.judging import Judge
-from indexer_experiments.challenge.messy.leftover import FITTED
 from indexer_experiments.challenge.messy.machines import KNOWN_TO
 from indexer_experiments.challenge.messy.method import solved_by_explain
+from indexer_experiments.challenge.messy.pieces import FITTED
 from indexer_experiments.challenge.messy.records import write_messy
 from indexer_experiments.challenge.messy.sizes import MessyCase, messy_case
 from indexer_experiments.challenge.parameters import read

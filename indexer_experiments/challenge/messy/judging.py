@@ -15,7 +15,7 @@ import numpy as np
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
-from indexer_experiments.challenge.messy.leftover import RATE, coarse_run, coarsely_resumed, local_basis
+from indexer_experiments.challenge.messy.pieces import RATE, coarse_run, coarsely_resumed, local_basis
 from indexer_experiments.challenge.messy.sizes import MessyCase, read_of
 
 TURNS = 1.2

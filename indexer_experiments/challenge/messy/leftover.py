@@ -1,98 +1,77 @@
 """How much of a disturbance or effect is left once the nominal machine is fitted: the measure of all sizes here.
 
-A fit of whole records would need a method; this one is linear, and so needs none. A record is cut at the ends of its
-cam turns. In each piece the true machine without the disturbance starts from the state that the disturbed one has
-there, so that what a play amplifies from turn to turn does not count. It is the same state of the joints: the same
-torques and rates of deflection, in a play the same share of it, and not the same angles, which a cam with another
-station or a base that gives way would turn into torques that no fit has:
+A fit of whole records would need a method; this one begins at the truth, and so needs none. A record is cut at the ends
+of its cam turns. In each piece the true machine without the disturbance is resumed in the state of the disturbed one's
+joints (`pieces`), so that what a play amplifies from turn to turn does not count:
 
     d_w = reading of the disturbed machine - reading of the true machine resumed from the disturbed one's state
     left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²,     w: cam turn
 
 X are the derivatives of the pieces by what every method may fit, with what is known of it, s: the eight parameters of
 the machine (10 %/√3), of each record load (10 %/√3), drive angle (2 mrad at the cam) and speed (0.3 %/√3), of each
-piece its start state (nothing known). It is exact for small disturbances; for large ones a method can leave less, as it
-may bend where this one is straight, and leaves more wherever it does not find the best fit.
+piece its start state (nothing known). One such step is exact for small disturbances alone: where the noise is little, a
+stiffness that is 5 % off leaves what a straight line misses of it, five times the noise, which no fit leaves. So the
+machine is run again with all that was found; where that leaves more than was promised, derivatives are taken there and
+another step follows (Gauss–Newton). A method leaves more wherever it does not find the best fit.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
-from indexer_experiments.challenge.equations import Joint, Plant, deflections, drive_side, follower, softness
+from indexer_experiments.challenge.equations import Plant
 from indexer_experiments.challenge.messy.machines import KNOWN_TO
-from indexer_experiments.challenge.parameters import changed, read
-from indexer_experiments.challenge.truth import plant, resumed, run
-from indexer_experiments.challenge.unlisted import NOTHING, TURN, Unlisted
-
-RATE = 500.0
-"""Sampling rate at which sizes are measured [Hz], whatever that of the records: levels do not depend on it."""
-
-_STEPS_PER_MS = 2
-"""Half as many as for records: sizes are sought within a tenth."""
-
-FITTED = (
-    "input_joint.stiffness", "input_joint.damping", "input_joint.backlash", "output_joint.stiffness",
-    "output_joint.damping", "table_inertia", "cam_inertia", "follower_inertia",
+from indexer_experiments.challenge.messy.pieces import (
+    ANGLE,
+    FITTED,
+    RATE,
+    SPEED,
+    Piece,
+    Slopes,
+    by_machine,
+    by_record,
+    by_start_state,
+    coarsely_resumed,
+    in_the_joints,
+    left_open,
+    pieces_of,
 )  # fmt: skip
+from indexer_experiments.challenge.parameters import changed, read
+from indexer_experiments.challenge.truth import plant
+from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
 
-_ANGLE, _SPEED = 0.002, 0.003 / 3.0**0.5
-_STEP = 0.1
-"""Step of the differences, in units of what is known."""
+_REACH = 3.0
+"""Standard deviations to which the machine and a load may be moved."""
 
-_LOCAL = ((0, 1e-5), (1, 1e-4), (2, 1e-6), (3, 1e-4))
-"""Place of α, α̇, φ, φ̇ in a state and the step of each [rad, rad/s]: small beside any play."""
+_STEPS, _WORTH = 8, 0.9
+"""Most steps of a fit; and what one must leave of what was left before it, so that another follows."""
 
-_ON_ITS_BASE, _SLIPPING = ((4, 1e-6), (5, 1e-4)), ((7, 1e-3),)
-"""The same of a housing that moves, and of a motor whose speed does."""
+_STRAIGHT = 0.97
+"""What is left over what was promised, from which on the machine counts as a straight line."""
 
-_SOME = 6
-"""Cam turns looked at, evenly spaced, in each record after the first, of which a whole table turn is looked at."""
-
-
-@dataclass(frozen=True, eq=False)
-class Piece:
-    """A cam turn of a record: number of the record, first sample and number of samples."""
-
-    record: int
-    first: int
-    samples: int
+_PARTS = (1.0, 0.5, 0.25, 0.1)
+"""Parts of a step, of which the first is taken that leaves less."""
 
 
-def coarse_run(machine: Machine, point: OperatingPoint, samples: int, unlisted: Unlisted = NOTHING) -> np.ndarray:
-    """A run as sizes need it, at `RATE`."""
-    return run(machine, point, samples, RATE, unlisted, _STEPS_PER_MS)
+class _Disturbed(NamedTuple):
+    """Readings (n,) of disturbed runs (1 + STATES, n), and the plant of each."""
+
+    readings: Sequence[np.ndarray]
+    motions: Sequence[np.ndarray]
+    plants: Sequence[Plant]
 
 
-def coarsely_resumed(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Acceleration (samples,) from a state on, as sizes need it, at `RATE`."""
-    return resumed(machine, point, state, samples, RATE, steps_per_ms=_STEPS_PER_MS)[0]
-
-
-def pieces_of(motions: Sequence[np.ndarray], stations: int) -> list[Piece]:
-    """Whole cam turns of runs (1 + STATES, n): those of a table turn of the first, some of the others."""
-    found = []
-    for record, motion in enumerate(motions):
-        turn = np.floor(motion[1] / (2.0 * np.pi))
-        starts = np.flatnonzero(np.diff(turn) > 0.0) + 1
-        spans = list(itertools.pairwise(starts))
-        count = min(len(spans), stations if record == 0 else _SOME)
-        chosen = np.linspace(0, len(spans) - 1, count).round().astype(int)
-        found += [Piece(record, int(spans[k][0]), int(spans[k][1] - spans[k][0])) for k in chosen]
-    return found
-
-
-class LinearFit:
-    """The linear fit of a machine to what differs from it.
+class Fit:
+    """The fit of a machine to what differs from it.
 
     Parameters
     ----------
@@ -113,109 +92,103 @@ class LinearFit:
     ) -> None:  # fmt: skip
         self.machine, self.points, self.noise, self.sensor = machine, list(points), noise, sensor
         self.pieces = pieces_of(motions, machine.stations)
-        columns = len(FITTED) + 3 * len(self.points)
-        rows, self._bases = [], []
-        for piece in self.pieces:
-            state = motions[piece.record][1:, piece.first]
-            base = np.linalg.qr(self._seen(by_start_state(machine, self.points[piece.record], state, piece.samples)))[0]
-            block = np.zeros((piece.samples, columns))
-            block[:, : len(FITTED)] = self._seen(self._by_machine(piece, state))
-            at = len(FITTED) + 3 * piece.record
-            block[:, at : at + 3] = self._seen(self._by_record(piece, state))
-            self._bases.append(base)
-            rows.append(block - base @ (base.T @ block))
-        self._rows = np.concatenate([*rows, noise * np.eye(columns)])
+        self._columns = len(FITTED) + 3 * len(self.points)
+        reach = np.full(self._columns, _REACH)
+        for record in range(len(self.points)):
+            # a drive angle and a speed are what the record shows
+            reach[self._of_record(record)][1:] = math.inf
+        self._reach = reach
+        states = [motions[piece.record][1:, piece.first] for piece in self.pieces]
+        self._slopes = [
+            self._slopes_of(self.machine, self.points[piece.record], state, piece)
+            for piece, state in zip(self.pieces, states, strict=True)
+        ]
 
     def left(
         self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
-        unlisted: Unlisted = NOTHING,
+        unlisted: Unlisted = NOTHING, *, straight: bool = False,
     ) -> float:  # fmt: skip
-        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise."""
-        plants = [(plant(machine, point, unlisted), plant(self.machine, point)) for point in self.points]
-        through = [self.sensor.read(motion[0], RATE).values for motion in motions]
-        parts = []
-        for piece, base in zip(self.pieces, self._bases, strict=True):
-            span = slice(piece.first, piece.first + piece.samples)
-            if motions[piece.record].shape[1] < span.stop:
-                raise ValueError("a disturbed run must be as long as the undisturbed one")
-            point = self.points[piece.record]
-            state = in_the_joints(motions[piece.record][1:, piece.first], *plants[piece.record])
-            expected = coarsely_resumed(self.machine, point, state, piece.samples)
-            moved = motions[piece.record][0, span] - expected
-            difference = (readings[piece.record] - through[piece.record])[span] + self._seen(moved[:, np.newaxis])[:, 0]
-            parts.append(difference - base @ (base.T @ difference))
-        d = np.concatenate(parts)
-        found = np.linalg.lstsq(self._rows, np.concatenate([d, np.zeros(self._rows.shape[1])]), rcond=None)[0]
-        return float(np.sqrt(np.mean((d - self._rows[: len(d)] @ found) ** 2))) / self.noise
+        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise;
+        `straight`: what its first step promises to leave."""
+        if any(motions[p.record].shape[1] < p.first + p.samples for p in self.pieces):
+            raise ValueError("a disturbed run must be as long as the undisturbed one")
+        disturbed = _Disturbed(readings, motions, [plant(machine, point, unlisted) for point in self.points])
+        x, starts, slopes = np.zeros(self._columns), [np.zeros(s.start.shape[1]) for s in self._slopes], self._slopes
+        missing, least = self._missing(x, starts, disturbed), math.inf
+        for _ in range(_STEPS):
+            step, promised = self._step(x, missing, slopes)
+            least, before = min(promised, least), self._level(missing, slopes)
+            if straight or promised > _STRAIGHT * before:
+                break
+            further = [s.start_of(d - s.globals @ step) for s, d in zip(slopes, missing, strict=True)]
+            for part in _PARTS:
+                to = x + part * step, [start + part * more for start, more in zip(starts, further, strict=True)]
+                missing = self._missing(*to, disturbed)
+                reached = self._level(missing, slopes)
+                if reached < before:
+                    break
+            x, starts = to
+            if reached > _WORTH * before or _STRAIGHT * promised <= reached <= promised / _STRAIGHT:
+                break
+            slopes = [self._slopes_of(*place, piece) for piece, place in self._places(x, starts, disturbed)]
+        return least
+
+    def _step(self, x: np.ndarray, missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> tuple[np.ndarray, float]:
+        """The step of what is fitted to all pieces that leaves least in linear theory, and what it leaves."""
+        rows = np.concatenate([s.without_start(s.globals) for s in slopes])
+        d = np.concatenate([s.without_start(one) for s, one in zip(slopes, missing, strict=True)])
+        known = self.noise * np.eye(self._columns)
+        bounds = np.minimum(-self._reach - x, -1e-9), np.maximum(self._reach - x, 1e-9)
+        step = lsq_linear(np.concatenate([rows, known]), np.concatenate([d, -self.noise * x]), bounds).x
+        return step, float(np.sqrt(np.mean((d - rows @ step) ** 2))) / self.noise
+
+    def _level(self, missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> float:
+        """What is missing but for start states, over the noise."""
+        d = np.concatenate([s.without_start(one) for s, one in zip(slopes, missing, strict=True)])
+        return float(np.sqrt(np.mean(d**2))) / self.noise
+
+    def _missing(self, x: np.ndarray, starts: Sequence[np.ndarray], disturbed: _Disturbed) -> list[np.ndarray]:
+        """What the machine with what was found lacks of the readings, piece by piece."""
+        through = [self.sensor.read(motion[0], RATE).values for motion in disturbed.motions]
+        found = []
+        for piece, (machine, point, state) in self._places(x, starts, disturbed):
+            k, span = piece.record, slice(piece.first, piece.first + piece.samples)
+            moved = disturbed.motions[k][0, span] - coarsely_resumed(machine, point, state, piece.samples)
+            found.append((disturbed.readings[k] - through[k])[span] + self._seen(moved[:, np.newaxis])[:, 0])
+        return found
+
+    def _places(
+        self, x: np.ndarray, starts: Sequence[np.ndarray], disturbed: _Disturbed
+    ) -> Iterator[tuple[Piece, tuple[Machine, OperatingPoint, np.ndarray]]]:
+        """Each piece with the machine that was found, the point and the state from which it is resumed there."""
+        values = {name: read(self.machine, name) * (1.0 + KNOWN_TO * z) for name, z in zip(FITTED, x, strict=False)}
+        machine = changed(self.machine, values)
+        for piece, start in zip(self.pieces, starts, strict=True):
+            load, angle, speed = x[self._of_record(piece.record)]
+            given = self.points[piece.record]
+            point = dataclasses.replace(
+                given, load_torque=given.load_torque * (1.0 + KNOWN_TO * load),
+                motor_speed=given.motor_speed * (1.0 + SPEED * speed),
+            )  # fmt: skip
+            here = plant(machine, given)
+            before = disturbed.motions[piece.record][1:, piece.first]
+            state = in_the_joints(before, disturbed.plants[piece.record], here)
+            state[6] += ANGLE / machine.reduction * angle
+            state[7] *= 1.0 + SPEED * speed
+            state[[place for place, _ in left_open(here)]] += start
+            yield piece, (machine, point, state)
+
+    def _of_record(self, record: int) -> slice:
+        """Places of a record's load, angle and speed among what is fitted."""
+        return slice(len(FITTED) + 3 * record, len(FITTED) + 3 * record + 3)
+
+    def _slopes_of(self, machine: Machine, point: OperatingPoint, state: np.ndarray, piece: Piece) -> Slopes:
+        by_all = np.zeros((piece.samples, self._columns))
+        by_all[:, : len(FITTED)] = self._seen(by_machine(machine, point, state, piece.samples))
+        by_all[:, self._of_record(piece.record)] = self._seen(by_record(machine, point, state, piece.samples))
+        return Slopes(by_all, self._seen(by_start_state(machine, point, state, piece.samples)))
 
     def _seen(self, accelerations: np.ndarray) -> np.ndarray:
         """What the sensor makes of accelerations (n, c) that come beside others."""
         nothing = self.sensor.read(np.zeros(len(accelerations)), RATE).values
         return np.stack([self.sensor.read(column, RATE).values - nothing for column in accelerations.T], axis=1)
-
-    def _by_machine(self, piece: Piece, state: np.ndarray) -> np.ndarray:
-        point, step = self.points[piece.record], _STEP * KNOWN_TO
-        base = coarsely_resumed(self.machine, point, state, piece.samples)
-        moved = []
-        for name in FITTED:
-            machine = changed(self.machine, {name: read(self.machine, name) * (1.0 + step)})
-            moved.append((coarsely_resumed(machine, point, state, piece.samples) - base) / _STEP)
-        return np.stack(moved, axis=1)
-
-    def _by_record(self, piece: Piece, state: np.ndarray) -> np.ndarray:
-        point, machine = self.points[piece.record], self.machine
-        base = coarsely_resumed(machine, point, state, piece.samples)
-        heavier = dataclasses.replace(point, load_torque=point.load_torque * (1.0 + _STEP * KNOWN_TO))
-        faster = dataclasses.replace(point, motor_speed=point.motor_speed * (1.0 + _STEP * _SPEED))
-        ahead, quick = state.copy(), state.copy()
-        ahead[6] += _STEP * _ANGLE / machine.reduction
-        quick[7] *= 1.0 + _STEP * _SPEED
-        runs = ((heavier, state), (point, ahead), (faster, quick))
-        return np.stack([(coarsely_resumed(machine, p, y, piece.samples) - base) / _STEP for p, y in runs], axis=1)
-
-
-def in_the_joints(state: np.ndarray, disturbed: Plant, plain: Plant) -> np.ndarray:
-    """The state (STATES,) of another machine whose joints are in the state of the disturbed one's, at its motor's
-    angle."""
-    turn, found = math.floor(state[0] / TURN), state.copy()
-    d1, v1, d2, v2 = deflections(disturbed, state, turn)
-    side, side_rate = drive_side(plain, state[6], state[7])
-    of_1, to_1 = disturbed.joint_1, plain.joint_1
-    found[0] = side - _under_the_same_torque(d1, of_1, of_1.rho, to_1, to_1.rho)
-    found[1] = side_rate - v1
-    if not plain.loose:
-        found[4:6] = 0.0
-    turn_there = math.floor(found[0] / TURN)
-    angle, slope, _ = follower(plain, found[0], turn_there)
-    rhos = softness(disturbed, turn), softness(plain, turn_there)
-    found[2] = angle + found[4] + _under_the_same_torque(d2, disturbed.joint_2, rhos[0], plain.joint_2, rhos[1])
-    found[3] = slope * found[1] + found[5] + v2
-    return found
-
-
-def _under_the_same_torque(d: float, of: Joint, rho_of: float, to: Joint, rho_to: float) -> float:
-    """A joint's deflection where another one's is d: under the same torque at rest, in a play at the same share."""
-    beyond = abs(d) - 0.5 * of.g
-    if beyond <= 0.0:
-        return d * to.g / of.g if of.g else 0.0
-    softer_of, softer_to = (1.0, 1.0) if d > 0.0 else (rho_of, rho_to)
-    given = (of.k * softer_of + of.k_c * beyond**2) * beyond
-    roots = np.roots([to.k_c, 0.0, to.k * softer_to, -given])
-    return math.copysign(0.5 * to.g + float(roots[np.isreal(roots)].real.max()), d)
-
-
-def local_basis(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Orthonormal basis (samples, l) of what a piece changes by with its start state."""
-    return np.linalg.qr(by_start_state(machine, point, state, samples))[0]
-
-
-def by_start_state(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:
-    """Derivatives (samples, l) of a piece by what its start state leaves open."""
-    base = coarsely_resumed(machine, point, state, samples)
-    here = plant(machine, point)
-    columns = []
-    for place, step in (*_LOCAL, *(_ON_ITS_BASE if here.loose else ()), *(_SLIPPING if here.slip else ())):
-        other = state.copy()
-        other[place] += step
-        columns.append((coarsely_resumed(machine, point, other, samples) - base) / step)
-    return np.stack(columns, axis=1)

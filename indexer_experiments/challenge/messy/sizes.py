@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,15 +18,11 @@ from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.draw import HIDDEN
 from indexer_experiments.challenge.messy.disturbances import Scene
 from indexer_experiments.challenge.messy.draw import MessyDraw, RecordDraw, Wanted, unit_size
-from indexer_experiments.challenge.messy.leftover import RATE, LinearFit, coarse_run
+from indexer_experiments.challenge.messy.leftover import Fit
+from indexer_experiments.challenge.messy.pieces import RATE, coarse_run
 from indexer_experiments.challenge.messy.reading import Reader
+from indexer_experiments.challenge.messy.sought import LevelOf, settled
 from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
-
-_CLOSE = 0.1
-"""Relative error of a level at which its size is settled."""
-
-_ROUNDS, _FARTHEST = 8, 30.0
-"""Most trials of a size, and the largest factor between two of them."""
 
 
 @dataclass(frozen=True)
@@ -110,13 +107,16 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     def beside(present: Sequence[Effect]) -> Level:
         """What effects and disturbances leave on the machine that has some effects already."""
         machine, sensor = with_effects(truth, present)
-        fit = LinearFit(machine, points, runs_of(machine) if machine is not truth else motions, noise, sensor)
+        fit = Fit(machine, points, runs_of(machine) if machine is not truth else motions, noise, sensor)
 
-        def level(effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]]) -> float:
+        def level(
+            effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]], *, straight: bool = False
+        ) -> float:
             disturbed, seen_by = with_effects(truth, [*present, *effects])
             unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
             runs = runs_of(disturbed, unlisted)
-            return fit.left([read_of(run, readers, seen_by) for run in runs], runs, disturbed, unlisted)
+            readings = [read_of(run, readers, seen_by) for run in runs]
+            return fit.left(readings, runs, disturbed, unlisted, straight=straight)
 
         return level
 
@@ -127,12 +127,17 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     if disturbances and machine_effects:
         # an effect may make a disturbance many times as large: a joint that loses stiffness, under a drag that loads it
         there = beside(machine_effects)
-        found = _together(drawn, disturbances, lambda chosen: there((), chosen))
+        found = _together(drawn, disturbances, functools.partial(there, ()))
         disturbances, disturbed = found or ((), 0.0)
     return MessyCase(drawn, noise, disturbances, disturbed, hidden)
 
 
-Level = Callable[[Sequence[Effect], Sequence[tuple[Wanted, float]]], float]
+class Level(Protocol):
+    """What effects and disturbances leave; `straight`: in linear theory."""
+
+    def __call__(
+        self, effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]], *, straight: bool = False
+    ) -> float: ...
 
 
 def _disturbances(drawn: MessyDraw, level: Level) -> tuple[tuple[Sized, ...], float]:
@@ -142,21 +147,27 @@ def _disturbances(drawn: MessyDraw, level: Level) -> tuple[tuple[Sized, ...], fl
     share = drawn.disturbed / math.sqrt(len(drawn.disturbances))
     alone = []
     for wanted in drawn.disturbances:
-        found = sought(lambda size, w=wanted: level((), [(w, size)]), wanted.kind.unit, share, wanted.kind.most)
+
+        def alone_at(size: float, *, straight: bool = False, wanted: Wanted = wanted) -> float:
+            return level((), [(wanted, size)], straight=straight)
+
+        found = settled(alone_at, wanted.kind.unit, share, wanted.kind.most)
         if found is not None:
             alone.append(Sized(wanted, *found))
     if len(alone) <= 1:
         return tuple(alone), alone[0].level if alone else 0.0
-    return _together(drawn, alone, lambda chosen: level((), chosen)) or ((), 0.0)
+    return _together(drawn, alone, functools.partial(level, ())) or ((), 0.0)
 
 
-def _together(
-    drawn: MessyDraw, alone: Sequence[Sized], level: Callable[[Sequence[tuple[Wanted, float]]], float]
-) -> tuple[tuple[Sized, ...], float] | None:
+def _together(drawn: MessyDraw, alone: Sequence[Sized], level: LevelOf) -> tuple[tuple[Sized, ...], float] | None:
     """Disturbances made larger or smaller by one factor until together they leave what was drawn, and what they then
     leave; None where no factor does that."""
     most = min(one.wanted.kind.most / one.size for one in alone)
-    found = sought(lambda f: level([(one.wanted, f * one.size) for one in alone]), 1.0, drawn.disturbed, most)
+
+    def all_by(factor: float, *, straight: bool = False) -> float:
+        return level([(one.wanted, factor * one.size) for one in alone], straight=straight)
+
+    found = settled(all_by, 1.0, drawn.disturbed, most)
     if found is None:
         return None
     factor, reached = found
@@ -194,41 +205,11 @@ def _hidden(drawn: MessyDraw, wanted: Wanted, target: float, level: Level) -> Hi
     def effect(size: float) -> Effect:
         return make_effect(wanted.name, {field: size, **_typed(wanted.shape)})
 
-    found = sought(lambda size: level((effect(size),), ()), unit_size(wanted.name, drawn.machines.size), target)
+    def left_by(size: float, *, straight: bool = False) -> float:
+        return level((effect(size),), (), straight=straight)
+
+    found = settled(left_by, unit_size(wanted.name, drawn.machines.size), target)
     return None if found is None else Hidden(effect(found[0]), found[1])
-
-
-def sought(
-    level: Callable[[float], float], first: float, target: float, most: float = math.inf
-) -> tuple[float, float] | None:
-    """The size at which a level is the target's within `_CLOSE`, and the level; None where there is none.
-
-    Sizes are taken in proportion to the level, then by the secant of their logarithms. A size that breaks a range or
-    the machine counts as too large.
-    """
-    size, known, too_large = min(first, most), [], math.inf
-    for _ in range(_ROUNDS):
-        try:
-            reached = level(size)
-        except (ParameterError, SimulationError):
-            too_large = min(too_large, size)
-            size = math.sqrt(size * known[-1][0]) if known else size / 4.0
-            continue
-        if abs(reached / target - 1.0) <= _CLOSE:
-            return size, reached
-        known.append((size, reached))
-        slope = 1.0
-        if len(known) > 1 and known[-1][0] != known[-2][0]:
-            (s0, l0), (s1, l1) = known[-2:]
-            slope = min(max(math.log(max(l1, 1e-12) / max(l0, 1e-12)) / math.log(s1 / s0), 0.3), 3.0)
-        factor = (target / max(reached, 1e-12)) ** (1.0 / slope)
-        new = min(size * min(max(factor, 1.0 / _FARTHEST), _FARTHEST), most)
-        if new >= too_large:
-            new = math.sqrt(size * too_large)
-        if new == size:
-            return None
-        size = new
-    return None
 
 
 def with_effects(machine: Machine, effects: Sequence[Effect]) -> tuple[Machine, Sensor]:

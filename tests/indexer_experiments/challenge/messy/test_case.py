@@ -20,9 +20,9 @@ from indexer_experiments.challenge.messy.case import OutOfTime, answered, solve_
 from indexer_experiments.challenge.messy.disturbances import JOINTS, KINDS
 from indexer_experiments.challenge.messy.draw import MessyDraw, MessyOrder, RecordDraw, messy_draw
 from indexer_experiments.challenge.messy.judging import Judge
-from indexer_experiments.challenge.messy.leftover import FITTED
 from indexer_experiments.challenge.messy.machines import Pair
 from indexer_experiments.challenge.messy.method import solved_by_explain
+from indexer_experiments.challenge.messy.pieces import FITTED
 from indexer_experiments.challenge.messy.records import correlated, true_record, write_messy
 from indexer_experiments.challenge.messy.score import answered as has_answer
 from indexer_experiments.challenge.messy.score import messy_table

