@@ -87,7 +87,7 @@ class Linearised:
         found = []
         for first in range(0, len(values), _CHUNK):
             some = values[first : first + _CHUNK]
-            z = np.array([np.concatenate([self.base.z, effect.coordinates(v)]) for v in some])
+            z = np.array([np.concatenate([self._making_room(effect, v), effect.coordinates(v)]) for v in some])
             states = np.repeat(self.model.states_for(problem.hypothesis, self.base.states)[None], len(z), axis=0)
             if states.shape[2] > self.base.states.shape[1]:
                 # the linearisation does not know these states, so they are refined beforehand
@@ -99,10 +99,22 @@ class Linearised:
             found += [Start(effect, v, place) for v, place in zip(some, places, strict=True)]
         return found
 
+    def _making_room(self, effect: Hypothesis, values: Sequence[float]) -> np.ndarray:
+        """All that was fitted so far (g,), but for the stiffness with which the effect is a compliance in series: as
+        much stiffer as leaves the compliance of both what it was, for that is what a fit without the effect has found.
+        """
+        z = self.base.z.copy()
+        for k, p in enumerate(self.model.parameters):
+            if p.name == effect.series:
+                rest = max(1.0 / p.value(z[k]) - values[0], 1.0 / p.high)
+                z[k] = p.coordinate(1.0 / rest)
+        return z
+
     def _moved(self, problem: Problem, z: np.ndarray, states: np.ndarray, residuals: np.ndarray) -> list[Point]:
         """Places (k, g), (k, w, l) with residuals (k, w, n) after what was fitted so far has moved by its own
         linearisation, with the costs that it promises."""
-        own, base = self.problem, self.base.z
+        own, known = self.problem, self.base.z.shape[0]
+        base = z[:, :known]
         at_rest, pulls = np.einsum("kwn,kwn->kw", residuals, residuals), self.slopes.pulls(residuals)
         weights = own.weights(at_rest)
         for _ in range(2):
@@ -113,7 +125,7 @@ class Linearised:
             squares = self.slopes.squares(at_rest, pulls, step, local)
             weights = own.weights(squares)
         z, states = z.copy(), states.copy()
-        z[:, : len(base)] += step
+        z[:, :known] += step
         states[:, :, : local.shape[-1]] += local
         promised = own.losses(squares).sum(axis=1) + own.prior(base + step)
         rows = zip(z, states, squares, promised.tolist(), strict=True)

@@ -105,6 +105,9 @@ class Hypothesis:
         no rival.
     over : str
         The table over the variable of which a single effect's force is a law; "" where there is none.
+    series : str
+        The model's stiffness with which a single effect's first parameter, a compliance, lies in series; "" where it is
+        none.
     effects : tuple of Hypothesis
         The single effects of a set; the effect itself where it is single, nothing where it is none.
     """
@@ -117,6 +120,7 @@ class Hypothesis:
     effects: tuple[Hypothesis, ...] = ()
     over: str = ""
     limits: tuple[str, ...] = ()
+    series: str = ""
 
     def __post_init__(self) -> None:
         if not self.effects and self.name != "none":

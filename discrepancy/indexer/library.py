@@ -86,10 +86,12 @@ def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hyp
     parameters: list[Parameter] = []
     starts: list[Sequence[float]] = []
     choices: dict[str, Sequence[float]] = {}
+    series = ""
     for field in fields(effect):
         sought: Sought | None = field.metadata["sought"]
         if sought is None:
             continue
+        series = series or sought.series
         if sought.starts:
             parameter, values = _parameter(effect.name, field.name, field.metadata, sought, seen)
             parameters.append(parameter)
@@ -112,6 +114,7 @@ def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hyp
             laid_out,
             effect.alike,
             over=_LAWS.get(effect.name, ""),
+            series=series,
         )
         for chosen in itertools.product(*choices.values())
     )

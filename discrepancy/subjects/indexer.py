@@ -199,10 +199,8 @@ class IndexerSubject(Subject):
         )  # fmt: skip
 
     def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
-        if effect not in _BUMPS:
-            return ""
         assert isinstance(model, IndexerModel)
-        return elsewhere_at(model, place, without, "output", "phase")
+        return elsewhere_at(model, place, without, effect)
 
     def forms(self) -> tuple[Form, ...]:
         """All tables of the library; none beside one that the machine has."""
@@ -221,9 +219,6 @@ class IndexerSubject(Subject):
     def part(self, effect: str) -> str:
         return _PARTS[EFFECTS[effect].enters]
 
-
-_BUMPS = ("cam.profile_error", "load.process")
-"""Effects that are a bump over the cam's phase, which whatever else follows that phase is likely to look like."""
 
 _VARIABLES = {
     "speed": "speed of the table [rad/s]", "angle": "angle of the table [rad]", "cam": "angle of the cam [rad]",

@@ -33,6 +33,8 @@ class Sought:
         A small change of it; 0 for a discrete choice.
     low, high : float or None
         Bounds of a fit, beside the parameter's own range.
+    series : str
+        The machine's stiffness with which it lies in series where it is a compliance; "" where it is none.
     """
 
     measure: str
@@ -40,6 +42,7 @@ class Sought:
     step: float = 0.0
     low: float | None = None
     high: float | None = None
+    series: str = ""
 
 
 def ladder(first: float, rungs: int, factor: float = 3.0, *, both: bool = False) -> tuple[float, ...]:

@@ -102,7 +102,9 @@ class BaseLooseness(MachineEffect):
         "rad/(N m)",
         null=0.0,
         low=0.0,
-        sought=Sought("base compliance", ladder(2.2e-3, 15, 2.0), 2.2e-3, 4.4e-4, 72.0),
+        sought=Sought(
+            "base compliance", ladder(2.2e-3, 15, 2.0), 2.2e-3, 4.4e-4, 72.0, series="output_joint.stiffness"
+        ),
     )
     damping_ratio: float = parameter(
         "damping ratio ζ of the housing on it",

@@ -248,7 +248,7 @@ def elsewhere_beside(scene: Scene, height: float, beside: np.ndarray | float, fi
         Problem(recorded, hypothesis).point(z, scene.place.states)
         for hypothesis, z in ((law, with_it), (NONE, scene.place.z))
     )
-    return elsewhere_at(recorded, place, without, "output", "phase")
+    return elsewhere_at(recorded, place, without, "cam.profile_error")
 
 
 def tooth_friction(scene: Scene) -> np.ndarray:
@@ -274,5 +274,5 @@ def test_a_bump_gets_no_name_where_another_law_over_its_phase_explains_its_part_
 
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
     assert elsewhere_beside(scene, 2e-5, 0.0, 2e-5) == ""
-    monkeypatch.setattr("discrepancy.indexer.scans._LAW", 1.0)
+    monkeypatch.setattr("discrepancy.indexer.scans._OF_A_BUMP", 2.0)
     assert "cam shaft" in elsewhere_beside(scene, 2e-5, 0.0, 2e-5)
