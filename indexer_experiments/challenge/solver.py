@@ -187,7 +187,8 @@ def solved(p: Plant, y: np.ndarray, before: int, samples: int, interval: float, 
                         length = crossing(p, y, turn, regions, left, e, was[e], now[e], k, new)
                         if edge < 0 or length < taken:
                             taken, edge = length, e
-                step(p, y, turn, regions[0], regions[1], taken, k, new)
+                if edge >= 0:
+                    step(p, y, turn, regions[0], regions[1], taken, k, new)
                 y[:] = new
                 left -= taken
                 if edge < 0:

@@ -11,10 +11,12 @@ import pytest
 from discrepancy.criteria import Criteria
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.parameters import changed, read
+from discrepancy.linearised import Linearised
 from discrepancy.model import NONE
+from discrepancy.race import CAUTION
 from discrepancy.search import Search
 from discrepancy.subjects.indexer import IndexerSubject
-from indexer_env import OperatingPoint, Run, Signal, load_machine, simulate
+from indexer_env import OperatingPoint, Run, Signal, load_machine, make_effect, simulate
 from indexer_env.units import RPM
 
 
@@ -60,3 +62,45 @@ def test_a_record_with_workpieces_on_the_table_has_an_inertia_of_its_own() -> No
     said = IndexerSubject.of_records(cast(Any, None), IndexerModel(machine, given), place)
     ratio = [float(re.search(r"([\d.]+) times the machine's", sentence)[1]) for sentence in said]
     assert ratio[1] / ratio[0] == pytest.approx(1.12, abs=0.01) and said[1].startswith("1300.csv: the table's inertia")
+
+
+def test_a_loose_base_begins_where_the_joint_is_as_much_stiffer(monkeypatch) -> None:
+    """Seed 3: a base with 4 % of the output joint's compliance, which the fit without it has put down to that joint.
+    The start nearest to it promises most, but not where the joint stays as it was."""
+    machine, rng, given = load_machine("smooth"), np.random.default_rng(3), []
+    loose = machine.with_effects(make_effect("base.looseness", {"compliance": 0.04 / machine.output_joint.stiffness}))
+    for rpm in (1500.0, 1300.0):
+        point = OperatingPoint(rpm * RPM, 5.0, start_angle=1.0)
+        clean = simulate(loose, point, Run(samples=9000)).table_acceleration
+        noise = 0.005 * clean.std()
+        signal = Signal(clean + noise * rng.standard_normal(len(clean)), 1000.0, unit="rad/s^2", source=f"{rpm:g}.csv")
+        given.append(Experiment(signal, point, noise=noise))
+    search = Search(IndexerModel(machine, given), Criteria())
+    (base,) = search.model.hypotheses()["base.looseness"]
+    around = Linearised(search.model, search.fits.careful(search.fits.begun), CAUTION)
+    stiffness = machine.output_joint.stiffness
+    nearest = min((start[0] for start in base.starts), key=lambda size: abs(size * stiffness - 0.04))
+
+    def most_promising() -> float:
+        return min(around.starts(base, base.starts), key=lambda start: start.place.cost).values[0]
+
+    assert most_promising() == nearest
+    monkeypatch.setattr(around, "_making_room", lambda effect, values: around.base.z)
+    assert most_promising() < 0.3 * nearest
+
+
+def test_a_base_softer_than_the_joint_leaves_it_at_its_bound() -> None:
+    machine = load_machine("smooth")
+    point = OperatingPoint(150.0, 5.0)
+    clean = simulate(machine, point, Run(samples=9000)).table_acceleration
+    model = IndexerModel(machine, [Experiment(Signal(clean, 1000.0, unit="rad/s^2"), point, noise=0.05)])
+    search = Search(model, Criteria())
+    (base,) = model.hypotheses()["base.looseness"]
+    around = Linearised(model, search.fits.begun.place, CAUTION)
+    k = next(k for k, p in enumerate(model.parameters) if p.name == base.series)
+    parameter = model.parameters[k]
+    for share, expected in ((0.1, None), (2.0, parameter.high)):
+        stiffness = parameter.value(around.base.z[k])
+        room = around._making_room(base, (share / stiffness, 0.05, 1.0))
+        assert parameter.value(room[k]) == pytest.approx(expected or stiffness / (1.0 - share))
+        assert np.array_equal(np.delete(room, k), np.delete(around.base.z, k))

@@ -234,21 +234,24 @@ def test_noise_is_traced_to_nothing(scene: Scene) -> None:
     assert origin_at(scene.model.recording(scene.model.readings(NONE, jobs) + noise), scene.place) is None
 
 
-def elsewhere_beside(scene: Scene, height: float, beside: np.ndarray | float, fitted: float = 3e-4) -> str:
-    """What explains records better than a bump of the height `fitted` that have one of another height and something
-    beside it; seed 8."""
+def elsewhere_beside(
+    scene: Scene, height: float, beside: np.ndarray | float, fitted: float = 3e-4, name: str = "cam.profile_error",
+    shape: tuple[float, ...] = (0.25, 0.07),
+) -> str:  # fmt: skip
+    """What explains records better than an effect, a bump, of the size `fitted` that have one of another size and
+    something beside it; seed 8."""
     model = scene.model
-    (law,) = model.hypotheses()["cam.profile_error"]
+    (law,) = model.hypotheses()[name]
     windows = np.arange(len(scene.inside))
     own = np.zeros(len(windows), dtype=int)
-    true, with_it = (np.concatenate([scene.place.z, law.coordinates((h, 0.25, 0.07))]) for h in (height, fitted))
+    true, with_it = (np.concatenate([scene.place.z, law.coordinates((h, *shape))]) for h in (height, fitted))
     read = model.readings(law, Jobs(true[None], own, windows, scene.place.states))
     recorded = model.recording(read + beside + np.random.default_rng(8).standard_normal(read.shape))
     place, without = (
         Problem(recorded, hypothesis).point(z, scene.place.states)
         for hypothesis, z in ((law, with_it), (NONE, scene.place.z))
     )
-    return elsewhere_at(recorded, place, without, "cam.profile_error")
+    return elsewhere_at(recorded, place, without, name)
 
 
 def tooth_friction(scene: Scene) -> np.ndarray:
@@ -270,6 +273,14 @@ def test_a_bump_gets_no_name_where_another_law_over_its_phase_explains_its_part_
         return scene.at(np.sin(3.0 * scene.row("cam")), "joint 2")
 
     assert "follows the cam's phase" in elsewhere_beside(scene, 0.0, 2.0 * disturbed(scene, waves), 2e-5)
+
+
+@pytest.mark.parametrize(("true", "beside", "said"), [(30.0, 0.3, ""), (0.0, 1.0, "stations")])
+def test_any_effect_gets_no_name_where_a_free_cause_explains_its_part_better(scene: Scene, true, beside, said) -> None:
+    """A viscous friction beside an inertia that differs between stations, or in its place."""
+    stations = beside * disturbed(scene, two_stations)
+    found = elsewhere_beside(scene, true, stations, 30.0, "friction.viscous", ())
+    assert said in found and bool(said) == bool(found)
 
 
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
