@@ -59,12 +59,13 @@ def other_stations(record: Record, level: float, stations: int) -> list[str]:
     ]
 
 
-def checked_motion(record: Record, match: Match, other: tuple[str, float], refuses: bool) -> list[str]:
-    """Refuse a record that is much more like another motion, in words with its likeness, or say so."""
+def checked_motion(record: Record, own: float, other: tuple[str, float], refuses: bool) -> list[str]:
+    """Refuse a record that is much more like another motion, in words with its likeness, than like the machine's own,
+    or say so."""
     words, likeness = other
-    if 1.0 - likeness >= _NEARER * (1.0 - match.likeness):
+    if 1.0 - likeness >= _NEARER * (1.0 - own):
         return []
-    both = f"likeness {match.likeness:.3f} in the first orders of the cam and {likeness:.3f} with {words}"
+    both = f"likeness {own:.3f} in the first orders of the cam and {likeness:.3f} with {words}"
     if refuses:
         raise SignalError(
             f"{record.name} must look more like the nominal machine than like one with another motion, got {both}; "

@@ -181,6 +181,25 @@ def test_another_motion_that_is_more_like_the_record_is_named(record, nominal, c
     assert found.fitted and any(words in note and "the stated one is taken" in note for note in found.notes)
 
 
+def test_a_stiffness_that_is_off_does_not_make_another_motion(record, nominal, monkeypatch) -> None:
+    """A soft table that rings among the orders compared and is a quarter stiffer than in the drawing: taken as the
+    drawing has it, it is more like another law."""
+    joint = nominal.output_joint
+    soft, stiffer = (
+        dataclasses.replace(
+            nominal,
+            output_joint=dataclasses.replace(
+                joint, stiffness=share * joint.stiffness, damping=math.sqrt(share) * joint.damping
+            ),
+        )
+        for share in (0.17, 0.17 * 1.25)
+    )
+    given = [record(_samples(stiffer))]
+    assert experiments(given, soft, Sensor()).fitted
+    monkeypatch.setattr("discrepancy.records.matching._STIFFNESSES", (1.0,))
+    assert "with motion_law polynomial_345" in refusal(given, soft)
+
+
 def test_strong_friction_does_not_make_another_motion(record, nominal) -> None:
     """Below the likeness that another motion law leaves, but none of them is nearer."""
     joint = dataclasses.replace(nominal.output_joint, stiffness=0.3 * nominal.output_joint.stiffness)
