@@ -283,6 +283,14 @@ def test_any_effect_gets_no_name_where_a_free_cause_explains_its_part_better(sce
     assert said in found and bool(said) == bool(found)
 
 
+def test_a_cause_that_explains_something_else_takes_no_name(scene: Scene, monkeypatch) -> None:
+    """Beside a large inertia that differs between stations a viscous friction keeps its evidence."""
+    stations = 3.0 * disturbed(scene, two_stations)
+    assert elsewhere_beside(scene, 30.0, stations, 30.0, "friction.viscous", ()) == ""
+    monkeypatch.setattr("discrepancy.indexer.scans._OWN", 100.0)
+    assert "stations" in elsewhere_beside(scene, 30.0, stations, 30.0, "friction.viscous", ())
+
+
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
     assert elsewhere_beside(scene, 2e-5, 0.0, 2e-5) == ""
     monkeypatch.setattr("discrepancy.indexer.scans._OF_A_BUMP", 2.0)
