@@ -11,7 +11,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from discrepancy.indexer.causes import Setting, forms_of, setting_of, spread
 from discrepancy.indexer.model import IndexerModel
-from discrepancy.origin import Form, Origin, Residue, likeliest, origin_of
+from discrepancy.origin import MARGIN, Form, Origin, Residue, likeliest, origin_of
 from discrepancy.place import Point
 from indexer_env.effects.joint import BaseLooseness
 from indexer_env.machine import Machine
@@ -76,7 +76,7 @@ def elsewhere_at(model: IndexerModel, place: Point, without: Point, effect: str)
         return "" if law >= least * free else found.name
     beside = residue.without(found.columns, scale)
     left = beside.evidence(beside.seen_through(change))[0]
-    return "" if law >= _LAW * free or left >= _OWN * law else found.name
+    return "" if law >= _LAW * free or left >= max(_OWN * law, MARGIN) else found.name
 
 
 class Scan:

@@ -7,7 +7,7 @@ In reading order:
 The causes of a machine are its own: `indexer.causes`.
 """
 
-from discrepancy.origin.choose import Form, Origin, Place, likeliest, origin_of
+from discrepancy.origin.choose import MARGIN, Form, Origin, Place, likeliest, origin_of
 from discrepancy.origin.residue import Laid, Residue
 
-__all__ = ["Form", "Laid", "Origin", "Place", "Residue", "likeliest", "origin_of"]
+__all__ = ["MARGIN", "Form", "Laid", "Origin", "Place", "Residue", "likeliest", "origin_of"]

@@ -288,7 +288,7 @@ def test_a_cause_that_explains_something_else_takes_no_name(scene: Scene, monkey
     stations = 3.0 * disturbed(scene, two_stations)
     assert elsewhere_beside(scene, 30.0, stations, 30.0, "friction.viscous", ()) == ""
     monkeypatch.setattr("discrepancy.indexer.scans._OWN", 100.0)
-    assert "stations" in elsewhere_beside(scene, 30.0, stations, 30.0, "friction.viscous", ())
+    assert "stiffness" in elsewhere_beside(scene, 30.0, stations, 30.0, "friction.viscous", ())
 
 
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
