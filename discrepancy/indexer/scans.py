@@ -39,7 +39,7 @@ _MOST = 12
 _OWN = 0.1
 """ln of a frequency over the table's own up to which the two are one: frequencies are looked at that far apart."""
 
-_LAW, _OWN = 0.9, 0.5
+_LAW, _KEPT = 0.9, 0.5
 """Share of a free function's evidence that an effect must have, or else share of its own evidence that must be left
 beside that function: of 61 right names in 84 messy cases 60 have 1.0 of the first and more, and one 2 of the second."""
 
@@ -62,7 +62,7 @@ def origin_at(model: IndexerModel, place: Point) -> Origin | None:
 def elsewhere_at(model: IndexerModel, place: Point, without: Point, effect: str) -> str:
     """In words, the most likely cause of what a place without an effect leaves; "" where none is likely, or what the
     place with the effect changes, taken for one more cause, has `_LAW` of its evidence, as a true law has fewer numbers
-    to pay for than a free function, or keeps `_OWN` of its own evidence beside it, as the cause is then another one. A
+    to pay for than a free function, or keeps `_KEPT` of its own evidence beside it, as the cause is then another one. A
     bump needs more than a cause at another joint, `_OF_A_BUMP`."""
     setting = setting_of(model, without)
     residue = Residue(setting.laid)
@@ -76,7 +76,7 @@ def elsewhere_at(model: IndexerModel, place: Point, without: Point, effect: str)
         return "" if law >= least * free else found.name
     beside = residue.without(found.columns, scale)
     left = beside.evidence(beside.seen_through(change))[0]
-    return "" if law >= _LAW * free or left >= max(_OWN * law, MARGIN) else found.name
+    return "" if law >= _LAW * free or left >= max(_KEPT * law, MARGIN) else found.name
 
 
 class Scan:
