@@ -63,11 +63,11 @@ _PARTS = (1.0, 0.5, 0.25, 0.1)
 
 
 class _Disturbed(NamedTuple):
-    """Readings (n,) of disturbed runs (1 + STATES, n), and the plant of each."""
+    """Disturbed runs (1 + STATES, n), the plant of each, and what is read (n,) beyond what the sensor makes of them."""
 
-    readings: Sequence[np.ndarray]
     motions: Sequence[np.ndarray]
     plants: Sequence[Plant]
+    beyond: Sequence[np.ndarray]
 
 
 class Fit:
@@ -112,7 +112,9 @@ class Fit:
         `straight`: what its first step promises to leave."""
         if any(motions[p.record].shape[1] < p.first + p.samples for p in self.pieces):
             raise ValueError("a disturbed run must be as long as the undisturbed one")
-        disturbed = _Disturbed(readings, motions, [plant(machine, point, unlisted) for point in self.points])
+        through = [self.sensor.read(motion[0], RATE).values for motion in motions]
+        beyond = [reading - seen for reading, seen in zip(readings, through, strict=True)]
+        disturbed = _Disturbed(motions, [plant(machine, point, unlisted) for point in self.points], beyond)
         x, starts, slopes = np.zeros(self._columns), [np.zeros(s.start.shape[1]) for s in self._slopes], self._slopes
         missing, least = self._missing(x, starts, disturbed), math.inf
         for _ in range(_STEPS):
@@ -136,7 +138,7 @@ class Fit:
     def _step(self, x: np.ndarray, missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> tuple[np.ndarray, float]:
         """The step of what is fitted to all pieces that leaves least in linear theory, and what it leaves."""
         rows = np.concatenate([s.without_start(s.globals) for s in slopes])
-        d = np.concatenate([s.without_start(one) for s, one in zip(slopes, missing, strict=True)])
+        d = _but_for_starts(missing, slopes)
         known = self.noise * np.eye(self._columns)
         bounds = np.minimum(-self._reach - x, -1e-9), np.maximum(self._reach - x, 1e-9)
         step = lsq_linear(np.concatenate([rows, known]), np.concatenate([d, -self.noise * x]), bounds).x
@@ -144,17 +146,15 @@ class Fit:
 
     def _level(self, missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> float:
         """What is missing but for start states, over the noise."""
-        d = np.concatenate([s.without_start(one) for s, one in zip(slopes, missing, strict=True)])
-        return float(np.sqrt(np.mean(d**2))) / self.noise
+        return float(np.sqrt(np.mean(_but_for_starts(missing, slopes) ** 2))) / self.noise
 
     def _missing(self, x: np.ndarray, starts: Sequence[np.ndarray], disturbed: _Disturbed) -> list[np.ndarray]:
         """What the machine with what was found lacks of the readings, piece by piece."""
-        through = [self.sensor.read(motion[0], RATE).values for motion in disturbed.motions]
         found = []
         for piece, (machine, point, state) in self._places(x, starts, disturbed):
             k, span = piece.record, slice(piece.first, piece.first + piece.samples)
             moved = disturbed.motions[k][0, span] - coarsely_resumed(machine, point, state, piece.samples)
-            found.append((disturbed.readings[k] - through[k])[span] + self._seen(moved[:, np.newaxis])[:, 0])
+            found.append(disturbed.beyond[k][span] + self._seen(moved[:, np.newaxis])[:, 0])
         return found
 
     def _places(
@@ -192,3 +192,8 @@ class Fit:
         """What the sensor makes of accelerations (n, c) that come beside others."""
         nothing = self.sensor.read(np.zeros(len(accelerations)), RATE).values
         return np.stack([self.sensor.read(column, RATE).values - nothing for column in accelerations.T], axis=1)
+
+
+def _but_for_starts(missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> np.ndarray:
+    """What is missing of all pieces but for what a start state of each explains."""
+    return np.concatenate([s.without_start(one) for s, one in zip(slopes, missing, strict=True)])
