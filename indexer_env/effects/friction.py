@@ -87,7 +87,7 @@ class StribeckFriction(MachineEffect):
         default=0.1,
         low=0.0,
         low_open=True,
-        sought=Sought("speed", (0.018, 0.074), 0.018, 0.0037, 0.15),
+        sought=Sought("speed", (0.018, 0.074), 0.018, 0.0037, 0.3),
     )
     smoothing: float = parameter("rate at which 71 % of it acts", "rad/s", default=_SMOOTHING, low=0.0, low_open=True)
 

@@ -95,8 +95,10 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
         A machine that leaves the physical range before anything is hidden in it.
     """
     truth = drawn.machines.truth
-    points = [record.point for record in drawn.records]
-    counts = [record.samples(truth, RATE) for record in drawn.records]
+    # what is missing must show in the records that a method may fit
+    fitted = [record for record in drawn.records if not record.held_out]
+    points = [record.point for record in fitted]
+    counts = [record.samples(truth, RATE) for record in fitted]
 
     def runs_of(machine: Machine, unlisted: Unlisted = NOTHING) -> list[np.ndarray]:
         return [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
