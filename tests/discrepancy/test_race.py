@@ -162,7 +162,7 @@ def test_what_closes_little_does_not_end_the_search_for_what_closes_much(goes_on
     monkeypatch.setattr("discrepancy.search.race", raced)
     if not goes_on:
         monkeypatch.setattr(Search, "_closes_half", lambda self, grown, current: grown is not current)
-    found = Search(Chord({"a": 0.55, "b": 0.9}, 5, ("a", "b")), Criteria()).run()
+    found = Search(Chord({"a": 0.55, "b": 0.9}, 5, ("a", "b")), Criteria(much=1.0)).run()
     assert set(found.best.place.hypothesis.names) == ({"a", "b"} if goes_on else {"a"})
 
 
