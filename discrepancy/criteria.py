@@ -19,7 +19,7 @@ class Criteria:
         the best of all effects wins 6 in the median and 14.5 in 95 % of cases, as it is chosen among some 800 starts.
     closes : float
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
-        closes beside the others of its set. What a library lacks is imitated by one of its effects to about a half.
+        closes beside the others of its set, its size as it is and the machine's own parameters fitted there. What a library lacks is imitated by one of its effects to about a half.
         Also the share of the nominal machine's gap that a calibrated one without a named effect must close to be
         written.
     slight : float

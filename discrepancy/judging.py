@@ -19,7 +19,7 @@ from discrepancy.estimates import Estimate, Estimates, FoundEffect, estimates_of
 from discrepancy.fits import Fits
 from discrepancy.form import Form, beside
 from discrepancy.grades import GRADES, NAMED, Evidence, graded
-from discrepancy.held_out import held_places
+from discrepancy.held_out import adapted, held_places
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -85,6 +85,7 @@ class Judge:
         self._elsewhere = elsewhere
         self.base, self.best = fits.on_all(selection.base), fits.on_all(selection.best)
         self.held: dict[str, Point] = {}
+        self._adapted: dict[str, Point] = {}
         self._tables: dict[str, Point] = {}
         self._estimates: dict[str, Estimates] = {}
         self._hold([self.base, self.best, *map(fits.on_all, selection.without)])
@@ -123,9 +124,9 @@ class Judge:
     def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
         """The effects of a set that was fitted to the part searched and to all windows."""
         numbers, rows = self.estimates(whole), []
-        place = self.held[whole.name]
+        place = self._there(whole)
         smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
-        others = [self.held[one.name] for one in smaller]
+        others = [self._there(one) for one in smaller]
         pulled = [one.place.strain(self.fits.whole) - whole.place.strain(self.fits.whole) for one in smaller]
         names = inside.place.hypothesis.names
         against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
@@ -185,6 +186,13 @@ class Judge:
         new = {one.name: one.place for one in sets if one.name not in self.held}
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
         self.held |= dict(zip(new, places, strict=True))
+
+    def _there(self, whole: Fitted) -> Point:
+        """A set on the records held out: its effects as they are, the machine's own parameters fitted. What the records
+        fitted do not tell of the machine would else count against an effect, and what bends it there for one."""
+        if whole.name not in self._adapted:
+            self._adapted[whole.name] = adapted(self.held[whole.name], self.held_out)
+        return self._adapted[whole.name]
 
     def _evidence(
         self, k: int, found: FoundEffect, place: Point, other: Point, gaps: Mapping[str, tuple[float, float]],
