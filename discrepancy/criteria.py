@@ -40,8 +40,9 @@ class Criteria:
         play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     much : float
         The same from which on an effect is looked for by all means (sizes begun anew, pairs, the wide race, a second
-        search without what a bound holds): twice the noise in rms. An effect hidden behind others leaves more. Below it
-        these took a quarter of the time, half of it in six, and in 27 messy cases of the challenge's tuning half changed no finding.
+        search without what a bound holds): twice the noise in rms. An effect hidden behind others leaves more. Between 1
+        and 4 these took a quarter of the time of 28 messy cases of the challenge's tuning half, half of it in six, and
+        changed no finding.
     most : int
         Effects in a set.
     rivals : int

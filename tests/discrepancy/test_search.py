@@ -54,7 +54,9 @@ def test_two_effects_that_hide_each_other_are_found_together(ahead: bool, monkey
     model = Chord({}, 5, ("near", "far"))
     model.shapes |= {"near": model.shapes["a"] + 0.2 * model.shapes["b"], "far": model.shapes["a"]}
     model.y = model.y + 6.0 * (model.shapes["near"] - model.shapes["far"])
-    assert set(Search(model, Criteria(much=1.0)).run().best.place.hypothesis.names) == ({"near", "far"} if ahead else set())
+    assert set(Search(model, Criteria(much=1.0)).run().best.place.hypothesis.names) == (
+        {"near", "far"} if ahead else set()
+    )
     assert Search(model, Criteria(much=1.6)).run().best.name == "none"
 
 
