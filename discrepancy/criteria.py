@@ -19,9 +19,9 @@ class Criteria:
         the best of all effects wins 6 in the median and 14.5 in 95 % of cases, as it is chosen among some 800 starts.
     closes : float
         Least share of the gap on records held out, mean square above what does not repeat, that an established effect
-        closes beside the others of its set, its size as it is and the machine's own parameters fitted there. What a library lacks is imitated by one of its effects to about a half.
-        Also the share of the nominal machine's gap that a calibrated one without a named effect must close to be
-        written.
+        closes beside the others of its set, its size as it is and the machine's own parameters fitted there. What a
+        library lacks is imitated by one of its effects to about a half. Also the share of the nominal machine's gap
+        that a calibrated one without a named effect must close to be written.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
         of that one that is right to a seventh leaves as much.
@@ -40,8 +40,8 @@ class Criteria:
         play come no nearer. No further effect is looked for below it; for a first one there always is a look.
     much : float
         The same from which on an effect is looked for by all means (sizes begun anew, pairs, the wide race, a second
-        search without what a bound holds): twice the noise in rms. An effect hidden behind others leaves more. Between 1
-        and 4 these took a quarter of the time of 28 messy cases of the challenge's tuning half, half of it in six, and
+        search without what a bound holds): twice the noise in rms. An effect hidden behind others leaves more. Between
+        1 and 4 these took a quarter of the time of 28 messy cases of the challenge's tuning half, half of it in six, and
         changed no finding.
     most : int
         Effects in a set.

@@ -45,8 +45,8 @@ def carried(place: Point, problem: Problem) -> np.ndarray:
 
 
 def adapted(held: Point, held_out: Model) -> Point:
-    """A place on the records held out with the machine's own parameters fitted to them; those of its effects stay. Other
-    records know some of them only so well, and what is missing has bent others."""
+    """A place on the records held out with the machine's own parameters fitted to them; those of its effects stay.
+    Other records know some of them only so well, and what is missing has bent others."""
     problem = Problem(held_out, held.hypothesis)
     own = len(held_out.parameters)
     effects = [k for k, p in enumerate(problem.parameters) if k >= own and not p.of_record]

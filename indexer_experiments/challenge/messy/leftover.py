@@ -2,8 +2,9 @@
 
 A fit of whole records would need a method; this one begins at the truth, and so needs none. It takes the records that a
 method may fit: what shows only where one of them meets one that is held out, as a stiffness that a load changes does,
-can be named by no fit. A record is cut at the ends of its cam turns. In each piece the true machine without the disturbance is resumed in the state of the disturbed one's
-joints (`pieces`), so that what a play amplifies from turn to turn does not count:
+can be named by no fit. A record is cut at the ends of its cam turns. In each piece the true machine without the
+disturbance is resumed in the state of the disturbed one's joints (`pieces`), so that what a play amplifies from turn to
+turn does not count:
 
     d_w = reading of the disturbed machine - reading of the true machine resumed from the disturbed one's state
     left = rms over all pieces of d - X x,     x = argmin Σ_w |d_w - X_w x|²/σ² + |x/s|²,     w: cam turn
