@@ -41,8 +41,8 @@ class Criteria:
     much : float
         The same from which on an effect is looked for by all means (sizes begun anew, pairs, the wide race, a second
         search without what a bound holds): twice the noise in rms. An effect hidden behind others leaves more. Between
-        1 and 4 these took a quarter of the time of 28 messy cases of the challenge's tuning half, half of it in six, and
-        changed no finding.
+        1 and 4 these took a quarter of the time of 28 messy cases of the challenge's tuning half, half of it in six,
+        and changed no finding.
     most : int
         Effects in a set.
     rivals : int

@@ -12,7 +12,7 @@ from discrepancy.explain import _verdict, explain
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
 from discrepancy.form import Form
-from discrepancy.held_out import held_places, predicts
+from discrepancy.held_out import adapted, held_places, predicts
 from discrepancy.judging import Judge, closed, excess, steadily, unrepeated
 from discrepancy.model import NONE, Model, Parameter, together
 from discrepancy.place import Point
@@ -168,6 +168,28 @@ def test_a_place_that_moves_what_was_stated_of_a_record_closes_no_more_for_that(
 @pytest.mark.parametrize(("before", "after", "share"), [(4.0, 1.0, 0.75), (4.0, -0.1, 1.0), (0.0, 0.0, 0.0), (1, 2, 0)])
 def test_the_share_that_is_closed(before: float, after: float, share: float) -> None:
     assert closed(before, after) == share
+
+
+@pytest.mark.parametrize("anew", [True, False])
+def test_what_other_records_do_not_tell_of_the_machine_counts_against_no_effect(anew: bool, monkeypatch) -> None:
+    """The machine's offset is 0 in the records fitted and 0.3 in those held out, which leaves 0.09 where the effect
+    closes 0.16."""
+    if not anew:
+        monkeypatch.setattr("discrepancy.judging.adapted", lambda held, held_out: held)
+    model, held_out = Chord({"a": 0.4}, 5, ("a",)), Chord({"a": 0.4}, 6, ("a",))
+    held_out.y = held_out.y + 0.3
+    (finding,) = explain(model, held_out).findings
+    assert finding.grade == ("established" if anew else "stands in")
+    assert finding.closes == pytest.approx(1.0 if anew else 0.64, abs=0.1)
+
+
+def test_the_effects_of_a_place_stay_on_records_held_out() -> None:
+    model, held_out = Chord({"a": 0.4}, 5), Chord({"a": 0.8}, 6)
+    problem = Problem(model, effect("a"))
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((WINDOWS, 0))), steps=10).place
+    held_out.y = held_out.y + 0.3
+    there = adapted(*held_places([place], held_out), held_out)
+    assert there.z[1] == place.z[1] and there.z[0] == pytest.approx(3.0, abs=0.5) != place.z[0]
 
 
 def test_an_effect_is_judged_without_those_that_do_not_hold() -> None:
