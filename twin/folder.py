@@ -27,7 +27,7 @@ from twin.synthesis import SQUARE, Synthesis
 from twin.turns import Cells, Healthy, Remains
 
 FORMAT = "indexer-twin"
-VERSION = 8
+VERSION = 9
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""

@@ -24,9 +24,6 @@ four times as many epochs are needed for the same error."""
 _DECAY = 1e-2
 """Decay of the weights (AdamW's default)."""
 
-_RESIDUAL = 0.5
-"""How much of what healthy records left comes and goes from turn to turn, as share of itself."""
-
 _WEIGHTS = {"any": 1.0, "size": 0.3, "station": 0.3}
 """Weights of the losses beside the faults' own."""
 
@@ -91,8 +88,8 @@ class Feed:
         self.shapes = torch.from_numpy(np.array([view.shapes(r) for r in turns.reference]))
         self.conditions = torch.from_numpy(view.conditions(turns.points))
         cells = turns.x.shape[2]
-        fixed = np.array([view.remains.at(point) for point in turns.points])
-        self.fixed = torch.from_numpy((fixed / noise).astype(np.float32))
+        parts = np.array([view.remains.parts(point) for point in turns.points])
+        self.parts = torch.from_numpy((parts / noise).astype(np.float32))
         self.colour = torch.from_numpy((view.remains.spectrum / (noise * math.sqrt(cells))).astype(np.float32))
         self.there = torch.from_numpy(turns.there.astype(np.float32))
         self.size = torch.from_numpy(turns.size)
@@ -111,7 +108,8 @@ class Feed:
     def noise(self, point: Tensor, generator: torch.Generator) -> Tensor:
         """What is measured of nothing at these points: noise, what comes and goes of the residual, shift."""
         shapes, n = self.shapes[point], len(point)
-        x = _RESIDUAL * torch.randn((n, 1, 1), generator=generator) * self.fixed[point]
+        # a record's part comes and goes by itself: another record may show none of it
+        x = torch.einsum("nr,nrsc->nsc", torch.randn((n, self.parts.shape[1]), generator=generator), self.parts[point])
         x = x + torch.einsum("nk,nksc->nsc", torch.randn((n, 2), generator=generator), shapes)
         white = torch.randn(x.shape, generator=generator)
         return still(x + torch.fft.irfft(torch.fft.rfft(white) * self.colour, n=x.shape[2]), shapes)

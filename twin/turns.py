@@ -174,11 +174,34 @@ class Remains:
     noise: float
 
     def at(self, point: OperatingPoint) -> np.ndarray:
-        """R (stations, cells) at an operating point: the records' own, the nearer ones for more."""
+        """R (stations, cells) at an operating point: the records' own, the nearer ones for more, times `shared`."""
+        return self.shared * self.parts(point).sum(axis=0)
+
+    def parts(self, point: OperatingPoint) -> np.ndarray:
+        """What each record's own part (r, stations, cells) has in the mean at an operating point."""
+        weights = self._weights((point.motor_speed, point.load_torque))
+        return weights[:, None, None] * self.fixed
+
+    @functools.cached_property
+    def shared(self) -> float:
+        """How much of what is predicted of a record by the others it shows, by least squares, 0 to 1: what belongs to
+        one record alone is none of the machine's at another operating point. 1 of a single record, which nothing
+        tells."""
+        if len(self.fixed) == 1:
+            return 1.0
+        there, predicted = [], []
+        for k, point in enumerate(self.points):
+            weights = self._weights(point) * (np.arange(len(self.points)) != k)
+            there.append(self.fixed[k].ravel())
+            predicted.append(np.tensordot(weights / weights.sum(), self.fixed, 1).ravel())
+        found = float((np.array(predicted) ** 2).sum())
+        return min(max(float((np.array(there) * predicted).sum()) / found, 0.0), 1.0) if found > 0.0 else 0.0
+
+    def _weights(self, point: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Weights (r,) of the records at a motor speed and load."""
         span = np.maximum(np.ptp(self.points, axis=0), np.maximum(1e-9, 1e-3 * np.abs(self.points).max(axis=0)))
-        away = (((self.points - (point.motor_speed, point.load_torque)) / span) ** 2).sum(axis=1)
-        weights = 1.0 / (away + _NEAR)
-        return np.tensordot(weights / weights.sum(), self.fixed, 1)
+        weights = 1.0 / ((((self.points - point) / span) ** 2).sum(axis=1) + _NEAR)
+        return weights / weights.sum()
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Its arrays by name, for a file."""

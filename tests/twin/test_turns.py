@@ -88,15 +88,29 @@ def test_chance_is_not_learned_by_heart_but_structure_is():
         assert share < kept if size == 0.0 else share > kept * size * shape.std()
 
 
-def test_what_is_left_follows_the_nearer_record():
+@pytest.mark.parametrize("common", [True, False])
+def test_what_records_leave_is_the_machines_as_far_as_they_share_it(common: bool):
+    """All records leave one shape, the faster the more of it; or each leaves one of its own."""
     sound = healthy()
-    points = [OperatingPoint(rpm * RPM, 5.0) for rpm in (1200.0, 1500.0)]
-    shape = NOISE * 5.0 * np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((8, 1))
+    points = [OperatingPoint(rpm * RPM, 5.0) for rpm in (1200.0, 1350.0, 1500.0)]
     rng = np.random.default_rng(0)
-    turns = [sound.turn(p) + k * shape + 0.01 * rng.standard_normal((2, 8, CELLS.count)) for k, p in enumerate(points)]
+    steps = np.linspace(0.0, 40.0, CELLS.count) * np.ones((8, 1))
+    shapes = [NOISE * (4.0 + k) * np.sin(steps if common else (1.0 + k) * steps + k) for k in range(3)]
+    noise = 0.01 * rng.standard_normal((3, 2, 8, CELLS.count))
+    turns = [sound.turn(p) + shape + part for p, shape, part in zip(points, shapes, noise, strict=True)]
     left = remains_of(turns, points, 0.002, sound)
-    share = [float((left.at(p) * shape).sum() / (shape**2).sum()) for p in points]
-    assert share[0] < 0.2 and share[1] > 0.8
+    assert left.shared > 0.95 if common else left.shared < 0.15
+    size = [float(np.sqrt((left.at(p) ** 2).mean()) / NOISE) for p in points]
+    assert size[0] < size[1] < size[2] if common else max(size) < 0.6
+    np.testing.assert_allclose(left.shared * left.parts(points[1]).sum(axis=0), left.at(points[1]))
+
+
+def test_the_residual_of_a_single_record_is_taken_as_it_is():
+    sound, point = healthy(), OperatingPoint(1350.0 * RPM, 5.0)
+    turns = sound.turn(point) + NOISE * 3.0 * np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((2, 8, 1))
+    left = remains_of([turns], [point], 0.002, sound)
+    assert left.shared == 1.0
+    np.testing.assert_allclose(left.at(point), left.fixed[0])
 
 
 def test_what_does_not_repeat_has_no_part_in_the_healthy_turn():
