@@ -163,7 +163,7 @@ RULES = (
     Rule(
         "established", ESTABLISHED,
         lambda e, c: True,
-        lambda e, c: f"It closes {_percent(e.closes)} of the gap on records that were never fitted.",
+        lambda e, c: f"It closes {_percent(e.closes)} of the gap on records to which its size was not fitted.",
     ),
 )  # fmt: skip
 """Grades, the first row that applies; the last one always does."""

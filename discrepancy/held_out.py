@@ -47,9 +47,8 @@ def carried(place: Point, problem: Problem) -> np.ndarray:
 def adapted(held: Point, held_out: Model) -> Point:
     """A place on the records held out with the machine's own parameters fitted to them; those of its effects stay.
     Other records know some of them only so well, and what is missing has bent others."""
-    problem = Problem(held_out, held.hypothesis)
     own = len(held_out.parameters)
-    effects = [k for k, p in enumerate(problem.parameters) if k >= own and not p.of_record]
+    effects = [own + k for k, p in enumerate(held.hypothesis.parameters) if not p.of_record]
     problem = Problem(held_out, held.hypothesis, held=effects)
     return fit(problem, problem.adopted(held), steps=_STEPS).place
 

@@ -29,7 +29,7 @@ CASES = {
         {"elsewhere": "a torque at the cam"}, STANDS_IN, "Without it a torque at the cam explains the records",
     ),
     "family": ({"alike": ("twin", "echo")}, FAMILY, "These records cannot tell it from twin or echo."),
-    "established": ({}, ESTABLISHED, "It closes 95 % of the gap on records that were never fitted."),
+    "established": ({}, ESTABLISHED, "It closes 95 % of the gap on records to which its size was not fitted."),
 }  # fmt: skip
 
 
