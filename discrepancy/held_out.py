@@ -13,7 +13,7 @@ from discrepancy.problem import Problem
 from indexer_env.errors import refuse
 
 _STEPS, _MORE = 12, 3
-"""Steps of a fit of start states and of what belongs to records, and those after states of other places were tried."""
+"""Steps of a fit on records held out, and those after states of other places were tried."""
 
 
 def held_places(fitted: Sequence[Point], held_out: Model, found: Sequence[Point] = ()) -> list[Point]:
