@@ -192,8 +192,8 @@ class Problem:
         return self._replaced(place, windows, states, squares)
 
     def settled_together(self, z: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """States (p, w, l) of places (p, g), (p, w, l) as `settled` leaves them, faster than one by one."""
-        return self._refined(self._everywhere(z, states), _ROUNDS)[0].reshape(states.shape)
+        """States (p, w, l) of places (p, g), (p, w, l) after one step of `settled`, faster than place by place."""
+        return self._refined(self._everywhere(z, states), 1)[0].reshape(states.shape)
 
     def started(self, z: np.ndarray, states: np.ndarray, windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Start states (p, k, l) of some windows (k,) at places (p, g), (p, w, l), looked for over their grids and

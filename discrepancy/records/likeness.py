@@ -13,15 +13,17 @@ from indexer_records.acceleration_units import STANDARD_GRAVITY
 LIKENESS = 0.95
 """Likeness below which a record is not of this machine: what else acts would be a third of the motion."""
 
-ALIKE, _NEARER = 0.995, 0.5
+ALIKE, _NEARER = 0.995, 0.25
 """Below the first another motion law or share may be the record's: one whose likeness falls short of 1 by less than the
-second times as much. Another law makes it 0.95 to 0.992, strong effects 0.98; most leave it above 0.997."""
+second times as much. Another law makes it 0.95 to 0.992, strong effects 0.97; most leave it above 0.997. What bends a
+motion towards another law leaves a third of the difference, that law itself next to nothing."""
 
 INSIST = ", or set check_motion=false if they are right"
 """What a command adds to a sentence that takes a record for one of another motion, if it lets a user insist."""
 
-_LEVEL = (0.7, 1.43)
-"""Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain."""
+_LEVEL = (0.6, 1.67)
+"""Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain. The next mistake is a factor of 2,
+a diameter for a radius."""
 
 _WHOLE = 0.015
 """By how much a number of stations that would make the level may be off a whole one."""

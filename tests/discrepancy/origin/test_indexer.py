@@ -289,6 +289,15 @@ def test_any_effect_gets_no_name_where_a_free_cause_explains_its_part_better(sce
     assert said in found and bool(said) == bool(found)
 
 
+def test_what_else_the_free_cause_takes_up_takes_no_name(scene: Scene, monkeypatch) -> None:
+    """A brake on the cam shaft beside a viscous friction, which has between 0.7 and 0.8 of what the best free function
+    has for both, and next to nothing beside it."""
+    both = 30.0, 0.6 * disturbed(scene, brake), 30.0, "friction.viscous", ()
+    assert elsewhere_beside(scene, *both) == ""
+    monkeypatch.setattr("discrepancy.indexer.scans._LAW", 0.8)
+    assert elsewhere_beside(scene, *both)
+
+
 def test_a_cause_that_explains_something_else_takes_no_name(scene: Scene, monkeypatch) -> None:
     """Beside a large inertia that differs between stations a viscous friction keeps its evidence."""
     stations = 3.0 * disturbed(scene, two_stations)
@@ -299,5 +308,5 @@ def test_a_cause_that_explains_something_else_takes_no_name(scene: Scene, monkey
 
 def test_where_two_joints_look_alike_a_bump_is_named_by_its_law(scene: Scene, monkeypatch) -> None:
     assert elsewhere_beside(scene, 2e-5, 0.0, 2e-5) == ""
-    monkeypatch.setattr("discrepancy.indexer.scans._OF_A_BUMP", 2.0)
+    monkeypatch.setattr("discrepancy.indexer.scans._ELSEWHERE", 2.0)
     assert "cam shaft" in elsewhere_beside(scene, 2e-5, 0.0, 2e-5)

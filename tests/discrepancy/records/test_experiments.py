@@ -181,23 +181,28 @@ def test_another_motion_that_is_more_like_the_record_is_named(record, nominal, c
     assert found.fitted and any(words in note and "the stated one is taken" in note for note in found.notes)
 
 
+def _soft(machine, share: float):
+    """The machine with an output joint so much less stiff, as much damped for its mode."""
+    joint = machine.output_joint
+    joint = dataclasses.replace(joint, stiffness=share * joint.stiffness, damping=math.sqrt(share) * joint.damping)
+    return dataclasses.replace(machine, output_joint=joint)
+
+
 def test_a_stiffness_that_is_off_does_not_make_another_motion(record, nominal, monkeypatch) -> None:
-    """A soft table that rings among the orders compared and is a quarter stiffer than in the drawing: taken as the
-    drawing has it, it is more like another law."""
-    joint = nominal.output_joint
-    soft, stiffer = (
-        dataclasses.replace(
-            nominal,
-            output_joint=dataclasses.replace(
-                joint, stiffness=share * joint.stiffness, damping=math.sqrt(share) * joint.damping
-            ),
-        )
-        for share in (0.17, 0.17 * 1.25)
-    )
-    given = [record(_samples(stiffer))]
+    """A soft table that rings among the orders compared and is a quarter stiffer than in the drawing: it is more like
+    another law, whose likeness falls short by 0.38 times as much."""
+    given, soft = [record(_samples(_soft(nominal, 0.17 * 1.25)))], _soft(nominal, 0.17)
     assert experiments(given, soft, Sensor()).fitted
-    monkeypatch.setattr("discrepancy.records.matching._STIFFNESSES", (1.0,))
+    monkeypatch.setattr("discrepancy.records.likeness._NEARER", 0.5)
     assert "with motion_law polynomial_345" in refusal(given, soft)
+
+
+@pytest.mark.parametrize("stiffer", [0.75, 0.87, 1.33])
+def test_another_law_is_seen_through_a_stiffness_that_is_off(record, nominal, stiffer: float) -> None:
+    """A soft table, the law of the drawing wrong: the right law is the more like one, 0.01 to 0.21 times as far off."""
+    drawn = dataclasses.replace(_soft(nominal, 0.25), motion_law=motion_law("modified_sine"))
+    truth = dataclasses.replace(_soft(nominal, 0.25 * stiffer), motion_law=motion_law("polynomial_345"))
+    assert "with motion_law polynomial_345" in refusal([record(_samples(truth))], drawn)
 
 
 def test_strong_friction_does_not_make_another_motion(record, nominal) -> None:
