@@ -81,7 +81,7 @@ def make_records(folder: Path, turns: float = 2.0, accelerated: Accelerated = wi
 
 def typed(usage: str) -> tuple[Path, float]:
     """The folder, made, and the number of turns that were typed; a mistake ends the program with one sentence."""
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
         sys.exit(f"error: the folder to write is missing; {usage}")
     folder, turns = Path(sys.argv[1]), sys.argv[2] if len(sys.argv) > 2 else "2"
     try:

@@ -58,6 +58,8 @@ def make_pictures(folder: Path, frames: int = FRAMES) -> tuple[Path, Path]:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] and sys.argv[1].startswith("-"):
+        sys.exit("error: FOLDER must be a folder; python examples/pictures_of_one_index.py [FOLDER]")
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent.parent / "docs" / "pictures"
     for path in make_pictures(target):
         print(f"{path} ({path.stat().st_size / 1e3:.0f} kB)")

@@ -27,6 +27,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "Psd": ("features",),
     "Fft": ("features",),
     "Mlp": ("net",),
+    "Criteria": ("",),
     "datagen": ("",),
     "classifier": ("",),
     "discrepancy": ("",),

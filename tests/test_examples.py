@@ -37,6 +37,9 @@ def test_a_missing_folder_is_said_in_one_sentence(name: str, monkeypatch: pytest
         (["twin_bench", "/proc/nowhere"], "OUT must be a folder that can be made, got /proc/nowhere"),
         (["hidden_effect", "OUT", "two"], "turns must be a number of table turns > 0, got 'two'; python"),
         (["unknown_drag", "OUT", "0"], "turns must be a number of table turns > 0, got '0'; python"),
+        (["hidden_effect", "--help"], "the folder to write is missing; python"),
+        (["pictures_of_one_index", "--help"], r"FOLDER must be a folder; python .* \[FOLDER\]"),
+        (["drives/records", "feed_axis", "--help"], "a drive and a folder to write are needed; python"),
         (["drives/records", "feed_axis"], "a drive and a folder to write are needed; python"),
         (["drives/records", "feed_axs", "OUT"], "DRIVE must be one of feed_axis, .*, got 'feed_axs'; python"),
         (

@@ -10,7 +10,7 @@ USAGE = "python -m examples.drives.records DRIVE OUT"
 
 def main(arguments: list[str]) -> None:
     """Write them; a mistake ends the program with one sentence."""
-    if len(arguments) != 2:
+    if len(arguments) != 2 or arguments[1].startswith("-"):
         sys.exit(f"error: a drive and a folder to write are needed; {USAGE}, DRIVE one of {', '.join(GALLERY)}")
     drive, out = arguments
     if drive not in GALLERY:

@@ -187,6 +187,8 @@ RECORDS = ("measured=files", "out=x", "known.motor_speed_rpm=1500", "known.load_
         ("study", ("out=x", "claims=none"), "claims"),
         ("challenge", ("out=x", "count=0", "seed=1"), "count"),
         ("explain", (*RECORDS, "known.noise=-1"), "known.noise"),
+        ("explain", (*RECORDS, "seconds=-1"), "seconds"),
+        ("explain", (*RECORDS, "tolerance=2"), "tolerance"),
         ("explain", (*RECORDS, "known.start_angle_deg=a"), "known.start_angle_deg"),
         ("explain", RECORDS, "known.signal_column=NAME"),
         ("explain", RECORDS[:2], "known.NAME=VALUE"),
