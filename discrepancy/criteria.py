@@ -24,7 +24,8 @@ class Criteria:
         that a calibrated one without a named effect must close to be written.
     slight : float
         Mean square that an effect closes over what the one closes that closes most, below which it gets no name: a law
-        of that one that is right to a seventh leaves as much.
+        of that one that is right to a seventh leaves as much. Two effects that are known to look alike are told apart
+        by more than that share of what one closes.
     strain : float
         Standard deviations by which the worst number that was stated of a record (its start angle, load, speed) may be
         pulled: a sensor that reads late is explained by records that begin elsewhere than was measured. Where it is

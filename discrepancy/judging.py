@@ -144,11 +144,14 @@ class Judge:
 
     def _alike(self, k: int, name: str) -> Iterator[tuple[str, Hypothesis]]:
         """Effects, by name and with their choices, with which the set is as good, but those that become this one at a
-        limit and so explain no less."""
+        limit and so explain no less. Of those that are known to look alike one that leaves hardly more is as good: what
+        differs may be what this effect's law errs by."""
+        own = self.selection.best.effects[k]
         for one in self.selection.instead[k]:
             other = self.selection.other(one, k)
             effect = next(effect for effect in one.effects if effect.name == other)
-            if self.selection.gap(one) < self.criteria.margin and name not in effect.limits:
+            hardly = other in own.alike and self.selection.share(one, k) < self.criteria.slight
+            if (hardly or self.selection.gap(one) < self.criteria.margin) and name not in effect.limits:
                 yield other, effect
 
     def _missed(self, k: int, effect: Hypothesis) -> tuple[float, str]:

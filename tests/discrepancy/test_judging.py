@@ -359,3 +359,15 @@ def test_all_sets_are_fitted_to_all_windows_before_they_are_judged() -> None:
     judge = Judge(search.fits, selection, held_out, Criteria())
     assert judge.best.name == "tone" and predicts(judge.base.place, judge.held["none"], held_out)
     assert not predicts(selection.without[0].place, judge.held["none"], held_out)
+
+
+@pytest.mark.parametrize(("known", "slight", "alike"), [(True, 0.02, ("near",)), (False, 0.02, ()), (True, 5e-3, ())])
+def test_what_is_known_to_look_alike_must_differ_by_more_than_a_law_errs(known, slight, alike) -> None:
+    """`near` is `tone` with a tenth of another shape, which is 1 % of the mean square of what `tone` closes; at 20
+    times the noise the score tells the two apart."""
+    models = [Chord({"tone": 20.0}, seed) for seed in (5, 6)]
+    for model in models:
+        model.shapes["near"] = model.shapes["tone"] + 0.1 * model.shapes["rest"]
+        model.library |= {"tone": (effect("tone", ("near",) if known else ()),), "near": (effect("near"),)}
+    (finding,) = explain(models[0], models[1], Criteria(slight=slight)).findings
+    assert [effect.name for effect in finding.effects] == ["tone", *alike]
