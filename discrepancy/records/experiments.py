@@ -18,7 +18,7 @@ from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.division import divided
 from discrepancy.records.likeness import ALIKE, LIKENESS, check_likeness, checked_motion, other_stations
-from discrepancy.records.matching import likest_other, nominal_orders, upright
+from discrepancy.records.matching import likest, likest_other, nominal_orders, upright
 from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
@@ -214,8 +214,8 @@ def _checked(
     check_likeness(record, match, sensor)
     notes += other_stations(record, match.level, machine.stations)
     if match.likeness < ALIKE:
-        other = likest_other(signal, machine.reduction * speed, machine, point, sensor)
-        notes += checked_motion(record, match.likeness, other, check_motion)
+        seen = signal, machine.reduction * speed, machine, point, sensor
+        notes += checked_motion(record, likest(*seen), likest_other(*seen), check_motion)
     if slower is not None:
         notes.append(f"{record.name} repeats itself only after several cam turns, as a machine may that is shaken hard")
     if record.pulses is None or len(record.pulses) < 2:

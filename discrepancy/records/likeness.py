@@ -65,7 +65,7 @@ def checked_motion(record: Record, own: float, other: tuple[str, float], refuses
     """Refuse a record that is much more like another motion, in words with its likeness, than like the machine's own,
     or say so."""
     words, likeness = other
-    if 1.0 - likeness >= _NEARER * (1.0 - own):
+    if own >= ALIKE or 1.0 - likeness >= _NEARER * (1.0 - own):
         return []
     both = f"likeness {own:.3f} in the first orders of the cam and {likeness:.3f} with {words}"
     if refuses:

@@ -39,6 +39,10 @@ _CURVED = 16
 """Cam turns from which on the angle at the first sample is that of a parabola: a speed that drifts by 0.2 % over 500
 cam turns moves the straight line's by half a radian. Of fewer turns what wavers from station to station bends it."""
 
+_STIFFNESSES = (0.75, 0.87, 1.0, 1.15, 1.33)
+"""Factors of the output joint's stiffness with which motions are compared: a table that rings among their orders, and
+at another frequency than the nominal one, looks like one with another motion."""
+
 _OTHER_SHARE = 0.05
 """Motion shares that are tried lie so far on either side: half of it changes the likeness by 0.003 to 0.013."""
 
@@ -101,16 +105,28 @@ def matched(values: np.ndarray, rate: float, cam_rate: float, nominal: np.ndarra
     return Match(factor, float(start) % (2.0 * math.pi), likeness, overlap / sizes[1] ** 2)
 
 
+def likest(signal: Signal, cam_rate: float, machine: Machine, point: OperatingPoint, sensor: Sensor) -> float:
+    """Likeness of a record and a machine whose output joint may be as stiff as makes them most alike; -1 where it
+    cannot run."""
+    joint, found = machine.output_joint, [-1.0]
+    for factor in _STIFFNESSES:
+        # as much damping for its mode
+        damping = math.sqrt(factor) * joint.damping
+        other = dataclasses.replace(joint, stiffness=factor * joint.stiffness, damping=damping)
+        with contextlib.suppress(ParameterError, SimulationError):
+            nominal = nominal_orders(
+                dataclasses.replace(machine, output_joint=other), point, sensor, signal.sample_rate
+            )
+            found.append(matched(signal.values, signal.sample_rate, cam_rate, nominal).likeness)
+    return max(found)
+
+
 def likest_other(
     signal: Signal, cam_rate: float, machine: Machine, point: OperatingPoint, sensor: Sensor
 ) -> tuple[str, float]:
     """Of the library's other motion laws, and of motion shares about the machine's, the one that is most like a record,
-    in words, and its likeness; -1 where none can run."""
-    found = [("", -1.0)]
-    for words, other in _other_motions(machine):
-        with contextlib.suppress(ParameterError, SimulationError):
-            nominal = nominal_orders(other, point, sensor, signal.sample_rate)
-            found.append((words, matched(signal.values, signal.sample_rate, cam_rate, nominal).likeness))
+    in words, and its likeness."""
+    found = [(words, likest(signal, cam_rate, other, point, sensor)) for words, other in _other_motions(machine)]
     return max(found, key=lambda pair: pair[1])
 
 

@@ -189,12 +189,16 @@ def _soft(machine, share: float):
 
 
 def test_a_stiffness_that_is_off_does_not_make_another_motion(record, nominal, monkeypatch) -> None:
-    """A soft table that rings among the orders compared and is a quarter stiffer than in the drawing: it is more like
-    another law, whose likeness falls short by 0.38 times as much."""
+    """A soft table that rings among the orders compared and is a quarter stiffer than in the drawing: taken as the
+    drawing has it, its likeness falls short by 0.38 times as much with another law."""
     given, soft = [record(_samples(_soft(nominal, 0.17 * 1.25)))], _soft(nominal, 0.17)
     assert experiments(given, soft, Sensor()).fitted
     monkeypatch.setattr("discrepancy.records.likeness._NEARER", 0.5)
+    assert experiments(given, soft, Sensor()).fitted, "compared as stiff as makes it most alike"
+    monkeypatch.setattr("discrepancy.records.matching._STIFFNESSES", (1.0,))
     assert "with motion_law polynomial_345" in refusal(given, soft)
+    monkeypatch.setattr("discrepancy.records.likeness._NEARER", 0.25)
+    assert experiments(given, soft, Sensor()).fitted, "another law would leave a quarter"
 
 
 @pytest.mark.parametrize("stiffer", [0.75, 0.87, 1.33])
