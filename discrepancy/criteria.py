@@ -33,7 +33,8 @@ class Criteria:
         effect's law errs like that.
     law : float
         Share of what a free function of an effect's variable closes that its law may leave: the force follows that
-        variable, but beyond this by another law.
+        variable, but beyond this by another law. An effect that leaves no more of the gap on records held out needs not
+        fear another cause: none could close more.
     hint : float
         The same share below which an effect is not even told as standing in for something.
     at_noise : float

@@ -152,7 +152,7 @@ RULES = (
     ),
     Rule(
         "another cause", STANDS_IN,
-        lambda e, c: bool(e.elsewhere),
+        lambda e, c: bool(e.elsewhere) and e.closes < 1.0 - c.law,
         lambda e, c: f"Without it {e.elsewhere} explains the records better than it does.",
     ),
     Rule(

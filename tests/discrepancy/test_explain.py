@@ -123,8 +123,8 @@ def test_what_closes_half_is_hardly_ever_in_the_library(closes: float, missed: f
 
 
 def test_a_finding_that_a_rule_holds_back_is_told_as_less_likely() -> None:
-    """The tone closes all of the gap, but something else explains its part better."""
-    models = [Chord({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6)]
+    """The tone closes nine tenths of the gap, but something else explains its part better."""
+    models = [Chord({"tone": 10.0, "rest": 3.0}, seed, ("tone", "beat")) for seed in (5, 6)]
     (finding,) = explain(models[0], models[1], elsewhere=lambda *_: "a torque").findings
     assert finding.grade == "stands in"
     assert finding.probability == pytest.approx(listed(finding.closes, named=False), rel=0.01)

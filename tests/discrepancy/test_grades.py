@@ -26,7 +26,7 @@ CASES = {
         {"missed": 0.2, "over": "speed [m/s]"}, STANDS_IN, "Its law leaves 20 % of what a table over the speed [m/s]",
     ),
     "another cause": (
-        {"elsewhere": "a torque at the cam"}, STANDS_IN, "Without it a torque at the cam explains the records",
+        {"closes": 0.9, "elsewhere": "a torque at the cam"}, STANDS_IN, "Without it a torque at the cam explains",
     ),
     "family": ({"alike": ("twin", "echo")}, FAMILY, "These records cannot tell it from twin or echo."),
     "established": ({}, ESTABLISHED, "It closes 95 % of the gap on records to which its size was not fitted."),
@@ -50,6 +50,12 @@ def test_a_row_decides_its_case(name: str, monkeypatch) -> None:
             graded(evidence, Criteria())
     else:
         assert graded(evidence, Criteria()) != found, "the row is what decides"
+
+
+def test_what_leaves_next_to_nothing_needs_not_fear_another_cause() -> None:
+    evidence = dataclasses.replace(CLEAR, closes=0.94, elsewhere="a torque at the cam")
+    assert graded(evidence, Criteria())[0] == STANDS_IN
+    assert graded(dataclasses.replace(evidence, closes=0.96), Criteria())[0] == ESTABLISHED
 
 
 def test_what_eases_the_pull_on_what_was_stated_of_a_record_is_not_slight() -> None:

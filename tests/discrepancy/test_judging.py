@@ -262,7 +262,7 @@ def test_a_law_that_becomes_the_effect_at_a_limit_is_no_rival(limits: tuple, ali
 
 @pytest.mark.parametrize(("said", "grade"), [("", "established"), ("a torque at the cam", "stands in")])
 def test_an_effect_whose_part_another_cause_explains_better_is_a_hint(said: str, grade: str) -> None:
-    models = [Chord({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6)]
+    models = [Chord({"tone": 10.0, "rest": 3.0}, seed, ("tone", "beat")) for seed in (5, 6)]
     asked = []
 
     def elsewhere(model: Model, place: Point, without: Point, name: str) -> str:
