@@ -52,7 +52,8 @@ class Evidence:
     untold : bool
         Whether no interval of its size can be told.
     elsewhere : str
-        What explains better than it what is left without it; "" where nothing does.
+        What explains better than it what is left without it; "" where nothing does, or where it leaves at most
+        `Criteria.law` of the gap, as no cause could close more.
     """
 
     closes: float
@@ -152,7 +153,7 @@ RULES = (
     ),
     Rule(
         "another cause", STANDS_IN,
-        lambda e, c: bool(e.elsewhere) and e.closes < 1.0 - c.law,
+        lambda e, c: bool(e.elsewhere),
         lambda e, c: f"Without it {e.elsewhere} explains the records better than it does.",
     ),
     Rule(

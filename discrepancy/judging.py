@@ -137,7 +137,8 @@ class Judge:
             grade, why = graded(evidence, self.criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)
-                evidence = dataclasses.replace(evidence, missed=missed, over=over, elsewhere=self._found_elsewhere(k))
+                elsewhere = self._found_elsewhere(k) if evidence.closes < 1.0 - self.criteria.law else ""
+                evidence = dataclasses.replace(evidence, missed=missed, over=over, elsewhere=elsewhere)
                 grade, why = graded(evidence, self.criteria)
             rows.append(Judged(k, found, evidence, grade, why))
         return rows

@@ -52,12 +52,6 @@ def test_a_row_decides_its_case(name: str, monkeypatch) -> None:
         assert graded(evidence, Criteria()) != found, "the row is what decides"
 
 
-def test_what_leaves_next_to_nothing_needs_not_fear_another_cause() -> None:
-    evidence = dataclasses.replace(CLEAR, closes=0.94, elsewhere="a torque at the cam")
-    assert graded(evidence, Criteria())[0] == STANDS_IN
-    assert graded(dataclasses.replace(evidence, closes=0.96), Criteria())[0] == ESTABLISHED
-
-
 def test_what_eases_the_pull_on_what_was_stated_of_a_record_is_not_slight() -> None:
     evidence = dataclasses.replace(CLEAR, share=0.002, largest="beat", eases=4.9)
     assert graded(evidence, Criteria())[0] == STANDS_IN

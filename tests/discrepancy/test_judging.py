@@ -274,6 +274,14 @@ def test_an_effect_whose_part_another_cause_explains_better_is_a_hint(said: str,
     assert finding.grade == grade and ("a torque at the cam explains" in finding.why) == bool(said)
 
 
+def test_of_what_leaves_next_to_nothing_no_other_cause_is_sought() -> None:
+    """The tone leaves 1 % of the gap, where `Criteria.law` is 5 %."""
+    models = [Chord({"tone": 10.0, "rest": 1.0}, seed, ("tone", "beat")) for seed in (5, 6)]
+    asked = []
+    (finding,) = explain(models[0], models[1], elsewhere=lambda *asks: asked.append(asks) or "a torque").findings
+    assert not asked and finding.grade == "established"
+
+
 PLACE = Form("place", ("place",), effect("rest"), ())
 """A table whose only value is the size of `rest`."""
 
