@@ -8,6 +8,7 @@ and O'Hagan, Inverse Problems 30 (2014) 114007).
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -87,6 +88,14 @@ class FoundEffect:
         """Whether the interval of its size leaves out none."""
         size = self.parameters[0]
         return not size.low <= size.nominal <= size.high
+
+    @property
+    def span(self) -> float:
+        """Factor between the ends of the interval of its size, both taken from no effect; infinite where it holds
+        none."""
+        size = self.parameters[0]
+        near, far = sorted(abs(end - size.nominal) for end in (size.low, size.high))
+        return far / near if self.shown and near > 0.0 else math.inf
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,8 @@ class Evidence:
         That variable.
     untold : bool
         Whether no interval of its size can be told.
+    span : float
+        Factor between the ends of that interval, both taken from no effect.
     elsewhere : str
         What explains better than it what is left without it; "" where nothing does, or where it leaves at most
         `Criteria.law` of the gap, as no cause could close more.
@@ -69,6 +71,7 @@ class Evidence:
     missed: float = 0.0
     over: str = ""
     untold: bool = False
+    span: float = 1.0
     elsewhere: str = ""
 
 
@@ -119,6 +122,11 @@ RULES = (
         "at a bound", STANDS_IN,
         lambda e, c: bool(e.bound),
         lambda e, c: f"{e.bound} is held at the bound of what is possible, so it stands in for another effect.",
+    ),
+    Rule(
+        "size vague", STANDS_IN,
+        lambda e, c: c.span is not None and e.span > c.span,
+        lambda e, c: f"Its size ({e.size}) is known within a factor of {e.span:.2g}, where a name needs {c.span:g}.",
     ),
     Rule(
         "closes a part", STANDS_IN,

@@ -213,6 +213,7 @@ class Judge:
             size=_words(size),
             zero=not found.untold and not found.shown,
             untold=found.untold,
+            span=found.span,
             bound=found.bound,
             alike=tuple(name for name, _ in self._alike(k, found.name)),
             share=max(closes[found.name], 0.0) / max(closes[largest], 1e-300),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy import Explanation, explain
+from discrepancy import Criteria, Explanation, explain
 from discrepancy import Finding as Found
 from discrepancy.grades import ESTABLISHED, NAMED
 from discrepancy.indexer import IndexerModel
@@ -30,6 +30,9 @@ from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
 from twin.measured import Measured, measured
 from twin.nuisance import Nuisance
+
+_SMALL = Criteria(span=None)
+"""At its smallest size, where an alarm is raised 95 times in 100, a fault is known within a factor of three."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +152,7 @@ def explained(
     together = Nuisance.of_draws(_told(draws, free)).together(load_factor)
     given_model = {"sensor": sensor, "together": together, "known": known, "without": without}
     model, held = (IndexerModel(plain, part, **given_model) for part in (given.fitted, given.held_out))
-    answer = explain(model, held)
+    answer = explain(model, held, _SMALL)
     table = by_effect(faults)
     best = accepted(answer)
     found_faults = [_as_fault(found, table.get(found.effects[0].name), machine) for found in told(answer, best)]

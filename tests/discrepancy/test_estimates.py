@@ -235,3 +235,14 @@ def test_a_parameter_that_alone_contradicts_what_was_known_does_not_drag_the_oth
 def test_a_size_is_shown_where_the_interval_that_is_told_leaves_out_none(low, high, shown):
     size, place = Estimate("size", "-", 0.2, low, high, 0.0, None), Estimate("place", "-", 0.0, -1.0, 1.0, 0.0, None)
     assert FoundEffect("an effect", (size, place), (), "").shown is shown
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "nominal", "span"),
+    [(1, 3, 0, 3), (-3, -1, 0, 3), (11, 12, 10, 2), (0, 1, 0, np.inf), (-1, 3, 0, np.inf)],
+)
+def test_how_well_a_size_is_known_is_a_factor_taken_from_no_effect(
+    low: float, high: float, nominal: float, span: float
+) -> None:
+    size = Estimate("torque", "N m", 0.5 * (low + high), low, high, nominal, None)
+    assert FoundEffect("friction", (size,), (), "").span == span

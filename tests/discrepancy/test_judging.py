@@ -274,6 +274,15 @@ def test_an_effect_whose_part_another_cause_explains_better_is_a_hint(said: str,
     assert finding.grade == grade and ("a torque at the cam explains" in finding.why) == bool(said)
 
 
+@pytest.mark.parametrize(("span", "grade"), [(1.01, "stands in"), (2.5, "established"), (None, "established")])
+def test_a_name_needs_a_size_that_is_known_so_well(span: float | None, grade: str) -> None:
+    """The interval of the tone's size is some 0.2 wide."""
+    models = [Chord({"tone": 3.0}, seed) for seed in (5, 6)]
+    (finding,) = explain(models[0], models[1], Criteria(span=span)).findings
+    assert 1.01 < finding.effects[0].span < 2.5
+    assert finding.grade == grade
+
+
 def test_of_what_leaves_next_to_nothing_no_other_cause_is_sought() -> None:
     """The tone leaves 1 % of the gap, where `Criteria.law` is 5 %."""
     models = [Chord({"tone": 10.0, "rest": 1.0}, seed, ("tone", "beat")) for seed in (5, 6)]
@@ -330,7 +339,8 @@ def test_what_a_set_frees_in_every_window_predicts_nothing(monkeypatch) -> None:
 
 
 def test_a_smaller_set_may_have_been_found_in_another_order(monkeypatch) -> None:
-    """`rest` acts in the records fitted alone. The set without it has its other two the other way round."""
+    """`rest` acts in the records fitted alone. The set without it has its other two the other way round, their sizes
+    known badly."""
     hidden, offered = {"tone": 10.0, "beat": 9.0}, ("tone", "beat", "rest")
     search = Search(Chord({**hidden, "rest": 8.0}, 5, offered), Criteria())
     selection = search.run()
@@ -345,7 +355,7 @@ def test_a_smaller_set_may_have_been_found_in_another_order(monkeypatch) -> None
         lambda self, fitted, k: swapped if fitted is best and k == 2 else without(self, fitted, k),
     )  # fmt: skip
     selection = dataclasses.replace(selection, without=(*selection.without[:2], swapped))
-    judged, _ = Judge(search.fits, selection, Chord(hidden, 6, offered), Criteria()).judged()
+    judged, _ = Judge(search.fits, selection, Chord(hidden, 6, offered), Criteria(span=None)).judged()
     assert [(row.k, row.found.name, row.grade) for row in judged] == [
         (0, "tone", "established"), (1, "beat", "established"), (2, "rest", "dismissed")
     ]  # fmt: skip
