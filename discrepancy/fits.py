@@ -131,13 +131,16 @@ class Fits:
         return problem.pooled(alone, [fitted.place])
 
     def on_all(self, fitted: Fitted) -> Fitted:
-        """A set fitted to all windows of all records."""
+        """A set fitted to all windows of all records. Those that it was fitted to before start as they did, the others
+        where a grid or one of these says: dry friction leaves a resting table far from any grid."""
         if self.whole is self.model:
             return fitted
         if fitted not in self._whole:
             place, problem = fitted.place, Problem(self.whole, fitted.place.hypothesis)
-            states = np.zeros((len(self.whole.counts), place.states.shape[1]))
-            result = fit(problem, problem.searched(problem.point(place.z, states)), steps=_SHORT)
+            states, known = np.zeros((len(self.whole.counts), place.states.shape[1])), self.model.among(self.whole)
+            states[known] = place.states
+            begun = problem.searched(problem.point(place.z, states), np.setdiff1d(problem.all, known))
+            result = fit(problem, begun, steps=_SHORT)
             whole = crossed(problem, result.place)
             self._whole[fitted] = fitted_set(self.whole, whole, fitted.converged, fitted.price)
         return self._whole[fitted]

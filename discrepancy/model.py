@@ -240,6 +240,10 @@ class Model(ABC):
         """The model with about so many windows of all its records, or itself where it has no more."""
         return self
 
+    def among(self, whole: Model) -> np.ndarray:
+        """Numbers (w,) that this model's windows have in the whole of which it is a part."""
+        return np.arange(len(self.counts))
+
     def with_all_samples(self) -> Model:
         """The model with the samples of its windows that a part may have left out."""
         return self

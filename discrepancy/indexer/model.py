@@ -133,6 +133,11 @@ class IndexerModel(Model):
         other._lay_out()
         return other
 
+    def among(self, whole: Model) -> np.ndarray:
+        assert isinstance(whole, IndexerModel)
+        of_all = whole.windows.turns
+        return np.array([of_all.index(turn) for turn in self.windows.turns])
+
     def with_all_samples(self) -> IndexerModel:
         return self._with_all or self
 

@@ -1,12 +1,14 @@
 """Fits of sets that are known to look alike. Seed 5."""
 
+import copy
+
 import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, Jobs, together
+from discrepancy.model import Hypothesis, Jobs, Model, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
@@ -68,6 +70,31 @@ def two(model: Pitted, state: float) -> Point:
     hypothesis = together(model.library["tone"][0], model.library["beat"][0])
     problem = Problem(model, hypothesis)
     return problem.point(np.array([0.0, 10.0, 0.0]), np.full((WINDOWS, 1), state))
+
+
+class Parted(Pitted):
+    """The same, of which a search takes half; a grid knows the wrong minimum alone."""
+
+    def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
+        return np.zeros((1, 1))
+
+    def part(self, windows: int) -> Chord:
+        other, some = copy.copy(self), self.among(self)
+        other.counts, other.groups, other.y = self.counts[some], self.groups[some], self.y[some]
+        other.shapes = {name: shape[some] for name, shape in self.shapes.items()}
+        return other
+
+    def among(self, whole: Model) -> np.ndarray:
+        return np.array([0, 1, 4, 5])
+
+
+def test_all_windows_start_as_those_that_were_searched() -> None:
+    whole = Parted({"tone": 10.0}, 5)
+    part = whole.part(4)
+    problem = Problem(part, whole.library["tone"][0])
+    fits = Fits(whole, part)
+    fitted = fits.fit(problem.point(np.array([0.0, 10.0]), np.full((4, 1), _WELL)))
+    assert fits.on_all(fitted).place.states == pytest.approx(np.full((WINDOWS, 1), _WELL), abs=0.5)
 
 
 @pytest.mark.parametrize("better", [True, False])

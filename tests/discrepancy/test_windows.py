@@ -58,6 +58,15 @@ def test_a_search_takes_one_sample_for_each_step_of_the_integrator(rate: float, 
     assert part.with_all_samples() is whole
 
 
+def test_a_search_knows_its_windows_among_all() -> None:
+    signal = Signal(np.sin(0.15 * np.arange(8200)), 1000.0, unit="rad/s^2")
+    whole = IndexerModel(load_machine("reference"), [Experiment(signal, OperatingPoint(motor_speed=150.0))] * 2)
+    part = whole.part(4)
+    assert len(part.counts) < len(whole.counts)
+    assert [whole.windows.turns[k] for k in part.among(whole)] == part.windows.turns
+    assert whole.among(whole).tolist() == list(range(len(whole.counts)))
+
+
 def test_a_line_above_half_the_rate_of_the_search_is_told_by_all_samples() -> None:
     """Seed 3, 1 kHz: the search takes every second sample, in which order 14 of the motor looks like order 6.9."""
     angle, noise = np.arange(8200) * 0.15, 0.1 * np.random.default_rng(3).standard_normal(8200)
