@@ -124,11 +124,6 @@ RULES = (
         lambda e, c: f"{e.bound} is held at the bound of what is possible, so it stands in for another effect.",
     ),
     Rule(
-        "size vague", STANDS_IN,
-        lambda e, c: c.span is not None and e.span > c.span,
-        lambda e, c: f"Its size ({e.size}) is known within a factor of {e.span:.2g}, where a name needs {c.span:g}.",
-    ),
-    Rule(
         "closes a part", STANDS_IN,
         lambda e, c: e.closes < c.closes,
         lambda e, c: (
@@ -163,6 +158,11 @@ RULES = (
         "another cause", STANDS_IN,
         lambda e, c: bool(e.elsewhere),
         lambda e, c: f"Without it {e.elsewhere} explains the records better than it does.",
+    ),
+    Rule(
+        "size vague", STANDS_IN,
+        lambda e, c: c.span is not None and e.span > c.span,
+        lambda e, c: f"Its size ({e.size}) is known within a factor of {e.span:.2g}, where a name needs {c.span:g}.",
     ),
     Rule(
         "family", FAMILY,

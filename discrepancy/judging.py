@@ -103,7 +103,8 @@ class Judge:
         return self._estimates[whole.name]
 
     def judged(self) -> tuple[list[Judged], Fitted]:
-        """All effects of the set with their grades, and the set of those that are named, fitted to all windows."""
+        """All effects of the set with their grades, and the set of those that are named, fitted to all windows. One of
+        which too little is known for a name explains its part as long as the others are judged."""
         found: dict[int, Judged] = {}
         inside, whole = self.selection.best, self.best
         kept = list(range(len(inside.effects)))
@@ -114,16 +115,29 @@ class Judge:
             if not failed:
                 break
             least = min(failed, key=lambda row: (-GRADES.index(row.grade), row.evidence.closes))
-            inside = self.fits.without(inside, kept.index(least.k))
-            # a smaller set may have been found in another order
-            kept = [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
-            whole = self.fits.on_all(inside)
-            self._hold([whole, *(self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept)))])
+            inside, whole, kept = self._left_out(inside, kept.index(least.k))
+        for row in [found[k] for k in kept]:
+            grade, why = graded(row.evidence, self.criteria)
+            if grade not in NAMED:
+                found[row.k] = dataclasses.replace(row, grade=grade, why=why)
+                inside, whole, kept = self._left_out(inside, kept.index(row.k))
         return [found[k] for k in sorted(found)], whole
 
+    def _left_out(self, inside: Fitted, i: int) -> tuple[Fitted, Fitted, list[int]]:
+        """A set without its i-th effect, fitted to the part searched and to all windows, and the places of its effects
+        in the best one."""
+        inside = self.fits.without(inside, i)
+        # a smaller set may have been found in another order
+        kept = [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
+        whole = self.fits.on_all(inside)
+        self._hold([whole, *(self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept)))])
+        return inside, whole, kept
+
     def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
-        """The effects of a set that was fitted to the part searched and to all windows."""
+        """The effects of a set that was fitted to the part searched and to all windows, however well their sizes are
+        known."""
         numbers, rows = self.estimates(whole), []
+        criteria = dataclasses.replace(self.criteria, span=None)
         place = self._there(whole)
         smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
         others = [self._there(one) for one in smaller]
@@ -134,12 +148,12 @@ class Judge:
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, place, other, gaps, eases)
-            grade, why = graded(evidence, self.criteria)
+            grade, why = graded(evidence, criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)
                 elsewhere = self._found_elsewhere(k) if evidence.closes < 1.0 - self.criteria.law else ""
                 evidence = dataclasses.replace(evidence, missed=missed, over=over, elsewhere=elsewhere)
-                grade, why = graded(evidence, self.criteria)
+                grade, why = graded(evidence, criteria)
             rows.append(Judged(k, found, evidence, grade, why))
         return rows
 

@@ -17,9 +17,6 @@ CASES = {
     ),
     "size unknown": ({"untold": True}, STANDS_IN, "With it the least step of a parameter leads to another motion"),
     "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "size 9 N is held at the bound of what is possible"),
-    "size vague": (
-        {"span": 4.0, "size": "height 2 rad, 1 to 4"}, STANDS_IN, "Its size (height 2 rad, 1 to 4) is known within a",
-    ),
     "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
     "not steady": ({"better": 0.4}, STANDS_IN, "In one record 40 % of what it changes becomes better, "),
     "slight": (
@@ -30,6 +27,9 @@ CASES = {
     ),
     "another cause": (
         {"closes": 0.9, "elsewhere": "a torque at the cam"}, STANDS_IN, "Without it a torque at the cam explains",
+    ),
+    "size vague": (
+        {"span": 4.0, "size": "height 2 rad, 1 to 4"}, STANDS_IN, "Its size (height 2 rad, 1 to 4) is known within a",
     ),
     "family": ({"alike": ("twin", "echo")}, FAMILY, "These records cannot tell it from twin or echo."),
     "established": ({}, ESTABLISHED, "It closes 95 % of the gap on records to which its size was not fitted."),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
+from discrepancy.estimates import FoundEffect
 from discrepancy.explain import _verdict, explain
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
@@ -281,6 +282,17 @@ def test_a_name_needs_a_size_that_is_known_so_well(span: float | None, grade: st
     (finding,) = explain(models[0], models[1], Criteria(span=span)).findings
     assert 1.01 < finding.effects[0].span < 2.5
     assert finding.grade == grade
+
+
+def test_an_effect_of_which_little_is_known_explains_its_part_until_the_others_are_judged(monkeypatch) -> None:
+    """Without the tone the beat would close a twelfth of the gap."""
+    monkeypatch.setattr(FoundEffect, "span", property(lambda found: 9.0 if found.name == "tone" else 1.0))
+    models = [Chord({"tone": 10.0, "beat": 3.0}, seed) for seed in (5, 6)]
+    answer = explain(models[0], models[1])
+    found = {finding.effects[0].name: (finding.grade, finding.why) for finding in answer.findings}
+    assert found["beat"][0] == "established"
+    assert found["tone"][0] == "stands in" and "within a factor of 9" in found["tone"][1]
+    assert answer.written.place.hypothesis.name == "beat"
 
 
 def test_of_what_leaves_next_to_nothing_no_other_cause_is_sought() -> None:
