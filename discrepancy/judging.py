@@ -106,40 +106,39 @@ class Judge:
         """All effects of the set with their grades, and the set of those that are named, fitted to all windows. One of
         which too little is known for a name explains its part as long as the others are judged."""
         found: dict[int, Judged] = {}
-        inside, whole = self.selection.best, self.best
+        inside = self.selection.best
         kept = list(range(len(inside.effects)))
         while kept:
-            rows = self._judged_beside(inside, whole, kept)
+            rows = self._judged_beside(inside, kept)
             found |= {row.k: row for row in rows}
             failed = [row for row in rows if row.grade not in NAMED]
             if not failed:
                 break
             least = min(failed, key=lambda row: (-GRADES.index(row.grade), row.evidence.closes))
-            inside, whole, kept = self._left_out(inside, kept.index(least.k))
+            inside, kept = self._left_out(inside, kept.index(least.k))
         for row in [found[k] for k in kept]:
             grade, why = graded(row.evidence, self.criteria)
             if grade not in NAMED:
                 found[row.k] = dataclasses.replace(row, grade=grade, why=why)
-                inside, whole, kept = self._left_out(inside, kept.index(row.k))
+                inside, kept = self._left_out(inside, kept.index(row.k))
+        whole = self.fits.on_all(inside)
+        self._hold([whole])
         return [found[k] for k in sorted(found)], whole
 
-    def _left_out(self, inside: Fitted, i: int) -> tuple[Fitted, Fitted, list[int]]:
-        """A set without its i-th effect, fitted to the part searched and to all windows, and the places of its effects
-        in the best one."""
+    def _left_out(self, inside: Fitted, i: int) -> tuple[Fitted, list[int]]:
+        """A set without its i-th effect, and the places of its effects in the best one: it may have been found in
+        another order."""
         inside = self.fits.without(inside, i)
-        # a smaller set may have been found in another order
-        kept = [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
-        whole = self.fits.on_all(inside)
-        self._hold([whole, *(self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept)))])
-        return inside, whole, kept
+        return inside, [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
 
-    def _judged_beside(self, inside: Fitted, whole: Fitted, kept: Sequence[int]) -> list[Judged]:
-        """The effects of a set that was fitted to the part searched and to all windows, however well their sizes are
-        known."""
+    def _judged_beside(self, inside: Fitted, kept: Sequence[int]) -> list[Judged]:
+        """The effects of a set that was fitted to the part searched, however well their sizes are known."""
+        whole = self.fits.on_all(inside)
+        smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
+        self._hold([whole, *smaller])
         numbers, rows = self.estimates(whole), []
         criteria = dataclasses.replace(self.criteria, span=None)
         place = self._there(whole)
-        smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
         others = [self._there(one) for one in smaller]
         pulled = [one.place.strain(self.fits.whole) - whole.place.strain(self.fits.whole) for one in smaller]
         names = inside.place.hypothesis.names

@@ -1,18 +1,16 @@
 """Fits of sets that are known to look alike. Seed 5."""
 
-import copy
-
 import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
-from discrepancy.model import Hypothesis, Jobs, Model, together
+from discrepancy.model import Hypothesis, Jobs, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
-from tests.discrepancy.toy import WINDOWS, Chord
+from tests.discrepancy.toy import WINDOWS, Chord, Long
 from tests.discrepancy.toy import effect as effect_like
 
 _WELL = 2.0 * np.pi
@@ -72,20 +70,11 @@ def two(model: Pitted, state: float) -> Point:
     return problem.point(np.array([0.0, 10.0, 0.0]), np.full((WINDOWS, 1), state))
 
 
-class Parted(Pitted):
+class Parted(Long, Pitted):
     """The same, of which a search takes half; a grid knows the wrong minimum alone."""
 
     def state_grid(self, hypothesis: Hypothesis, point: np.ndarray, *, shaken: bool = False) -> np.ndarray:
         return np.zeros((1, 1))
-
-    def part(self, windows: int) -> Chord:
-        other, some = copy.copy(self), self.among(self)
-        other.counts, other.groups, other.y = self.counts[some], self.groups[some], self.y[some]
-        other.shapes = {name: shape[some] for name, shape in self.shapes.items()}
-        return other
-
-    def among(self, whole: Model) -> np.ndarray:
-        return np.array([0, 1, 4, 5])
 
 
 def test_all_windows_start_as_those_that_were_searched() -> None:

@@ -1,6 +1,5 @@
 """The machine that is written, and effects judged anew without those that do not hold. Seeds 5 and 6."""
 
-import copy
 import dataclasses
 from collections.abc import Sequence
 
@@ -20,7 +19,7 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
 from discrepancy.written import Written, _against, written
-from tests.discrepancy.toy import WINDOWS, Chord, effect, late
+from tests.discrepancy.toy import WINDOWS, Chord, Long, effect, late
 
 
 def fitted(model: Chord) -> Point:
@@ -371,19 +370,6 @@ def test_a_smaller_set_may_have_been_found_in_another_order(monkeypatch) -> None
     assert [(row.k, row.found.name, row.grade) for row in judged] == [
         (0, "tone", "established"), (1, "beat", "established"), (2, "rest", "dismissed")
     ]  # fmt: skip
-
-
-class Long(Chord):
-    """A chord of which a search takes half."""
-
-    def part(self, windows: int) -> Chord:
-        other, some = copy.copy(self), [0, 1, 4, 5]
-        other.counts, other.groups, other.y = self.counts[some], self.groups[some], self.y[some]
-        other.shapes = {name: shape[some] for name, shape in self.shapes.items()}
-        return other
-
-    def among(self, whole: Model) -> np.ndarray:
-        return np.array([0, 1, 4, 5])
 
 
 def test_all_sets_are_fitted_to_all_windows_before_they_are_judged() -> None:
