@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from indexer_env.checks import check_number
@@ -49,6 +50,14 @@ def check_texts(config: Mapping[str, Any]) -> None:
     publish = config["publish"]
     if publish is not None and re.search("[+#]", publish):
         raise refuse("monitor", "publish", "a topic without + and #, or null", publish)
+
+
+def check_at_hand(source: str, publish: str | None) -> None:
+    """What the monitor is to read is there, and what it publishes has a broker."""
+    if source.startswith("folder:") and not Path(source.removeprefix("folder:")).is_dir():
+        raise refuse("monitor", "source", "a folder that is there", source)
+    if publish is not None and source not in ("demo", "broker") and not source.startswith("mqtt"):
+        raise refuse("monitor", "publish", "null where the source is no broker", publish)
 
 
 def owner_of(config: Mapping[str, Any]) -> str | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from monitor.analysis.classifier import ClassifierDiagnoser
 from monitor.analysis.finding import Diagnoser
 from monitor.analysis.twin import TwinDiagnoser, limits_of
 from monitor.engine import Engine
+from monitor.given import check_at_hand
 from monitor.leases import Leases
 from monitor.outputs.metrics import Metrics
 from monitor.outputs.outbox import Sender
@@ -42,7 +42,7 @@ from monitor.store import Store, StoreDown
 from monitor.store.archive import DAY_NS, keep
 from monitor.web.access import Gate
 from monitor.web.api import Api
-from monitor.web.app import make_app
+from monitor.web.app import listener, make_app
 from monitor.web.hub import Hub
 from twin.twin import Twin
 
@@ -73,24 +73,37 @@ class Service:
         self._settings, self._say = settings, say
         # A turn's network is far too small to be shared out among cores.
         torch.set_num_threads(1)
+        with contextlib.ExitStack() as opened:
+            diagnoser, settings = self._opened(opened)
+            self._assemble(diagnoser, settings)
+            self._closing = opened.pop_all()
+
+    def _opened(self, opened: contextlib.ExitStack) -> tuple[Diagnoser, Settings]:
+        """Ports, sources, folder and store; what cannot be used leaves no folder behind."""
+        settings = self._settings
+        check_at_hand(settings.source, settings.publish)
+        self._listener = opened.enter_context(listener(settings.host, settings.port))
         if settings.source == "demo":
             settings = self._settings = self._with_demo(settings)
-        # what cannot be used leaves no folder behind
         diagnoser, settings = _diagnoser(settings)
+        self.broker = self._built_in_broker(opened)
+        self._sources = self._make_sources(diagnoser)
         try:
             settings.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise refuse("monitor", "out", f"a folder ({error.strerror})", str(settings.out)) from None
-        self._closing = contextlib.ExitStack()
         if settings.owner is None:
-            self._closing.enter_context(LocalPlace(settings.out).exclusive())
+            opened.enter_context(LocalPlace(settings.out).exclusive())
         try:
             self._store = Store(settings.store, settings.out)
         except StoreDown as error:
             raise ServiceError(f"store must be a database that can be reached ({error}).") from None
+        opened.callback(self._store.close)
+        return diagnoser, settings
+
+    def _assemble(self, diagnoser: Diagnoser, settings: Settings) -> None:
         self._leases = None if settings.owner is None else Leases(self._store, settings.owner, settings.lease_s)
         self._hub = Hub()
-        self.broker: BuiltInBroker | None = None
         self._senders: list[Sender] = []
         channels = (*([WEB_CHANNEL] if settings.webhook.url else []), *([MQTT_CHANNEL] if settings.publish else []))
         self.physics = None
@@ -103,7 +116,8 @@ class Service:
             self._store, diagnoser, settings.plan, channels, self._changed,
             stale_s=settings.stale, reorder_s=settings.reorder, leases=self._leases,
         )  # fmt: skip
-        self._sources = self._make_sources(diagnoser)
+        if self.broker is not None:
+            self._sources += self._fed(self.broker)
         self._make_senders()
         gate = Gate(settings.access)
         for source in self._sources:
@@ -119,7 +133,6 @@ class Service:
             limit_concurrency=500, h11_max_incomplete_event_size=16384, proxy_headers=False,
         )  # fmt: skip
         self._server = uvicorn.Server(config)
-        self._listener = _listener(settings.host, settings.port)
         self._stopping = threading.Event()
 
     def _changed(self, change: Change) -> None:
@@ -176,9 +189,6 @@ class Service:
             if self._leases is not None:
                 with contextlib.suppress(StoreDown):
                     self._leases.end()
-            if self.broker is not None:
-                self.broker.stop()
-            self._store.close()
             self._closing.close()
 
     def _leads(self) -> bool:
@@ -213,23 +223,28 @@ class Service:
             demo.make_model(model, _DEMO_RECORDS)
         return replace(settings, models=(model,), plan=replace(settings.plan, sensor_radius=_DEMO_RADIUS_M))
 
+    def _built_in_broker(self, opened: contextlib.ExitStack) -> BuiltInBroker | None:
+        if self._settings.source not in ("demo", "broker"):
+            return None
+        broker = BuiltInBroker(self._settings.broker_port)
+        broker.start()
+        opened.callback(broker.stop)
+        return broker
+
+    def _fed(self, built_in: BuiltInBroker) -> list[Source]:
+        """The demonstration, where nothing is stored yet; else it is said where the broker listens."""
+        if self._settings.source == "demo" and not self._store.machines():
+            start = time.time_ns() - round(_DEMO_DAYS * DAY_NS)
+            return [demo.DemoSource(Broker(HOST, built_in.port, version=3), start)]
+        self._say(f"the built-in broker listens at {HOST}:{built_in.port}, topic {BUILT_IN_TOPIC}")
+        return []
+
     def _make_sources(self, diagnoser: Diagnoser) -> list[Source]:
         settings, source = self._settings, self._settings.source
-        if source in ("demo", "broker"):
-            self.broker = BuiltInBroker(settings.broker_port or _free_port())
-            self.broker.start()
-            broker = Broker(HOST, self.broker.port, version=3)
-            listening: list[Source] = [MqttSource(broker, BUILT_IN_TOPIC, settings.client_id)]
-            if source == "demo" and not self._store.machines():
-                start = time.time_ns() - round(_DEMO_DAYS * DAY_NS)
-                listening.append(demo.DemoSource(broker, start))
-            else:
-                self._say(f"the built-in broker listens at {HOST}:{self.broker.port}, topic {BUILT_IN_TOPIC}")
-            return listening
+        if self.broker is not None:
+            return [MqttSource(Broker(HOST, self.broker.port, version=3), BUILT_IN_TOPIC, settings.client_id)]
         if source.startswith("folder:"):
             folder = Path(source.removeprefix("folder:"))
-            if not folder.is_dir():
-                raise refuse("monitor", "source", "a folder that is there", source)
             turn = min(mode.duration for mode in diagnoser.modes)
             told = settings.reading, settings.pulse_column, settings.settle, settings.plan.jitter
             return [FolderSource(folder, *told, turn)]
@@ -249,12 +264,8 @@ class Service:
             delivery = WebhookDelivery(settings.webhook.url, settings.webhook.secret)
             self._senders.append(Sender(self._store, WEB_CHANNEL, delivery, self._leads))
         if settings.publish is not None:
-            if self.broker is not None:
-                broker = Broker(HOST, self.broker.port, version=3)
-            elif settings.source.startswith("mqtt"):
-                broker = self._broker_of_url()[0]
-            else:
-                raise refuse("monitor", "publish", "null where the source is no broker", settings.publish)
+            built_in = self.broker
+            broker = self._broker_of_url()[0] if built_in is None else Broker(HOST, built_in.port, version=3)
             publishing = MqttDelivery(broker, settings.publish, settings.client_id)
             self._senders.append(Sender(self._store, MQTT_CHANNEL, publishing, self._leads))
 
@@ -279,22 +290,3 @@ def _check_limits(settings: Settings, diagnoser: Diagnoser) -> None:
     watched = set(settings.plan.limits) & set(diagnoser.quantities)
     if not watched:
         raise refuse("monitor", "limits", f"limits of what the model tells ({', '.join(diagnoser.quantities)})", None)
-
-
-def _listener(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((host, port))
-    except OSError as error:
-        listener.close()
-        rule = f"one that is free on {host} ({error.strerror})"
-        raise refuse("monitor", "port", rule, port, "choose another") from None
-    return listener
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind((HOST, 0))
-        return probe.getsockname()[1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
 import threading
 
 from indexer_env.errors import refuse
@@ -12,10 +13,10 @@ HOST = "127.0.0.1"
 
 
 class BuiltInBroker:
-    """Listens on localhost from `start` to `stop`."""
+    """Listens on localhost from `start` to `stop`, at any port that is free where `port` is 0."""
 
     def __init__(self, port: int) -> None:
-        self.port = port
+        self.port = port or _free_port()
         self._loop = asyncio.new_event_loop()
         self._ready = threading.Event()
         self._stop = asyncio.Event()
@@ -81,3 +82,9 @@ class BuiltInBroker:
 def _listen_to_it(level: int) -> None:
     for name in ("amqtt", "transitions"):
         logging.getLogger(name).setLevel(level)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((HOST, 0))
+        return probe.getsockname()[1]

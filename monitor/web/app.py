@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 from importlib.resources import files
 from urllib.parse import urlsplit
@@ -17,6 +18,7 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from indexer_env.errors import refuse
 from monitor.outputs.metrics import Metrics
 from monitor.store import StoreDown
 from monitor.web.api import Api
@@ -135,3 +137,17 @@ class Entrance:
             return
         scope.setdefault("state", {})["person"] = person
         await self._app(scope, receive, send)
+
+
+def listener(host: str, port: int) -> socket.socket:
+    """Bound to the address; raises ParameterError where the port is taken."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    bound = socket.socket(family, socket.SOCK_STREAM)
+    bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        bound.bind((host, port))
+    except OSError as error:
+        bound.close()
+        rule = f"one that is free on {host} ({error.strerror})"
+        raise refuse("monitor", "port", rule, port, "choose another") from None
+    return bound

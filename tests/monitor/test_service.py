@@ -3,6 +3,7 @@
 import hashlib
 import hmac
 import json
+import socket
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -134,6 +135,27 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
     (tmp_path / "file").touch()
     with pytest.raises(ParameterError, match=r"monitor\.out must be a folder"):
         Service(settings_of(config(*given, "sensor_radius=0.3", f"out={tmp_path}/file")))
+
+
+@pytest.mark.parametrize(
+    ("source", "more", "word"),
+    [
+        ("folder:nowhere", [], r"monitor\.source must be a folder that is there"),
+        ("replay:nowhere", ["publish=plant/alarms"], r"monitor\.publish must be null where the source is no broker"),
+        ("mqtt://broker/plant/one", [], "machine"),
+        ("broker", ["port={taken}"], r"monitor\.port must be one that is free"),
+        ("broker", ["broker_port={taken}"], r"monitor\.broker_port must be a free port"),
+    ],
+)
+def test_what_cannot_be_used_leaves_no_folder(source, more, word, monkeypatch, tmp_path):
+    models = SimpleNamespace(needs_radius=False, quantities=("crack",), modes=[SimpleNamespace(duration=1.0)])
+    monkeypatch.setattr("monitor.service.ClassifierDiagnoser", lambda _: models)
+    monkeypatch.setattr("monitor.service.load_model", lambda path: path)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        given = [one.format(taken=taken.getsockname()[1]) for one in ("port=0", *more)]
+        with pytest.raises(ParameterError, match=word):
+            Service(settings_of(config(f"source={source}", "model=m", f"out={tmp_path}/kept", *given)))
+    assert not (tmp_path / "kept").exists()
 
 
 def test_a_folder_of_other_files_is_no_monitors_folder(tmp_path):
