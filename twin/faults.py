@@ -81,11 +81,6 @@ class Fault:
         """A size t in the shop's unit."""
         return self.shop(self.value(share, machine), machine)
 
-    def words_of(self, share: float, machine: Machine) -> str:
-        """A size with its unit, two digits."""
-        value = self.told(share, machine)
-        return f"{float(f'{value:.2g}'):g} {self.unit}" if math.isfinite(value) else f"over 1000 {self.unit}"
-
 
 def number_of(value: float) -> str:
     """A size in the shop's unit, three digits; what is without limit, such as the resonance of a rigid bracket, is over

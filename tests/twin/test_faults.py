@@ -31,7 +31,8 @@ def test_a_fault_of_size_0_is_none_and_the_largest_can_be_built(name):
 
 def test_the_shop_reads_the_papers_20_degrees():
     assert FAULTS["reducer_play"].told(1.0, MACHINE) == pytest.approx(20.0)
-    assert FAULTS["sensor_loose"].words_of(1.0, MACHINE) == "25 Hz bracket resonance"
+    loose = FAULTS["sensor_loose"]
+    assert loose.told(1.0, MACHINE) == pytest.approx(25.0) and loose.unit == "Hz bracket resonance"
 
 
 def test_no_interval_ends_beyond_what_there_can_be():
