@@ -56,8 +56,8 @@ class Criteria:
         Fits to the end in each round, and effects with which a found one is exchanged.
     searched : int
         Windows of all records together among which the search chooses, or as many as there are stations or records if
-        that is more; the set chosen is fitted to all windows. Twelve take a sixth more of the simulator, and of 45
-        messy cases of the challenge's tuning half name one right effect and one wrong one less.
+        that is more; the set chosen is fitted to all windows. Twelve take up to 30 % more of the simulator, and in 45
+        messy cases of the challenge's tuning half give no right name more and one wrong one less.
     starts : int
         Starts of each effect that are simulated in the worst windows.
     windows : int
