@@ -79,7 +79,7 @@ class Service:
             self._closing = opened.pop_all()
 
     def _opened(self, opened: contextlib.ExitStack) -> tuple[Diagnoser, Settings]:
-        """Ports, sources, folder and store; what cannot be used leaves no folder behind."""
+        """Ports, models, sources, folder and store, in this order: a port or source in vain leaves no folder."""
         settings = self._settings
         check_at_hand(settings.source, settings.publish)
         self._listener = opened.enter_context(listener(settings.host, settings.port))
