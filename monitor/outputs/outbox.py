@@ -59,9 +59,9 @@ class Sender:
                 continue
             try:
                 for row, message in self._store.outbox(self._channel):
-                    if self._told(row, message):
-                        self.delivered += 1
+                    told = self._told(row, message)
                     self._store.delivered([row])
+                    self.delivered += told
             except Exception as error:
                 self.failures += 1
                 wait = min(_LONGEST_WAIT_S, _LOOK_S * 2.0 ** min(self.failures, 10))
