@@ -114,24 +114,22 @@ def apart(one: Fitted, other: Fitted) -> str:
 
 
 def separations(subject: Subject, answer: Explanation, question: Question) -> tuple[Separation, ...]:
-    """Every measurement of the subject by how far it separates the rivals of a question, the best first."""
+    """Every measurement of the subject that all rivals of a question can make, by how far it separates them, the best
+    first."""
     if len(question.rivals) < 2:
         return ()
     rivals = [_rival(answer.selection.model, one.place) for one in question.rivals]
     pairs = list(itertools.combinations(range(len(rivals)), 2))
     found = []
     for measurement in subject.measurements():
-        far = {
-            (i, j): min(
-                _separation(measurement, rivals[i], rivals[j]), _separation(measurement, rivals[j], rivals[i])
-            )
-            for i, j in pairs
-        }  # fmt: skip
-        i, j = min(far, key=lambda pair: far[pair])
-        one, other = question.rivals[i], question.rivals[j]
-        value = far[i, j] / answer.selection.dispersion
+        both = [[_separation(measurement, rivals[a], rivals[b]) for a, b in ((i, j), (j, i))] for i, j in pairs]
+        if not np.isfinite(both).all():
+            continue
+        far = np.min(both, axis=1)
+        one, other = (question.rivals[k] for k in pairs[int(far.argmin())])
+        value = float(far.min()) / answer.selection.dispersion
         found.append(Separation(measurement.name, value, (apart(one, other), apart(other, one))))
-    return tuple(sorted((s for s in found if np.isfinite(s.separation)), key=lambda s: -s.separation))
+    return tuple(sorted(found, key=lambda s: -s.separation))
 
 
 def _rival(model: Model, place: Point) -> _Rival:

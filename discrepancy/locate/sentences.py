@@ -87,18 +87,15 @@ def _of_axis(axis: str, cells: list[Cell], passes: np.ndarray) -> list[str]:
 
 
 def _phases(cells: list[Cell], excess: np.ndarray) -> str:
-    """The cells that hold half of the excess, the strongest first, as ranges of the cam turn."""
+    """The strongest cells that hold half of the excess, as ranges of the cam turn. A cell that no record has samples of
+    is not among them."""
     order = np.argsort(-excess)
     held = np.cumsum(excess[order]) / excess.sum()
-    chosen = set(order[: int(np.searchsorted(held, _HALF)) + 1].tolist())
-    width = 360.0 / len(cells)
-    ranges, start = [], None
-    for k in range(len(cells) + 1):
-        if k in chosen and start is None:
-            start = k
-        elif k not in chosen and start is not None:
-            ranges.append(f"{start * width:.0f}° to {k * width:.0f}°")
-            start = None
+    chosen = np.sort(order[: int(np.searchsorted(held, _HALF)) + 1])
+    begins = np.array([float(cell.label.removesuffix("°")) for cell in cells])
+    width = float(np.diff(begins, append=360.0).min())
+    runs = np.split(begins[chosen], np.flatnonzero(np.diff(begins[chosen]) > 1.5 * width) + 1)
+    ranges = [f"{run[0]:.0f}° to {run[-1] + width:.0f}°" for run in runs]
     return f"Half of what exceeds the noise lies at a cam phase of {joined(ranges)}."
 
 

@@ -66,7 +66,7 @@ def imagined(model: IndexerModel) -> tuple[Measurement, ...]:
             for stated in loads:
                 point = OperatingPoint(share * fastest, stated)
                 experiment = _empty(model.machine, point, turns, rate, first.signal.unit, first.noise_level)
-                other = IndexerModel(model.machine, [experiment], model.sensor, model.uncertainty)
+                other = IndexerModel(model.machine, [experiment], model.sensor, model.uncertainty, known=model.known)
                 found.append(Measurement(_words(point, turns), other, _RAISED))
     for stated in loads:
         point = OperatingPoint(fastest, stated)
@@ -75,7 +75,7 @@ def imagined(model: IndexerModel) -> tuple[Measurement, ...]:
         except SimulationError:
             continue  # a load that the nominal machine cannot carry is not to be measured
         experiment = _empty(model.machine, point, whole, rate, "rad/s^2", _TORQUE_NOISE * float(shaft.std()))
-        other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty)
+        other = ShaftTorqueModel(model.machine, [experiment], None, model.uncertainty, known=model.known)
         found.append(Measurement(f"{_words(point, whole)} with a torque sensor on the cam shaft", other, _RAISED))
     return tuple(found)
 

@@ -11,7 +11,7 @@ import numpy as np
 from discrepancy.form import Form, shaped
 from discrepancy.indexer import IndexerModel, machine_yaml, sensor_yaml
 from discrepancy.indexer.scans import elsewhere_at, origin_at
-from discrepancy.indexer.windows import START_PHASE
+from discrepancy.indexer.windows import START_PHASE, Experiment
 from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.origin import Origin
 from discrepancy.place import Point
@@ -103,7 +103,7 @@ class IndexerSubject(Subject):
         turns = (starts[w.record][:, None] + cam_rates[w.record][:, None] * time) / _TURN
         time = time + np.array([e.begun for e in experiments])[w.record][:, None]
         return View(
-            names=tuple(e.signal.source or f"record {k + 1}" for k, e in enumerate(experiments)),
+            names=tuple(_name(k, e) for k, e in enumerate(experiments)),
             unit=experiments[0].signal.unit,
             groups=w.record,
             inside=inside,
@@ -192,10 +192,9 @@ class IndexerSubject(Subject):
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         assert isinstance(model, IndexerModel)
         values = model.values(place.hypothesis, place.z)
-        changed = ((e, values.get(f"record {k}.inertia", 0.0)) for k, e in enumerate(model.experiments))
         return tuple(
-            f"{e.signal.source}: the table's inertia is {math.exp(change):.3g} times the machine's."
-            for e, change in changed if e.inertia_uncertainty > 0.0
+            f"{_name(k, e)}: the table's inertia is {math.exp(values[f'record {k}.inertia']):.3g} times the machine's."
+            for k, e in enumerate(model.experiments) if e.inertia_uncertainty > 0.0
         )  # fmt: skip
 
     def elsewhere(self, model: Model, place: Point, without: Point, effect: str) -> str:
@@ -229,6 +228,10 @@ _VARIABLES = {
 _WIDE = 3.0
 """Spread of a table's values before the records are looked at, over the torque of the motion, or over what that bends
 the output joint by: places that no record passes stay at nothing."""
+
+
+def _name(k: int, experiment: Experiment) -> str:
+    return experiment.signal.source or f"record {k + 1}"
 
 
 def _form(name: str, reached: Mapping[str, tuple[float, float]], size: Mapping[str, float]) -> Form:

@@ -114,6 +114,32 @@ def test_no_measurement_separates_an_effect_from_itself(made, name: str, values:
     assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
 
 
+def test_a_measurement_that_one_rival_cannot_make_is_left_out(made, monkeypatch) -> None:
+    measurements = tuple(SimpleNamespace(name=name) for name in ("m0", "m1", "m2"))
+    subject = SimpleNamespace(model=made[0].model, measurements=lambda: measurements)
+    cannot = {("m0", "drive.slip"), ("m1", "friction.viscous")}
+
+    def separation(measurement, true, other):
+        name = true.hypothesis.names[0]
+        return np.nan if (measurement.name, name) in cannot else 3.0
+
+    monkeypatch.setattr("discrepancy.next_measurement._separation", separation)
+    assert [one.measurement for one in separated(subject, *made[2].values())] == ["m2"]
+
+
+def test_an_effect_that_the_machine_is_known_to_have_is_part_of_what_is_imagined(made) -> None:
+    nominal = made[0]
+    viscous = nominal.model.hypotheses()["friction.viscous"][0]
+    subject = IndexerSubject(nominal.machine, Sensor(), nominal.records, known=(viscous,))
+    slip = subject.model.hypotheses()["drive.slip"][0]
+    problem = Problem(subject.model, slip)
+    z = np.concatenate([np.zeros(len(subject.model.parameters)), slip.coordinates((0.2,))])
+    place = problem.point(z, np.zeros((len(subject.model.counts), 4)))
+    few = SimpleNamespace(model=subject.model, measurements=lambda: subject.measurements()[::36])
+    found = separated(few, place, place)
+    assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
+
+
 def test_a_table_of_two_stations_is_measured_for_more_turns(one_record) -> None:
     """Seed 32: three turns of such a table are six cam turns; the shortest measurement imagined holds five or more."""
     machine = dataclasses.replace(load_machine("reference"), stations=2)
