@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from discrepancy.criteria import Criteria
 from discrepancy.estimates import Calibration, FoundEffect, estimates_of
 from discrepancy.form import Form
-from discrepancy.grades import DISMISSED, ESTABLISHED, FAMILY, NAMED, STANDS_IN
+from discrepancy.grades import DISMISSED, FAMILY, GRADES, NAMED, STANDS_IN
 from discrepancy.judging import Elsewhere, Judge, Judged, closed
 from discrepancy.model import Model
 from discrepancy.place import Point
@@ -185,21 +185,15 @@ def explain(
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        return _explained(model, held_out, criteria, forms, elsewhere)
-
-
-def _explained(
-    model: Model, held_out: Model, criteria: Criteria, forms: Sequence[Form], elsewhere: Elsewhere | None
-) -> Explanation:
-    search = Search(model, criteria)
-    answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
-    if held_at_bounds and answer.left >= criteria.much and search.in_time():
-        # it stands in for another effect, perhaps for one of the library, that then explains as much
-        selection = search.run(barred=held_at_bounds)
-        if not search.wins(answer.selection.best, selection.best):
-            other, _ = _answer(search, selection, held_out, forms, elsewhere)
-            return other if other.after < answer.after else answer
-    return answer
+        search = Search(model, criteria)
+        answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
+        if held_at_bounds and answer.left >= criteria.much and search.in_time():
+            # it stands in for another effect, perhaps for one of the library, that then explains as much
+            selection = search.run(barred=held_at_bounds)
+            if not search.wins(answer.selection.best, selection.best):
+                other, _ = _answer(search, selection, held_out, forms, elsewhere)
+                return other if other.after < answer.after else answer
+        return answer
 
 
 def _answer(
@@ -209,9 +203,8 @@ def _answer(
     model, criteria = search.whole, search.criteria
     judge = Judge(search.fits, selection, held_out, criteria, forms, elsewhere)
     judged, accepted = judge.judged()
-    findings = tuple(
-        _finding(selection, one) for one in sorted(judged, key=lambda one: _order(one.grade)) if one.grade != DISMISSED
-    )
+    told = sorted((one for one in judged if one.grade != DISMISSED), key=lambda one: GRADES.index(one.grade))
+    findings = tuple(_finding(selection, one) for one in told)
     held, best, base = judge.held, judge.best, judge.base
     remains = Remains(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
@@ -225,10 +218,6 @@ def _answer(
         selection, criteria, model, held_out,
     )  # fmt: skip
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
-
-
-def _order(grade: str) -> int:
-    return (ESTABLISHED, FAMILY).index(grade) if grade in NAMED else len(NAMED)
 
 
 def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria) -> str:

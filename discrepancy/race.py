@@ -13,6 +13,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from operator import itemgetter
 from typing import TypeVar
 
 import numpy as np
@@ -44,13 +45,9 @@ _WIDE = 3
 """Starts of each effect in a wide race: with fewer, orders and sizes are left out whose basin is the only one."""
 
 
-def _always() -> bool:
-    return True
-
-
 def race(
     model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria, *, wide: bool = False,
-    in_time: Callable[[], bool] = _always,
+    in_time: Callable[[], bool] = lambda: True,
 ) -> list[Point]:  # fmt: skip
     """Places of the set at `base` with one of the effects more, the best of each effect, best first; once it is no more
     `in_time`, of those that have been fitted until then, one at least.
@@ -67,10 +64,10 @@ def race(
     field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
     judged = [*zip(_left(around, field, worst), field, strict=True)]
     for _ in range(_ROUNDS if in_time() else 0):
-        leaders = _best_of_each([start for _, start in sorted(judged, key=_first)], _SIDE_BY_SIDE)[:_LEADERS]
+        leaders = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _SIDE_BY_SIDE)[:_LEADERS]
         proposed = [start for leader in leaders for start in _proposals(around, leader)]
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
-    by_windows = _best_of_each([start for _, start in sorted(judged, key=_first)], _OF_ONE)
+    by_windows = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
     survivors = _best_of_each(_in_turns(by_windows, by_promise), _OF_ONE)[: criteria.fits]
     return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time)
@@ -105,10 +102,6 @@ def _unmoved(start: Start, rest: Point) -> Start:
     own = start.place.z[len(rest.z) :]
     place = dataclasses.replace(start.place, z=np.concatenate([rest.z, own]))
     return dataclasses.replace(start, place=place)
-
-
-def _first(pair: tuple[float, Start]) -> float:
-    return pair[0]
 
 
 def _promised(start: Start) -> float:
@@ -175,7 +168,9 @@ def _in_turns(a: Sequence[Start], b: Sequence[Start]) -> list[Start]:
     return list(dict.fromkeys(start for pair in pairs for start in pair if start is not None))
 
 
-def _fitted(model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = _always) -> list[Point]:
+def _fitted(
+    model: Model, starts: Sequence[Start], finished: int, in_time: Callable[[], bool] = lambda: True
+) -> list[Point]:
     """The best place of each effect after a few joint steps from every start and more from the best ones."""
     tried: list[tuple[str, Point]] = []
     for start in starts:

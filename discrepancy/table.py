@@ -65,11 +65,11 @@ def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
     with threadpool_limits(limits=1, user_api="blas"):
         single = [form for form in forms if len(form.axes) == 1]
         careful = _careful(answer)
-        taken = _judged(answer, _of_least_cost(_raced(answer, careful, single), single))
+        taken = _best(answer, careful, single)
         if taken.after**2 - floor >= criteria.at_noise:
             further = [form for form in forms if len(form.axes) > 1 and taken.form.variables[0] in form.variables]
             if further:
-                other = _judged(answer, _of_least_cost(_raced(answer, careful, further), further))
+                other = _best(answer, careful, further)
                 taken = other if 1.0 - other.closes <= _LEFT * (1.0 - taken.closes) else taken
         if not math.isfinite(taken.closes) or taken.closes < criteria.hint:
             return None
@@ -77,14 +77,12 @@ def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
     return dataclasses.replace(taken, values=values)
 
 
-def _of_least_cost(places: Sequence[Point], forms: Sequence[Form]) -> tuple[Form, Point]:
-    place = min(places, key=lambda place: place.cost)
-    return next(form for form in forms if form.hypothesis.name == place.hypothesis.names[-1]), place
-
-
-def _judged(answer: Explanation, fitted: tuple[Form, Point]) -> Table:
-    """A table on the records held out, its values' estimates left out."""
-    form, place = fitted
+def _best(answer: Explanation, careful: Point, forms: Sequence[Form]) -> Table:
+    """Of the tables that lead the race for starts the one that fits best, on the records held out; the estimates of its
+    values are left out."""
+    leaders = race(answer.model, careful, [form.hypothesis for form in forms], answer.criteria)
+    place = min((_fitted(answer, one) for one in leaders[: answer.criteria.rivals]), key=lambda one: one.cost)
+    form = next(form for form in forms if form.hypothesis.name == place.hypothesis.names[-1])
     known = answer.held[answer.accepted.name]
     before, after = held_places([answer.accepted.place, place], answer.held_out, [known])
     levels = [p.level(answer.held_out) for p in (before, after)]
@@ -101,12 +99,6 @@ def _careful(answer: Explanation) -> Point:
     return fit(problem, problem.searched(problem.adopted(accepted)), steps=_CAREFUL).place
 
 
-def _raced(answer: Explanation, careful: Point, forms: Sequence[Form]) -> list[Point]:
-    """What was accepted with each of the tables that lead the race for starts."""
-    hypotheses = [form.hypothesis for form in forms]
-    leaders = race(answer.model, careful, hypotheses, answer.criteria)[: answer.criteria.rivals]
-    found = []
-    for place in leaders:
-        problem = Problem(answer.model, place.hypothesis)
-        found.append(fit(problem, problem.adopted(place), steps=_LONG, thorough=True).place)
-    return found
+def _fitted(answer: Explanation, leader: Point) -> Point:
+    problem = Problem(answer.model, leader.hypothesis)
+    return fit(problem, problem.adopted(leader), steps=_LONG, thorough=True).place
