@@ -36,10 +36,10 @@ _NEARLY = 0.05
 """Share by which steps may be longer: the sampling rate that a fit finds differs a little from the stated one, and half
 the step takes twice the time."""
 
-_SLIP_ROUNDS = 3
+_SLIP_ROUNDS = 2
 """Windows simulated to find how much faster than the mean speed a slipping motor's command is."""
 
-_MOTOR_ANGLE, _MOTOR_RATE, _COMMAND = (
+_MOTOR_ANGLE, _MOTOR_RATE, COMMAND = (
     layout.STATE_NAMES.index(name) for name in ("motor_angle", "motor_rate", "motor_command")
 )
 
@@ -73,29 +73,62 @@ def advanced(
     return out
 
 
-def let_slip(pack: Pack, kind: np.ndarray, counts: np.ndarray, sample_rates: np.ndarray, every: int) -> None:
-    """Set command and start rate of slipping motors so that each cam turn takes as long as it was measured to.
+def let_slip(
+    pack: Pack, kind: np.ndarray, sample_rates: np.ndarray, every: int, periods: np.ndarray, begun: np.ndarray,
+    lengths: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """How far ahead a slipping motor is where a window begins (n,) [rad], its command and its rate there (n,) [rad/s].
 
-    What the motor loses in one index it makes up for in the dwell, so one window of each machine and record, told apart
-    by `kind` (n,), tells how much faster the command is than the mean speed, and at which rate a window ends and the
-    next one starts.
+    A pack stands where its motors would be if they turned evenly from the angle at their record's first sample on, at
+    the record's mean speed. What a motor loses in one index it makes up for in the dwell: p(t), by which it gets ahead
+    of turning evenly from a window's start on, comes again with the cam's turn. So one window of each machine and
+    record tells how much faster the command is than the mean speed, at which rate a window ends and the next one
+    starts, and p. What was measured is the angle at a record's first sample and the mean speed up to its last one, T
+    later. So where a window begins, t0 after the first sample, the motor is ahead by
+
+        -p(-t0) + (p(-t0) - p(T - t0)) t0/T
+
+    Parameters
+    ----------
+    pack : Pack
+    kind : ndarray (n,)
+        Tells machines and records apart.
+    sample_rates : ndarray (n,)
+        [Hz]
+    every : int
+        Steps to each sample.
+    periods, begun, lengths : ndarray (n,)
+        Samples of a cam turn at the mean speed, from the record's first one to the window's, and of the record.
     """
     _, one, of = np.unique(kind, return_index=True, return_inverse=True)
-    time = (counts[one] * every - 1) / (sample_rates[one] * every)
+    sample_rates, turn = sample_rates[one], periods[one]
+    counts = np.ceil(turn).astype(int) + 1
+    time = np.arange(int(counts.max())) / sample_rates[:, None]
     mean, rate = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE]
-    command = mean
+    command, each = mean, np.arange(len(one))
     for _ in range(_SLIP_ROUNDS):
         states = pack.states[one].copy()
-        states[:, _MOTOR_RATE], states[:, _COMMAND] = rate, command
-        start = states[:, _MOTOR_ANGLE].copy()
+        states[:, _MOTOR_RATE], states[:, COMMAND] = rate, command
+        start = states[:, _MOTOR_ANGLE, None].copy()
         trial = Pack(pack.model, pack.features, states, pack.coefficients[one], pack.pieces)
-        advanced(trial, counts[one], sample_rates[one], every, (layout.TABLE_ACC,), 0)
-        lost = mean - (states[:, _MOTOR_ANGLE] - start) / time
-        failed = ~np.isfinite(lost + states[:, _MOTOR_RATE])
-        command, rate = command + lost, states[:, _MOTOR_RATE]
+        rows = advanced(trial, counts, sample_rates, every, (layout.MOTOR, layout.MOTOR_RATE), time.shape[1])
+        ahead = rows[:, 0] - start - mean[:, None] * time
+        lost = -_between(ahead, each, turn) * sample_rates / turn
+        rate = _between(rows[:, 1], each, turn) + lost
         # a run that fails here fails below as well, where it counts as worse than any that does not
-        command[failed], rate[failed] = mean[failed], mean[failed]
-    pack.states[:, _MOTOR_RATE], pack.states[:, _COMMAND] = rate[of], command[of]
+        failed = ~np.isfinite(rate + lost)
+        command, rate = np.where(failed, mean, command + lost), np.where(failed, mean, rate)
+        ahead = np.where(failed[:, None], 0.0, ahead + lost[:, None] * time)
+    first, last = (_between(ahead, of, np.mod(moment, periods)) for moment in (-begun, lengths - 1 - begun))
+    slower = (first - last) * sample_rates[of] / (lengths - 1)
+    return slower * begun / sample_rates[of] - first, command[of] + slower, rate[of] + slower
+
+
+def _between(rows: np.ndarray, which: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Values (n,) of these rows (m, samples) at places (n,) between samples, linear."""
+    before = place.astype(int)
+    low, high = rows[which, before], rows[which, before + 1]
+    return low + (place - before) * (high - low)
 
 
 def step_of(model: int, features: int, rows: np.ndarray, law: LawTable, speed: float) -> float:

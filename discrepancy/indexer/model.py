@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from discrepancy.indexer.advance import in_parts, let_slip, samples_per_step, step_of, steps_per_sample
+from discrepancy.indexer.advance import COMMAND, in_parts, let_slip, samples_per_step, step_of, steps_per_sample
 from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.lines import lines
 from discrepancy.indexer.machines import Machines
@@ -270,9 +270,12 @@ class IndexerModel(Model):
             step = step_of(model, features, table[of_group], items[0].law, self._fastest)
             every = steps_per_sample(self.sample_rate, step)
             if features & layout.USES_SLIP:
-                # the last window of a record may be cut short, but what slip loses is lost over a whole turn
-                turns = np.minimum(np.ceil(self._periods).astype(int), samples)
-                let_slip(pack, kind[mine], turns[record[mine]], sample_rates, every)
+                of, begun, by = record[mine], w.first[jobs.window[mine]], self.machine.reduction
+                ahead, command, motor = let_slip(
+                    pack, kind[mine], sample_rates, every, self._periods[of], begun, self._lengths_of[of]
+                )
+                pack.states[:] = start_states(rows, drive[mine] + by * ahead, by * motor, turn, jobs.states[mine])
+                pack.states[:, COMMAND] = command
             for part, made in in_parts(pack, counts[mine], sample_rates, every, channels, samples):
                 yield mine[part], made
 
