@@ -109,7 +109,7 @@ class Judge:
         inside = self.selection.best
         kept = list(range(len(inside.effects)))
         while kept:
-            rows = self._judged_beside(inside, kept)
+            rows = self._judged_beside(inside, kept, {k: row.evidence.closes for k, row in found.items()})
             found |= {row.k: row for row in rows}
             failed = [row for row in rows if row.grade not in NAMED]
             if not failed:
@@ -131,8 +131,9 @@ class Judge:
         inside = self.fits.without(inside, i)
         return inside, [self.best.place.hypothesis.names.index(name) for name in inside.place.hypothesis.names]
 
-    def _judged_beside(self, inside: Fitted, kept: Sequence[int]) -> list[Judged]:
-        """The effects of a set that was fitted to the part searched, however well their sizes are known."""
+    def _judged_beside(self, inside: Fitted, kept: Sequence[int], before: Mapping[int, float]) -> list[Judged]:
+        """The effects of a set that was fitted to the part searched, however well their sizes are known. `before` they
+        closed so much beside others that were left out: what no effect of the library does hides what they close."""
         whole = self.fits.on_all(inside)
         smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
         self._hold([whole, *smaller])
@@ -147,6 +148,7 @@ class Judge:
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, place, other, gaps, eases)
+            evidence = dataclasses.replace(evidence, closes=max(evidence.closes, before.get(k, 0.0)))
             grade, why = graded(evidence, criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)

@@ -52,10 +52,12 @@ def race(
     """Places of the set at `base` with one of the effects more, the best of each effect, best first; once it is no more
     `in_time`, of those that have been fitted until then, one at least.
 
-    A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart. It finds
-    effects whose right start looks worse than none until the machine, bent by what it lacks, has been put right. Next
-    to nothing all promise as much as none, so that sizes below the most promising one say nothing new.
+    A `wide` race trusts no judge: every effect is fitted by a few joint steps from sizes and choices apart, with all
+    that is known at nominal. It finds effects whose right start looks worse than none on a machine that is bent by what
+    it lacks. Next to nothing all promise as much as none, so that sizes below the most promising one say nothing new.
     """
+    if wide:
+        base = _at_nominal(model, base.hypothesis, base.z, base.states)
     around = Linearised(model, base, CAUTION)
     worst = np.argsort(-base.squares / model.counts)[: criteria.windows]
     promising = [start for effect in effects for start in around.starts(effect, effect.starts)]
@@ -74,19 +76,25 @@ def race(
 
 
 def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
-    """The best place of a set whose last effect begins anew, once from each size in its lists, beside the other effects
-    as they are and all that is known at nominal: from a machine that has bent far, no fit finds back."""
+    """The best place of a set whose last effect begins anew, beside the other effects as they are and all that is known
+    at nominal: from a machine that has bent far, no fit finds back. It begins at the most promising start of each size
+    in its lists, and at the most promising ones of all, in turns: what has a phase may have its right size there."""
     *others, last = place.hypothesis.effects
     base = together(*others)
-    problem = Problem(model, base)
-    z = np.where(problem.known, 0.0, place.z[: -len(last.parameters)])
-    rest = problem.searched(problem.point(z, model.states_for(base, place.states)))
+    rest = _at_nominal(model, base, place.z[: -len(last.parameters)], model.states_for(base, place.states))
     ranked = sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised)
     # next to nothing all promise alike, so sizes below the most promising one come last
     in_order = sorted(ranked, key=lambda start: start.smaller(ranked[0]))
-    sizes = first_of_each(in_order, lambda start: start.values[0])
-    begun = [_unmoved(start, rest) for start in sizes[: criteria.fits]]
+    sizes = first_of_each(in_order, lambda start: start.values[0])[: criteria.fits]
+    chosen = _in_turns(sizes, _best_of_each(ranked, criteria.fits))[: 3 * criteria.fits // 2]
+    begun = [_unmoved(start, rest) for start in chosen]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
+
+
+def _at_nominal(model: Model, hypothesis: Hypothesis, z: np.ndarray, states: np.ndarray) -> Point:
+    """A set with its effects as they are, and all that is known of the machine and the records at nominal."""
+    problem = Problem(model, hypothesis)
+    return problem.searched(problem.point(np.where(problem.known, 0.0, z), states))
 
 
 def first_of_each(items: Iterable[_T], key: Callable[[_T], Hashable]) -> list[_T]:

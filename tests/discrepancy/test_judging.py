@@ -274,6 +274,22 @@ def test_an_effect_whose_part_another_cause_explains_better_is_a_hint(said: str,
     assert finding.grade == grade and ("a torque at the cam explains" in finding.why) == bool(said)
 
 
+def test_what_an_effect_closes_beside_one_that_does_not_hold_counts(monkeypatch) -> None:
+    """Beside the beat, which is taken for one at its bound, the tone closes nearly all; without it half."""
+    beside, shares = Judge._judged_beside, []
+
+    def judged(self, inside, kept, before):
+        rows = beside(self, inside, kept, before)
+        shares.append({row.found.name: row.evidence.closes for row in rows})
+        return [dataclasses.replace(row, grade="stands in") if row.found.name == "beat" else row for row in rows]
+
+    monkeypatch.setattr(Judge, "_judged_beside", judged)
+    models = [Chord({"tone": 5.0, "beat": 5.0}, seed) for seed in (5, 6)]
+    answer = explain(models[0], models[1])
+    assert {finding.name: finding.grade for finding in answer.findings} == {"tone": "established", "beat": "stands in"}
+    assert shares[1]["tone"] == shares[0]["tone"] > 0.9
+
+
 @pytest.mark.parametrize(("span", "grade"), [(1.01, "stands in"), (2.5, "established"), (None, "established")])
 def test_a_name_needs_a_size_that_is_known_so_well(span: float | None, grade: str) -> None:
     """The interval of the tone's size is some 0.2 wide."""
