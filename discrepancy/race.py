@@ -77,18 +77,30 @@ def race(
 
 def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     """The best place of a set whose last effect begins anew, beside the other effects as they are and all that is known
-    at nominal: from a machine that has bent far, no fit finds back. It begins at the most promising start of each size
-    in its lists, and at the most promising ones of all, in turns: what has a phase may have its right size there."""
+    at nominal: from a machine that has bent far, no fit finds back.
+
+    The most promising starts, and that of each size, are ranked by what they leave once all windows have looked for
+    their start states anew. The effect begins at the first one of each size and at the first ones of all, in turns:
+    what has a phase may have its right size there.
+    """
     *others, last = place.hypothesis.effects
     base = together(*others)
     rest = _at_nominal(model, base, place.z[: -len(last.parameters)], model.states_for(base, place.states))
-    ranked = sorted(Linearised(model, rest, CAUTION).starts(last, last.starts), key=_promised)
-    # next to nothing all promise alike, so sizes below the most promising one come last
-    in_order = sorted(ranked, key=lambda start: start.smaller(ranked[0]))
-    sizes = first_of_each(in_order, lambda start: start.values[0])[: criteria.fits]
-    chosen = _in_turns(sizes, _best_of_each(ranked, criteria.fits))[: 3 * criteria.fits // 2]
-    begun = [_unmoved(start, rest) for start in chosen]
+    around = Linearised(model, rest, CAUTION)
+    promising = sorted(around.starts(last, last.starts), key=_promised)
+    field = list(dict.fromkeys([*_of_sizes(promising), *promising[: 4 * criteria.fits]]))
+    left = dict(zip(field, _left(around, field, np.arange(len(model.counts))), strict=True))
+    ranked = sorted(field, key=left.__getitem__)
+    chosen = _in_turns(_of_sizes(ranked)[: criteria.fits], _best_of_each(ranked, criteria.fits))
+    begun = [_unmoved(start, rest) for start in chosen[: 3 * criteria.fits // 2]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
+
+
+def _of_sizes(ranked: Sequence[Start]) -> list[Start]:
+    """The first start of each size. Next to nothing all are as good as none, so those that are smaller than the first
+    one of all come last."""
+    in_order = sorted(ranked, key=lambda start: start.smaller(ranked[0]))
+    return first_of_each(in_order, lambda start: start.values[0])
 
 
 def _at_nominal(model: Model, hypothesis: Hypothesis, z: np.ndarray, states: np.ndarray) -> Point:

@@ -198,12 +198,40 @@ def test_a_smaller_size_elsewhere_is_a_start_of_its_own() -> None:
 
 @pytest.mark.parametrize(("fits", "sizes"), [(3, [2.0, 8.0, 4.0]), (8, [2.0, 8.0, 4.0, 1.0])])
 def test_an_effect_begins_anew_from_sizes_below_the_most_promising_one_last(fits, sizes, monkeypatch) -> None:
-    starts, begun = promising(1.1, 1.0, 3.0, 2.0), []
+    begun = begun_anew(promising(1.1, 1.0, 3.0, 2.0), Criteria(fits=fits), monkeypatch)
+    assert sizes_of(begun)[: len(sizes)] == sizes
+
+
+def test_an_effect_begins_anew_by_what_its_starts_leave_in_all_windows(monkeypatch) -> None:
+    """The size that promises least leaves least."""
+    starts = promising(1.1, 1.0, 3.0, 2.0)
+    left = {id(start): value for start, value in zip(starts, (4.0, 3.0, 2.0, 1.0), strict=True)}
+    begun = begun_anew(starts, Criteria(), monkeypatch, lambda start: left[id(start)])
+    assert begun[0] is starts[3]
+
+
+def test_an_effect_begins_anew_from_the_best_starts_of_all_too(monkeypatch) -> None:
+    """Size 1 at the phase of the most promising start is smaller than that, so that another phase stands for it."""
+    size, phase = Parameter("wave.size", "N", 0.0, 1.0), Parameter("wave.phase", "rad", 0.0, 1.0)
+    places = tuple((size, phase) for size in (1.0, 2.0, 4.0, 8.0) for phase in (0.0, 1.0, 2.0, 3.0))
+    wave = Hypothesis("wave", (size, phase), {}, places)
+    nowhere = Problem(Chord({}, 5), NONE).point(np.zeros(1), np.zeros((8, 0)))
+    at = {(8.0, 0.0): 1.0, (1.0, 1.0): 2.0, (1.0, 3.0): 3.0}
+    starts = [Start(wave, values, dataclasses.replace(nowhere, cost=at.get(values, 9.0))) for values in places]
+    begun = [start.values for start in begun_anew(starts, Criteria(), monkeypatch)]
+    assert begun[:3] == [(8.0, 0.0), (1.0, 3.0), (1.0, 1.0)]
+
+
+def begun_anew(starts, criteria, monkeypatch, leaves=lambda start: start.place.cost) -> list[Start]:
+    """The starts of the last effect that are fitted, given what each leaves."""
+    begun: list[Start] = []
     monkeypatch.setattr(racing.Linearised, "starts", lambda self, effect, values: starts)
+    monkeypatch.setattr(racing, "_left", lambda around, given, windows: [leaves(start) for start in given])
+    monkeypatch.setattr(racing, "_unmoved", lambda start, rest: start)
     monkeypatch.setattr(racing, "_fitted", lambda model, given, finished: begun.extend(given) or [None])
     model = Chord({}, 5)
-    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), Criteria(fits=fits))
-    assert sizes_of(begun) == sizes
+    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), criteria)
+    return begun
 
 
 def test_the_leaders_of_a_wide_race_begin_anew(monkeypatch) -> None:
