@@ -262,7 +262,7 @@ def _finding(selection: Selection, one: Judged) -> Finding:
     k, closes = one.k, one.evidence.closes
     gaps = {other: selection.gap(other) for other in (*selection.instead[k], selection.without[k])}
     weights = {other: math.exp(-0.5 * max(gap, 0.0)) for other, gap in gaps.items()}
-    inside = listed(closes, one.evidence.missed, named=one.grade in NAMED)
+    inside = listed(one.evidence.most, one.evidence.missed, named=one.grade in NAMED)
     share = inside / (1.0 + sum(weights.values()))
     members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
     others = []

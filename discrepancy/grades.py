@@ -56,6 +56,8 @@ class Evidence:
     elsewhere : str
         What explains better than it what is left without it; "" where nothing does, or where it leaves at most
         `Criteria.law` of the gap, as no cause could close more.
+    before : float
+        Largest share that it closed beside others that were left out since.
     """
 
     closes: float
@@ -73,6 +75,12 @@ class Evidence:
     untold: bool = False
     span: float = 1.0
     elsewhere: str = ""
+    before: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """The largest share that it closes beside any others: what no effect of the library does may hide it."""
+        return max(self.closes, self.before)
 
 
 @dataclass(frozen=True)
@@ -108,7 +116,7 @@ RULES = (
     ),
     Rule(
         "closes nothing", DISMISSED,
-        lambda e, c: e.closes < c.hint,
+        lambda e, c: e.most < c.hint,
         lambda e, c: f"It closes {_percent(e.closes)} of the gap on records held out; a hint needs {_percent(c.hint)}.",
     ),
     Rule(
@@ -125,7 +133,7 @@ RULES = (
     ),
     Rule(
         "closes a part", STANDS_IN,
-        lambda e, c: e.closes < c.closes,
+        lambda e, c: e.most < c.closes,
         lambda e, c: (
             f"It closes {_percent(e.closes)} of the gap on records held out, where a name needs {_percent(c.closes)}, "
             f"and {e.remains:.1f} times the noise remains."
@@ -172,7 +180,10 @@ RULES = (
     Rule(
         "established", ESTABLISHED,
         lambda e, c: True,
-        lambda e, c: f"It closes {_percent(e.closes)} of the gap on records to which its size was not fitted.",
+        lambda e, c: (
+            f"It closes {_percent(e.closes)} of the gap on records to which its size was not fitted"
+            + (f", {_percent(e.before)} beside effects that were left out." if e.before > e.closes else ".")
+        ),
     ),
 )  # fmt: skip
 """Grades, the first row that applies; the last one always does."""

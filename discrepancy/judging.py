@@ -109,7 +109,7 @@ class Judge:
         inside = self.selection.best
         kept = list(range(len(inside.effects)))
         while kept:
-            rows = self._judged_beside(inside, kept, {k: row.evidence.closes for k, row in found.items()})
+            rows = self._judged_beside(inside, kept, {k: row.evidence.most for k, row in found.items()})
             found |= {row.k: row for row in rows}
             failed = [row for row in rows if row.grade not in NAMED]
             if not failed:
@@ -148,7 +148,7 @@ class Judge:
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
             evidence = self._evidence(k, found, place, other, gaps, eases)
-            evidence = dataclasses.replace(evidence, closes=max(evidence.closes, before.get(k, 0.0)))
+            evidence = dataclasses.replace(evidence, before=before.get(k, 0.0))
             grade, why = graded(evidence, criteria)
             if grade in NAMED:
                 missed, over = self._missed(k, effect)

@@ -280,14 +280,16 @@ def test_what_an_effect_closes_beside_one_that_does_not_hold_counts(monkeypatch)
 
     def judged(self, inside, kept, before):
         rows = beside(self, inside, kept, before)
-        shares.append({row.found.name: row.evidence.closes for row in rows})
+        shares.append({row.found.name: row.evidence for row in rows})
         return [dataclasses.replace(row, grade="stands in") if row.found.name == "beat" else row for row in rows]
 
     monkeypatch.setattr(Judge, "_judged_beside", judged)
     models = [Chord({"tone": 5.0, "beat": 5.0}, seed) for seed in (5, 6)]
     answer = explain(models[0], models[1])
     assert {finding.name: finding.grade for finding in answer.findings} == {"tone": "established", "beat": "stands in"}
-    assert shares[1]["tone"] == shares[0]["tone"] > 0.9
+    assert shares[1]["tone"].before == shares[0]["tone"].closes > 0.9 and shares[1]["tone"].closes < 0.6
+    tone = next(finding for finding in answer.findings if finding.name == "tone")
+    assert "beside effects that were left out" in tone.why and tone.closes == shares[1]["tone"].closes
 
 
 @pytest.mark.parametrize(("span", "grade"), [(1.01, "stands in"), (2.5, "established"), (None, "established")])
