@@ -45,6 +45,10 @@ _WIDE = 3
 """Starts of each effect in a wide race: with fewer, orders and sizes are left out whose basin is the only one."""
 
 
+_RANKED, _BEGUN = 4.0, 1.5
+"""Starts that are ranked where an effect begins anew, and that are fitted then, over `Criteria.fits`."""
+
+
 def race(
     model: Model, base: Point, effects: Iterable[Hypothesis], criteria: Criteria, *, wide: bool = False,
     in_time: Callable[[], bool] = lambda: True,
@@ -88,11 +92,11 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     rest = _at_nominal(model, base, place.z[: -len(last.parameters)], model.states_for(base, place.states))
     around = Linearised(model, rest, CAUTION)
     promising = sorted(around.starts(last, last.starts), key=_promised)
-    field = list(dict.fromkeys([*_of_sizes(promising), *promising[: 4 * criteria.fits]]))
+    field = list(dict.fromkeys([*_of_sizes(promising), *promising[: round(_RANKED * criteria.fits)]]))
     left = dict(zip(field, _left(around, field, np.arange(len(model.counts))), strict=True))
     ranked = sorted(field, key=left.__getitem__)
     chosen = _in_turns(_of_sizes(ranked)[: criteria.fits], _best_of_each(ranked, criteria.fits))
-    begun = [_unmoved(start, rest) for start in chosen[: 3 * criteria.fits // 2]]
+    begun = [_unmoved(start, rest) for start in chosen[: int(_BEGUN * criteria.fits)]]
     return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
 
 

@@ -267,8 +267,8 @@ def test_a_filter_at_the_limit_of_the_rate_stays_below_it() -> None:
 
 def test_a_slipping_motor_is_where_its_record_says_at_the_first_sample() -> None:
     """A motor that takes 0.2 s to come back to its speed, by the challenge's solver; the records begin within an index,
-    where the motor is up to 0.05 rad behind turning evenly, and at the true parameters no more than 1 % is left (15 %
-    and more where windows begin as if it turned evenly)."""
+    where the motor is up to 0.05 rad behind turning evenly, and at the true parameters no more than 1 % is left (up to
+    15 % where windows begin as if it turned evenly)."""
     truth = load_machine("reference").with_effects(make_effect("drive.slip", compliance=20.0))
     experiments = []
     for speed, start, samples in ((157.0, 2.0, 6000), (126.0, 4.0, 8000)):

@@ -199,7 +199,7 @@ def test_a_smaller_size_elsewhere_is_a_start_of_its_own() -> None:
 @pytest.mark.parametrize(("fits", "sizes"), [(3, [2.0, 8.0, 4.0]), (8, [2.0, 8.0, 4.0, 1.0])])
 def test_an_effect_begins_anew_from_sizes_below_the_most_promising_one_last(fits, sizes, monkeypatch) -> None:
     begun = begun_anew(promising(1.1, 1.0, 3.0, 2.0), Criteria(fits=fits), monkeypatch)
-    assert sizes_of(begun)[: len(sizes)] == sizes
+    assert sizes_of(begun) == sizes
 
 
 def test_an_effect_begins_anew_by_what_its_starts_leave_in_all_windows(monkeypatch) -> None:
