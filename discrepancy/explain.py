@@ -16,7 +16,7 @@ from discrepancy.judging import Elsewhere, Judge, Judged, closed
 from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.search import Search
-from discrepancy.selection import Fitted, Selection, more_than
+from discrepancy.selection import Fitted, Selection
 from discrepancy.written import Written, written
 
 VERDICTS = ("found", "nothing missing", "only a remainder")
@@ -236,7 +236,9 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
         return ""
     leading, level = selection.tried[0], selection.best.place.level(selection.model)
     open_, left = level**2 - 1.0, leading.place.level(selection.model) ** 2 - 1.0
-    return more_than(leading, selection.best) if open_ - left > criteria.hint * open_ > 0.0 else ""
+    added = leading.effects[-1].name
+    closes = open_ - left > criteria.hint * open_ > 0.0
+    return added if closes and added not in selection.best.place.hypothesis.names else ""
 
 
 _LISTED, _SHARPNESS, _HINTS = 3.0, 8.0, 1.0 / 8.0

@@ -1,7 +1,7 @@
 """The gap before and after on records never fitted, as normalised rms and as share of what could be closed.
 
 With r_w the residuals of window w over the noise, y the record, N its samples and f the mean square of what does not
-repeat, over the noise's, at least 1:
+repeat, over the noise's:
 
     gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - f N)
 
@@ -64,7 +64,7 @@ def gap_of(before: Point, after: Point, view: View, floor: float, rng: np.random
     noise_floor, old, new = (
         _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6])) for k in (3, 4, 5)
     )  # fmt: skip
-    if whole[1] - floor * whole[0] <= 0.1 * whole[0]:
+    if whole[1] - floor * whole[0] <= 0.1 * floor * whole[0]:
         return Gap(noise_floor, old, new, None)
     return Gap(noise_floor, old, new, _share(_closed(whole, floor), _closed(drawn, floor)))
 

@@ -79,7 +79,7 @@ def race(
     return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time)
 
 
-def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
+def restarted(model: Model, place: Point, criteria: Criteria, in_time: Callable[[], bool] = lambda: True) -> Point:
     """The best place of a set whose last effect begins anew, beside the other effects as they are and all that is known
     at nominal: from a machine that has bent far, no fit finds back.
 
@@ -97,7 +97,7 @@ def restarted(model: Model, place: Point, criteria: Criteria) -> Point:
     ranked = sorted(field, key=left.__getitem__)
     chosen = _in_turns(_of_sizes(ranked)[: criteria.fits], _best_of_each(ranked, criteria.fits))
     begun = [_unmoved(start, rest) for start in chosen[: int(_BEGUN * criteria.fits)]]
-    return _fitted(model, begun, math.ceil(len(begun) / 2))[0]
+    return _fitted(model, begun, math.ceil(len(begun) / 2), in_time)[0]
 
 
 def _of_sizes(ranked: Sequence[Start]) -> list[Start]:

@@ -146,7 +146,7 @@ class Search:
         """Sets with two more effects: the leading one of each set with one more that pays for its parameters."""
         if len(current.effects) + 2 <= self.criteria.most:
             for one in tried:
-                if self.wins(one, current, 0.0):
+                if self.in_time() and self.wins(one, current, 0.0):
                     yield from self._added(one)[:1]
 
     def in_time(self) -> bool:
@@ -195,8 +195,10 @@ class Search:
     def _restarted(self, fitted: Fitted) -> Fitted:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
         from its size."""
+        if not self.in_time():
+            return fitted
         if fitted not in self._anew:
-            self._anew[fitted] = self.fits.own(restarted(self.model, fitted.place, self.criteria))
+            self._anew[fitted] = self.fits.own(restarted(self.model, fitted.place, self.criteria, self.in_time))
         place = self._anew[fitted]
         return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 

@@ -59,14 +59,14 @@ class Table:
 def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
     """The best table of what the accepted machine leaves; None where that is the noise, or no table earns a hint."""
     floor, criteria = answer.remains.noise**2, answer.criteria
-    if not forms or answer.after**2 - floor < criteria.at_noise or not answer.selection.complete:
+    if not forms or answer.at_noise or not answer.selection.complete:
         return None
     # as in `explain`: many small systems, for which threads are slower than one
     with threadpool_limits(limits=1, user_api="blas"):
         single = [form for form in forms if len(form.axes) == 1]
         careful = _careful(answer)
         taken = _best(answer, careful, single)
-        if taken.after**2 - floor >= criteria.at_noise:
+        if taken.after**2 / floor - 1.0 >= criteria.at_noise:
             further = [form for form in forms if len(form.axes) > 1 and taken.form.variables[0] in form.variables]
             if further:
                 other = _best(answer, careful, further)

@@ -158,7 +158,9 @@ def windows_of(experiments: Sequence[Experiment], reduction: float) -> Windows:
 
 
 def check_alike(experiments: Sequence[Experiment], unit: str) -> None:
-    """Refuse records in another unit than the sensor's, or of several sampling rates."""
+    """Refuse no records, such in another unit than the sensor's, or of several sampling rates."""
+    if not experiments:
+        raise refuse("IndexerModel", "experiments", "one or more", [], "give the records of the model")
     for experiment in experiments:
         if experiment.signal.unit != unit:
             remedy = "set Sensor.radius for an accelerometer in m/s^2, leave it out for rad/s^2"

@@ -5,8 +5,8 @@ With the derivatives G by the globals and L_w by a window's start state, a fit a
     r = ε' + G' x,   x = -(G'ᵀG' + Λ)⁻¹ (G'ᵀ ε' + Λ^½ η),   ε' = (1 - Q_w Q_wᵀ) ε,   G' likewise
 
 with Q_w an orthonormal basis of L_w, Λ the precision of what was known beforehand and η ~ N(0, 1). Noise is as
-correlated from sample to sample as the record's. Where its size was estimated from the record itself, so it is here,
-from the simulated record with the noise drawn.
+correlated from sample to sample as the record's. Where its size was estimated from the records themselves, so it is
+here, from the simulated records with the noise drawn, of all of them together.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from discrepancy.model import Model
-from discrepancy.noise import noise_of
+from discrepancy.noise import shared_noise
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.subjects.base import View
@@ -91,13 +91,13 @@ class Null:
 
     def _estimate(self, record: np.ndarray) -> np.ndarray:
         """Estimated over true noise (w, 1) of records in units of the true one (w, n)."""
-        found = np.ones(len(self.view.noise))
-        for number, estimated in enumerate(self.view.estimated):
-            if estimated:
-                mine = self.view.groups == number
-                rate = 1.0 / float(np.diff(self.view.time[mine][0, :2])[0])
-                found[number] = noise_of(record[mine][self.view.inside[mine]], rate)[0]
-        return found[self.view.groups][:, None]
+        of_window = np.array(self.view.estimated)[self.view.groups]
+        found = np.ones(len(of_window))
+        if of_window.any():
+            mine = [self.view.groups == number for number in np.unique(self.view.groups[of_window])]
+            rate = 1.0 / float(np.diff(self.view.time[mine[0]][0, :2])[0])
+            found[of_window] = shared_noise([record[one][self.view.inside[one]] for one in mine], rate)[0]
+        return found[:, None]
 
 
 def _bases(columns: np.ndarray) -> np.ndarray:

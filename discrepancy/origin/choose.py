@@ -104,7 +104,7 @@ class Origin:
         return tuple(place for place in self.others if place.probability > _ALIKE * self.first.probability)
 
 
-_PARTS = {"input": 5.0, "output": 11.0, "base": 1.0, "sensor": 5.0}
+_PARTS = {"input": 6.0, "output": 11.0, "base": 1.0, "sensor": 6.0}
 """Effects of the indexer's library at each joint: what is probable before the records are seen. It decides where they
 hardly tell two joints apart."""
 

@@ -92,7 +92,7 @@ class View:
     noise : ndarray (records,)
         Standard deviation [unit].
     estimated : tuple of bool
-        Which records' noise was estimated from the record itself, as `noise.noise_of` does.
+        Which records' noise was estimated from all of these records together, as `noise.shared_noise` does.
     axes : tuple of Axis
     map_axes : (str, str)
         Names of the axes of the map: upwards and across.

@@ -1,5 +1,7 @@
 """Intervals and weak directions, on a model whose answer is known in closed form."""
 
+import zlib
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -66,7 +68,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
             a, b = -a, -b
         low, high = (e := fitted(Line(a + b, rng)).estimates[1]).low, e.high
         held += low <= b <= high
-    assert 0.89 <= held / 200 <= 1.0
+    assert held / 200 >= 0.89
 
 
 def test_windows_that_disagree_widen_what_they_disagree_about(monkeypatch) -> None:
@@ -164,7 +166,7 @@ class Chattering(Line):
     jumping = 0
 
     def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
-        jumps = np.array([np.random.default_rng(abs(hash(point.tobytes()))) for point in jobs.points])
+        jumps = np.array([np.random.default_rng(zlib.crc32(point.tobytes())) for point in jobs.points])
         noise = 0.1 * np.array([rng.standard_normal(25) for rng in jumps])[jobs.point]
         late = np.arange(4)[jobs.window] >= 4 - self.jumping
         return super().residuals(hypothesis, jobs) + noise * late[:, None]

@@ -47,6 +47,9 @@ def test_parameters_of_records_stand_together_or_are_refused(fitted: str, held: 
     place = Problem(model, NONE).point(np.arange(float(len(fitted))), np.zeros((2, 0)))
     with pytest.raises(ParameterError, match=r"Model\.parameters must be those that belong to records side by side"):
         carried(place, Problem(held_out, NONE, frozen=True))
+
+
+def test_of_the_parameters_carried_the_machine_s_come_first() -> None:
     whole = Problem(Straight("mmab"), NONE, frozen=True)
     assert carried(Problem(Straight("mmaab"), NONE).point(np.arange(5.0), np.zeros((2, 0))), whole)[:2].tolist() == [
         0,

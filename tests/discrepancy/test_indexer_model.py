@@ -82,6 +82,13 @@ def test_mixed_sampling_rates_are_refused() -> None:
         IndexerModel(load_machine("reference"), [record(8200), other])
 
 
+def test_a_model_without_records_is_refused() -> None:
+    with pytest.raises(
+        ParameterError, match=r"IndexerModel\.experiments must be one or more, got \[\]; give the records"
+    ):
+        IndexerModel(load_machine("reference"), [])
+
+
 def test_filters_that_slow_records_cannot_show_are_not_looked_for() -> None:
     slow = Experiment(Signal(np.sin(0.1 * np.arange(2000.0)), 200.0, unit="rad/s^2"), OperatingPoint())
     bracket = IndexerModel(load_machine("reference"), [slow]).hypotheses()["sensor.bracket_resonance"][0]

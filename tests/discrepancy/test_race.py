@@ -206,8 +206,10 @@ def test_an_effect_begins_anew_by_what_its_starts_leave_in_all_windows(monkeypat
     """The size that promises least leaves least."""
     starts = promising(1.1, 1.0, 3.0, 2.0)
     left = {id(start): value for start, value in zip(starts, (4.0, 3.0, 2.0, 1.0), strict=True)}
-    begun = begun_anew(starts, Criteria(), monkeypatch, lambda start: left[id(start)])
+    judged: list[list[int]] = []
+    begun = begun_anew(starts, Criteria(), monkeypatch, lambda start: left[id(start)], judged)
     assert begun[0] is starts[3]
+    assert judged == [list(range(8))]
 
 
 def test_an_effect_begins_anew_from_the_best_starts_of_all_too(monkeypatch) -> None:
@@ -222,13 +224,20 @@ def test_an_effect_begins_anew_from_the_best_starts_of_all_too(monkeypatch) -> N
     assert begun[:3] == [(8.0, 0.0), (1.0, 3.0), (1.0, 1.0)]
 
 
-def begun_anew(starts, criteria, monkeypatch, leaves=lambda start: start.place.cost) -> list[Start]:
-    """The starts of the last effect that are fitted, given what each leaves."""
+def begun_anew(starts, criteria, monkeypatch, leaves=lambda start: start.place.cost, judged=None) -> list[Start]:
+    """The starts of the last effect that are fitted, given what each leaves; windows in which they are judged are added
+    to `judged`."""
     begun: list[Start] = []
+
+    def left(around, given, windows) -> list[float]:
+        if judged is not None:
+            judged.append(windows.tolist())
+        return [leaves(start) for start in given]
+
     monkeypatch.setattr(racing.Linearised, "starts", lambda self, effect, values: starts)
-    monkeypatch.setattr(racing, "_left", lambda around, given, windows: [leaves(start) for start in given])
+    monkeypatch.setattr(racing, "_left", left)
     monkeypatch.setattr(racing, "_unmoved", lambda start, rest: start)
-    monkeypatch.setattr(racing, "_fitted", lambda model, given, finished: begun.extend(given) or [None])
+    monkeypatch.setattr(racing, "_fitted", lambda model, given, finished, in_time: begun.extend(given) or [None])
     model = Chord({}, 5)
     restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), criteria)
     return begun
@@ -252,6 +261,15 @@ def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch)
     monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
     found = Search(model, Criteria(margin=4.0)).run().best.place
     assert (found.level(model) < 3.3) == restarts
+
+
+def test_nothing_begins_anew_once_the_time_is_over(monkeypatch) -> None:
+    model = Bent(9.0)
+    search = Search(model, Criteria(margin=4.0))
+    stuck = search.fits.fit(model.stuck())
+    monkeypatch.setattr(search, "in_time", lambda: False)
+    monkeypatch.setattr("discrepancy.search.restarted", lambda *given: pytest.fail("an effect begins anew"))
+    assert search._restarted(stuck) is stuck
 
 
 def test_all_rivals_begin_anew(monkeypatch) -> None:

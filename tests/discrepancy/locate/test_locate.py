@@ -98,8 +98,8 @@ class Turns:
     ("turns", "windows", "said"),
     [
         (3, (1, 5, 9), "It is locked to table turns, largest at station 1"),
-        (3, (9,), "It is largest at station 1"),
-        (3, (1,), "but not in a second turn of the table, so it is not locked to its turns"),
+        (3, (9,), "no cell or line disagrees beyond chance"),
+        (2, (5,), "but not in a second turn of the table, so it is not locked to its turns"),
         (
             1,
             (1,),
@@ -108,13 +108,13 @@ class Turns:
     ],
 )
 def test_only_what_a_second_turn_repeats_is_locked_to_table_turns(turns: int, windows: tuple, said: str) -> None:
+    """One window of three is left out of its cell, as a start state that was missed spoils one."""
     made = Turns(turns)
     residual = np.zeros((4 * turns, 200))
     residual[list(windows)] = 4.0 * np.sin(np.arange(200))
     found = made.said(residual)
     assert ("locked to table turns" in found) == (len(windows) == 3)
-    # one window alone is left out of its cells, as a missed start state would make it
-    assert said in found or len(windows) == 1 == min(turns - 2, 1)
+    assert said in found
 
 
 def test_what_drifts_within_the_record_shows_over_time() -> None:
@@ -210,6 +210,17 @@ def _without_slack(law: Law, residual: np.ndarray) -> np.ndarray:
     found = law.statistics(residual[None])[0]
     found[: len(found) - len(law.lines)] *= 1.0 + _SLACK
     return found
+
+
+def test_noise_is_estimated_again_of_all_records_together(records) -> None:
+    """Seed 34; one of two records hums over all its length, of which the shared estimate knows nothing."""
+    model, held_out, truth = records(34, 0.0)
+    view = view_of(model, held_out)
+    assert view.estimated == (True, True)
+    noise = np.random.default_rng(34).standard_normal(view.inside.shape)
+    noise[view.groups == 1] *= 5.0
+    found = Null(model, calibrated(model, truth), view)._estimate(noise)
+    assert found == pytest.approx(np.full_like(found, 1.0), abs=0.15)
 
 
 def test_linear_theory_is_that_of_real_residuals(records) -> None:

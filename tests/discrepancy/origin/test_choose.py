@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from discrepancy.origin import Form, Origin, Residue, origin_of
+from discrepancy.origin.choose import _PARTS
+from indexer_env.effects import EFFECTS
 from tests.discrepancy.origin.test_residue import laid
 
 SHAPE = (10, 320)
@@ -103,3 +105,13 @@ def test_a_cause_that_comes_to_light_beside_another_one_may_be_the_first() -> No
     found = origin_of(residue, [form("input.phase", residue.clean(early))], scan, ())
     assert found is not None and found.first.name == "output.station"
     assert [place.name for place in found.beside] == ["input.phase"]
+
+
+def test_a_joint_is_as_probable_as_it_has_effects() -> None:
+    of_quantity = {
+        "the motor's speed through the torque of joint 1": "input", "drive side of joint 1": "input",
+        "torque of joint 1": "input", "motion law": "output", "torque of joint 2": "output", "table torque": "output",
+        "joint 3": "base", "sensor": "sensor",
+    }  # fmt: skip
+    joints = [of_quantity[effect.enters] for effect in EFFECTS.values()]
+    assert {joint: joints.count(joint) for joint in joints} == _PARTS

@@ -154,6 +154,13 @@ def test_every_ranking_has_none_of_these(filed: Filed, name: str) -> None:
         assert NONE_OF_THESE in rows
         shares = [row["probability"] for row in rows.values() if row["probability"] is not None]
         assert not shares or sum(shares) == pytest.approx(1.0)
+        if shares and name != "family":
+            # whose sets were compared share what is left to the library by their posterior weights
+            weights = {key: math.exp(-0.5 * row["behind"]) for key, row in rows.items() if key != NONE_OF_THESE}
+            library = 1.0 - rows[NONE_OF_THESE]["probability"]
+            for key, weight in weights.items():
+                expected = library * weight / sum(weights.values())
+                assert rows[key]["probability"] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["found", "two", "family", "stands in", "nothing", "remainder"])
