@@ -151,6 +151,8 @@ class Engine:
         with self._lock:
             self._fleet.take_over(machine)
             pipeline = self._fleet.pipelines.get(machine)
+            if pipeline is None and self.trouble is not None:
+                raise StoreDown(self.trouble)
             if pipeline is None or quantity not in pipeline.conditions:
                 raise refuse("alarm", "machine", "the name of a machine and a quantity that it has", machine)
             before = pipeline.conditions[quantity].to_dict()
@@ -167,20 +169,17 @@ class Engine:
     # ------------------------------------------------------------------------------------------------ inside
 
     def _run(self) -> None:
-        # Matrices of a hundred rows are slower in several threads, on a busy host many times.
-        with threadpool_limits(1):
-            self._loop()
-
-    def _loop(self) -> None:
         try:
-            ticked = time.monotonic()
-            while not self._stopping.is_set():
-                batch = self._batch()
-                if batch:
-                    self._insist(functools.partial(self._work, batch))
-                if time.monotonic() - ticked >= _TICK_S:
-                    ticked = time.monotonic()
-                    self._insist(self._tick)
+            # Matrices of a hundred rows are slower in several threads, on a busy host many times.
+            with threadpool_limits(1):
+                ticked = time.monotonic()
+                while not self._stopping.is_set():
+                    batch = self._batch()
+                    if batch:
+                        self._insist(functools.partial(self._work, batch))
+                    if time.monotonic() - ticked >= _TICK_S:
+                        ticked = time.monotonic()
+                        self._insist(self._tick)
         except BaseException as error:
             self.failure = error
             _log.exception("the engine has stopped")
@@ -195,10 +194,13 @@ class Engine:
 
     def _insist(self, work: Callable[[], None]) -> None:
         """Do it until the database has taken it; raises StoreConflict where this does not help."""
-        conflicts = 0
+        conflicts, forgotten = 0, False
         while not self._stopping.is_set():
             try:
                 with self._lock:
+                    if forgotten:
+                        self._fleet.load()
+                        forgotten = False
                     work()
                 self._tell(None)
                 return
@@ -212,9 +214,8 @@ class Engine:
                     _log.warning("the store cannot be used (%s); trying again", reason)
                 with self._lock:
                     self._fleet.pipelines.clear()
+                forgotten = True
                 self._stopping.wait(_RETRY_S)
-                with contextlib.suppress(StoreDown), self._lock:
-                    self._fleet.load()
 
     def _tell(self, trouble: str | None) -> None:
         """Why nothing can be stored at present, as a sentence for the page; None: it can."""

@@ -63,7 +63,7 @@ def check_at_hand(source: str, publish: str | None) -> None:
 def owner_of(config: Mapping[str, Any]) -> str | None:
     """Name of this monitor among those that share a store; None: it has the store alone."""
     owner = config["lease"]["owner"]
-    check_number("lease", "seconds", config["lease"]["seconds"], low=1.0, unit="s")
+    check_number("lease", "seconds", config["lease"]["seconds"], low=1.0, high=86400.0, unit="s")
     if owner is None:
         return None
     if not isinstance(owner, str) or not re.fullmatch(r"[\w.-]{1,40}", owner):

@@ -54,6 +54,7 @@ class Question(NamedTuple):
     motor_speeds [rad/s] of each turn
     rate         [Hz]
     unit         of the records
+    radius       of the sensor about the table's axis [m]; None: that of the twin's
     records      in the time they took, (n,) each
     """
 
@@ -62,6 +63,7 @@ class Question(NamedTuple):
     motor_speeds: tuple[float, ...]
     rate: float
     unit: str
+    radius: float | None
     records: tuple[np.ndarray, ...]
 
 
@@ -78,17 +80,19 @@ class Physics:
     modes : sequence of Mode
     every_h : float
         Hours after which a machine is looked at again.
+    radius : float or None
+        Of the sensors about the table's axis [m]; None: that of the twin's.
     changed : callable
         Called from this thread with a `Change` once an answer is kept.
     """
 
     def __init__(
         self, store: Store, folder: Path, load_torque: float, modes: tuple[Mode, ...], every_h: float,
-        changed: Callable[[Change], None],
+        radius: float | None, changed: Callable[[Change], None],
     ) -> None:  # fmt: skip
         self._store, self._folder, self._load, self._changed = store, folder.resolve(), load_torque, changed
         self._modes = {mode.name: mode for mode in modes}
-        self._every_ns = round(every_h * _HOUR_NS)
+        self._every_ns, self._radius = round(every_h * _HOUR_NS), radius
         self._wanted: dict[str, None] = {}
         self._looked_ns: dict[str, int] = {}
         self._news, self._stopping = threading.Condition(), False
@@ -178,7 +182,7 @@ class Physics:
             records.append(in_true_time(found[0], longer))
             speeds.append(mode.motor_speed / longer)
         return mine[0]["number"], Question(
-            self._folder, self._load, tuple(speeds), mode.rate, mode.unit, tuple(records)
+            self._folder, self._load, tuple(speeds), mode.rate, mode.unit, self._radius, tuple(records)
         )
 
     def _ask(self, question: Question) -> dict[str, Any]:
@@ -246,7 +250,7 @@ def answer_to(question: Question) -> dict[str, Any]:
         Record(
             f"turn {place + 1}",
             Signal(values, question.rate, unit=question.unit, source=f"turn {place + 1}"),
-            Conditions(motor_speed=speed, load_torque=question.load_torque),
+            Conditions(motor_speed=speed, load_torque=question.load_torque, sensor_radius=question.radius),
         )
         for place, (values, speed) in enumerate(zip(question.records, question.motor_speeds, strict=True))
     ]

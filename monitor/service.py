@@ -106,11 +106,14 @@ class Service:
         self._hub = Hub()
         self._senders: list[Sender] = []
         channels = (*([WEB_CHANNEL] if settings.webhook.url else []), *([MQTT_CHANNEL] if settings.publish else []))
-        self.physics = None
+        self.physics, self._cautions = None, []
         if isinstance(diagnoser, TwinDiagnoser):
+            self._cautions = [diagnoser.caution] if diagnoser.caution else []
+            for sentence in self._cautions:
+                self._say(f"Caution: {sentence}")
             self.physics = Physics(
                 self._store, diagnoser.twin.folder, diagnoser.load_torque, diagnoser.modes, settings.physics_h,
-                self._hub.tell,
+                settings.plan.sensor_radius, self._hub.tell,
             )  # fmt: skip
         self.engine = Engine(
             self._store, diagnoser, settings.plan, channels, self._changed,
@@ -143,7 +146,7 @@ class Service:
     def _troubles(self) -> list[str]:
         """What keeps samples from coming or from being stored, as sentences."""
         told = [one.trouble for one in (self.engine, *self._sources) if one.trouble is not None]
-        return [*told, *self.engine.unread.sentences]
+        return [*self._cautions, *told, *self.engine.unread.sentences]
 
     @property
     def url(self) -> str:

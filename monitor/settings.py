@@ -120,8 +120,8 @@ class Settings:
 
     @property
     def local(self) -> bool:
-        """Whether the page listens on this host alone."""
-        return is_local(self.host)
+        """Whether the page is for this host alone, known by no other name: nobody signs in, himself or by a proxy."""
+        return is_local(self.host) and not self.access.needed
 
 
 _SECTIONS = (
@@ -139,6 +139,10 @@ _SECTIONS = (
     "lease",
 )
 """Keys below which further settings stand."""
+
+
+_LONGEST_D, _LONGEST_H, _LONGEST_S = 36500.0, 876000.0, 3.15e9
+"""A hundred years in days, hours and seconds: longer ones are no times that the store can hold."""
 
 
 def is_local(host: str) -> bool:
@@ -169,14 +173,15 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     for key in ("settle", "speed"):
         check_number("monitor", key, config[key], low=0.0, low_open=key == "speed")
     for key in ("jitter", "reorder", "stale"):
-        check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", unit="s")
-    check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, unit="h")
+        check_number("clock", key, config["clock"][key], low=0.0, low_open=key == "stale", high=_LONGEST_S, unit="s")
+    check_number("physics", "every", config["physics"]["every"], low=0.0, low_open=True, high=_LONGEST_H, unit="h")
     if not isinstance(config["twin_limits"], Mapping | None):
         raise refuse("monitor", "twin_limits", "limits by fault, {reducer_play: [2, 4, 8]}", config["twin_limits"])
     check_ignored(config)
     check_texts(config)
     for key in ("raw_days", "turn_days"):
-        check_number("keep", key, config["keep"][key], low=0.0, low_open=True, unit="d")
+        remedy = "36500 days are a hundred years"
+        check_number("keep", key, config["keep"][key], low=0.0, low_open=True, high=_LONGEST_D, unit="d", remedy=remedy)
     if config["mqtt"]["version"] not in (3, 5):
         raise refuse("mqtt", "version", "5 or 3", config["mqtt"]["version"])
     for key in ("source", "host"):
@@ -253,7 +258,7 @@ def _out_of(config: Mapping[str, Any]) -> Path:
 def _plan(config: Mapping[str, Any]) -> Plan:
     alarms, pulse = config["alarms"], config["pulse"]
     check_integer("alarms", "window", alarms["window"], low=1, unit="turns")
-    check_integer("monitor", "stations", config["stations"], low=1)
+    check_integer("monitor", "stations", config["stations"], low=1, high=1000)
     radius = config["sensor_radius"]
     if radius is not None:
         check_number("monitor", "sensor_radius", radius, low=0.0, low_open=True, unit="m")

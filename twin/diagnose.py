@@ -9,7 +9,7 @@ from typing import Any
 
 from discrepancy.records.reading import Record, read_records
 from indexer_cli.command import BAD_INPUT, check_flag, hydra_command
-from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.job_paths import files_given, job_folder, path_given
 from indexer_cli.json_values import finite
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
@@ -87,8 +87,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
 def records_of(config: dict[str, Any], key: str) -> list[Record]:
     """The records that a key of a configuration names."""
     table = None if config["records"] is None else path_given("twin", "records", config["records"])
-    given = config[key]
-    files = given if isinstance(given, list) else str(path_given("twin", key, given))
+    files = files_given("twin", key, config[key])
     pulse = from_mapping(Pulse, config["pulse"], "pulse")
     try:
         return read_records(files, table, config["known"], pulse, [])

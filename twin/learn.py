@@ -168,7 +168,9 @@ def trained(
         sight = Sight(network, feed, rows, generator)
     optimiser = torch.optim.AdamW(network.parameters(), lr=_RATE, weight_decay=_DECAY)
     steps = epochs * math.ceil(len(rows) / _BATCH)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=0.1)
+    # a rise of exactly one step would begin and end at once, which the schedule divides by
+    rise = 0.1 if steps != 10 else 0.2
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, _RATE, total_steps=steps, pct_start=rise)
     network.train()
     for epoch in range(epochs):
         for places in torch.randperm(len(rows), generator=generator).split(_BATCH):

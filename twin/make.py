@@ -14,7 +14,6 @@ import dataclasses
 import hashlib
 import json
 import logging
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -125,7 +124,7 @@ class Maker:
         check = Check(**self.work.read("check"))
         begin("report")
         self._report(about)
-        shutil.rmtree(self.out / "data", ignore_errors=True)
+        self.work.finished()
         return check
 
     def sentences(self) -> list[str]:

@@ -69,7 +69,7 @@ class Settings:
         check_integer("twin", "simulated", self.simulated, low=1000)
         check_integer("twin", "draws", self.draws, low=100)
         check_integer("twin", "epochs", self.epochs, low=1)
-        check_integer("twin", "seed", self.seed, low=0)
+        check_integer("twin", "seed", self.seed, low=0, high=2**62)
         for name in ("false_alarms", "power", "coverage"):
             check_number("twin", name, getattr(self, name), low=0.0, low_open=True, high=1.0, high_open=True)
         self._check_enough()

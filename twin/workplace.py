@@ -21,6 +21,9 @@ _OWN_FILES = (
 _PARTS = tuple(f".{Path(name).stem}.part" for name in _OWN_FILES)
 """What a run that was killed leaves of a file that it was writing."""
 
+_FORMER = ".former"
+"""Folder in which a twin stays while another one is made in its place."""
+
 
 def keep(path: Path, content: bytes) -> None:
     """Write a file of a twin, whole or not at all, and as readable as the umask says: the writers of safetensors leave
@@ -44,7 +47,7 @@ class Workplace:
         self.out = out
         mark = {"format": FORMAT, "version": VERSION, "made_of": made_of}
         if out.exists():
-            held = sorted(path.name for path in out.iterdir() if path.name not in _PARTS)
+            held = sorted(path.name for path in out.iterdir() if path.name not in (*_PARTS, _FORMER))
             foreign = [name for name in held if name not in _OWN_FILES]
             if foreign or (held and "stage.yaml" not in held):
                 raise ParameterError(
@@ -57,12 +60,31 @@ class Workplace:
                         "twin.out must be a new folder, or that of a twin of the same records and settings, got "
                         f"{out}, which is of others; set overwrite=true to make it anew, or name another."
                     )
-                for path in out.iterdir():
-                    shutil.rmtree(path) if path.is_dir() else path.unlink()
+                self._put_aside(held)
             for name in _PARTS:
                 (out / name).unlink(missing_ok=True)
         out.mkdir(parents=True, exist_ok=True)
         self.write("stage", mark)
+
+    def _put_aside(self, held: Sequence[str]) -> None:
+        """Make room; a twin that is finished stays in a folder of its own until the new one is."""
+        former = self.out / _FORMER
+        if "twin.yaml" in held:
+            shutil.rmtree(former, ignore_errors=True)
+            former.mkdir()
+        for name in held:
+            path = self.out / name
+            if "twin.yaml" in held:
+                path.rename(former / name)
+            elif path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+
+    def finished(self) -> None:
+        """The twin is made: what is left of the way there goes, and the twin that it replaces."""
+        for name in ("data", _FORMER):
+            shutil.rmtree(self.out / name, ignore_errors=True)
 
     def read(self, name: str) -> Any:
         """What NAME.yaml holds."""

@@ -42,7 +42,7 @@ class Rules:
     def __post_init__(self) -> None:
         for name in ("on_delay", "off_delay"):
             check_integer("alarms", name, getattr(self, name), low=1, unit="turns")
-        check_number("alarms", "re_alarm_h", self.re_alarm_h, low=0.0, low_open=True, unit="h")
+        check_number("alarms", "re_alarm", self.re_alarm_h, low=0.0, low_open=True, unit="h")
 
 
 @dataclass(frozen=True)

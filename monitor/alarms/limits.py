@@ -34,7 +34,7 @@ class Limits:
         if not self.alert < self.alarm < self.danger:
             rule = "limits that rise: alert < alarm < danger"
             raise refuse("limits", "alarm", rule, [self.alert, self.alarm, self.danger])
-        check_number("limits", "deadband", self.deadband, low=0.0, high=1.0, high_open=True)
+        check_number("alarms", "deadband", self.deadband, low=0.0, high=1.0, high_open=True)
 
     def level(self, value: float, held: int) -> int:
         """The level (0 to 3) of a size, given the level that holds now: a level is kept within its deadband."""

@@ -69,6 +69,7 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
     Remaining or None
         None where the history is too short or shows no growth in half of the draws.
     """
+    history = _in_time(history)
     if len(history) < LEAST_POINTS:
         return None
     time, value = history[:, 0], history[:, 1]
@@ -94,6 +95,12 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
         times.append(np.where(past, 0.0, np.where(prior > 0.0, reach, np.inf)))
         logs.append(log_evidence + np.log(np.maximum(np.where(past, 1.0, prior), 1e-300)))
     return _quantiles(np.concatenate(times), np.concatenate(logs), span, now - float(time[0]))
+
+
+def _in_time(history: np.ndarray) -> np.ndarray:
+    """The points that lie between their neighbours in time: others are of a clock that jumped and came back."""
+    later = np.diff(history[:, 0]) >= 0.0
+    return history[np.append(True, later) & np.append(later, True)]
 
 
 def _whitening(told: np.ndarray, value: np.ndarray, limit: float, turns: int) -> np.ndarray:

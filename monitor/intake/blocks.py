@@ -83,6 +83,8 @@ class Block:
             raise _refuse("unit", f"one of {KNOWN}", self.unit)
         unit, factor = ACCELERATION_UNITS[normal(self.unit)]
         values = _samples("values", self.values, factor)
+        if self.start_ns + values.size / float(self.rate) * NANO > LATEST_NS:
+            raise _refuse("rate", f"such that {values.size} samples end before 2100, in Hz", self.rate)
         if self.pulse is not None:
             pulse = _samples("pulse", self.pulse, 1.0)
             if pulse.shape != values.shape or not np.isfinite(pulse).all():

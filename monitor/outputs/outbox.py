@@ -33,7 +33,7 @@ class Sender:
     """
 
     def __init__(
-        self, store: Store, channel: str, deliver: Callable[[int, dict[str, Any]], None],
+        self, store: Store, channel: str, deliver: Callable[[dict[str, Any]], None],
         may: Callable[[], bool] = lambda: True,
     ) -> None:  # fmt: skip
         self._store, self._channel, self._deliver, self._may = store, channel, deliver, may
@@ -59,7 +59,7 @@ class Sender:
                 continue
             try:
                 for row, message in self._store.outbox(self._channel):
-                    told = self._told(row, message)
+                    told = self._told(message)
                     self._store.delivered([row])
                     self.delivered += told
             except Exception as error:
@@ -73,13 +73,14 @@ class Sender:
             else:
                 self.failures = 0
 
-    def _told(self, row: int, message: dict[str, Any]) -> bool:
+    def _told(self, message: dict[str, Any]) -> bool:
         """Deliver a message; False where it was refused once too often and stands in the log alone."""
         try:
-            self._deliver(row, message)
+            self._deliver(message)
         except Refused as error:
-            self._refusals[row] = self._refusals.get(row, 0) + 1
-            if self._refusals[row] < _REFUSALS:
+            number = message["delivery"]
+            self._refusals[number] = self._refusals.get(number, 0) + 1
+            if self._refusals[number] < _REFUSALS:
                 raise
             _log.error("%s: an alarm was refused (%s) and is told nowhere but here: %s", self._channel, error, message)
             return False

@@ -20,10 +20,10 @@ class MqttDelivery:
         self._client = broker.client(f"{client_id}-alarms", keep_session=False)
         broker.connect(self._client, keep_session=False)
 
-    def __call__(self, row: int, message: dict[str, Any]) -> None:
+    def __call__(self, message: dict[str, Any]) -> None:
         """Deliver one message."""
         topic = f"{self._topic}/{message['machine'].replace('+', '_')}/{message['quantity']}"
-        sent = self._client.publish(topic, json.dumps(finite({"delivery": row, **message})), qos=1)
+        sent = self._client.publish(topic, json.dumps(finite(message)), qos=1)
         try:
             sent.wait_for_publish(_TIMEOUT_S)
         except (RuntimeError, ValueError) as error:

@@ -32,14 +32,14 @@ class WebhookDelivery:
         self._url, self._secret = url, secret
         self._opener = urllib.request.build_opener(_NoRedirect)
 
-    def __call__(self, row: int, message: dict[str, Any]) -> None:
+    def __call__(self, message: dict[str, Any]) -> None:
         """Deliver one message."""
         body = json.dumps(finite(message)).encode()
         stamp = str(int(time.time()))
         headers = {
             "Content-Type": "application/json",
             "X-Timestamp": stamp,
-            "X-Delivery": str(row),
+            "X-Delivery": str(message["delivery"]),
             "X-Signature": signature(self._secret, stamp, body),
         }
         request = urllib.request.Request(self._url, body, headers, method="POST")

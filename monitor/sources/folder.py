@@ -28,6 +28,9 @@ from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
 from monitor.sources.base import Source
 
 _LOOK_S = 1.0
+_RETRY_S, _LONGEST_WAIT_S = 2.0, 64.0
+"""First and longest time after which a file that could not be opened is looked at again."""
+
 _TIME = re.compile(r"(\d{8}T\d{6})(?:\.(\d{1,6}))?Z")
 
 
@@ -58,6 +61,7 @@ class FolderSource(Source):
         self._seen: dict[str, tuple[str, float]] = {}
         self._stretches: dict[str, tuple[int, int | None]] = {}
         self._short: dict[str, str] = {}
+        self._waits: dict[str, float] = {}
 
     def run(self, engine: Engine) -> None:
         """As `Source.run`."""
@@ -73,9 +77,13 @@ class FolderSource(Source):
                     self.tell(next(reversed(self._short.values()), None))
                 lost = False
             for path, mark in complete:
-                grown = path in done
-                done[path] = mark
-                self._read(engine, self._folder / path, path, mark, grown=grown)
+                try:
+                    self._read(engine, self._folder / path, path, mark, grown=path in done)
+                except OSError as error:
+                    self._later(engine, path, mark, error)
+                else:
+                    done[path] = mark
+                    self._waits.pop(path, None)
                 if self.stopping.is_set():
                     return
             self.stopping.wait(_LOOK_S)
@@ -103,19 +111,28 @@ class FolderSource(Source):
                 found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
         return [(name, mark) for _, name, mark in sorted(found)]
 
+    def _later(self, engine: Engine, name: str, mark: str, error: OSError) -> None:
+        """Look again at a file that could not be opened, ever more rarely: a share may be away for a moment."""
+        wait = self._waits[name] = min(2.0 * self._waits.get(name, 0.5 * _RETRY_S), _LONGEST_WAIT_S)
+        self._seen[name] = mark, time.monotonic() + wait - self._settle
+        engine.broken(machine_of(Path(name)), f"{name} cannot be read ({error.strerror or error}); trying again")
+
     def _read(self, engine: Engine, path: Path, name: str, mark: str, *, grown: bool = False) -> None:
-        """Hand over a file; of one that has `grown` since it was read, what is new."""
+        """Hand over a file; of one that has `grown` since it was read, what is new. Raises OSError where it cannot be
+        opened."""
         told = name.encode("utf-8", "backslashreplace").decode()
         machine = machine_of(Path(told))
         if told != name:
             engine.broken(machine, f"the name of a file must be UTF-8, got {told}; rename it")
             return
         try:
+            with path.open("rb") as file:
+                file.read(1)
             blocks = self._blocks(path, machine)
             if grown:
                 blocks = _behind(blocks, engine.newest_ns(machine)) or blocks
             blocks = self._placed(engine, name, blocks)
-        except (IndexerError, OSError) as error:
+        except IndexerError as error:
             told = str(error)
             engine.broken(machine, told if str(path) in told else f"{name}: {told}")
             return

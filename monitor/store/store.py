@@ -188,10 +188,11 @@ class Store:
             ]
 
     def outbox(self, channel: str, count: int = 50) -> list[tuple[int, dict[str, Any]]]:
-        """What must still be told on a channel, oldest first."""
+        """What must still be told on a channel, oldest first: its row, and the message, with its event's number under
+        "delivery" (what an earlier version has left has that of its row)."""
         query = select(OUTBOX).where(OUTBOX.c.channel == channel).order_by(OUTBOX.c.row).limit(count)
         with self.transaction() as connection:
-            return [(row.row, json.loads(row.content)) for row in connection.execute(query)]
+            return [(row.row, {"delivery": row.row, **json.loads(row.content)}) for row in connection.execute(query)]
 
     def delivered(self, rows: Sequence[int]) -> None:
         """These were told."""
@@ -264,7 +265,9 @@ def _engine(url: str) -> Engine:
             event.listen(engine, "connect", _sqlite_settings)
             return engine
         return create_engine(url, pool_pre_ping=True, connect_args={"connect_timeout": 5})
-    except (ArgumentError, NoSuchModuleError, ModuleNotFoundError):
+    except StoreError:
+        raise
+    except (ArgumentError, NoSuchModuleError, ModuleNotFoundError, ValueError):
         # The URL may hold a password, so it is not repeated.
         raise StoreError("store must be sqlite:///PATH or postgresql://USER@HOST/NAME, got another URL.") from None
 

@@ -38,7 +38,7 @@ def write_outcome(connection: Connection, pipeline: Pipeline, outcome: Outcome, 
         # An operator's act belongs to the newest turn.
         number = pipeline.turns if happened.turn is None else happened.turn
         body = {**plain(happened), "turn": number}
-        connection.execute(
+        written = connection.execute(
             insert(EVENT).values(
                 machine=machine,
                 turn=number,
@@ -50,8 +50,10 @@ def write_outcome(connection: Connection, pipeline: Pipeline, outcome: Outcome, 
             )
         )
         if happened.told:
+            # events stay, so that no number comes twice; those of the outbox do, on SQLite
+            assert written.inserted_primary_key is not None
+            message = {"delivery": written.inserted_primary_key[0], "machine": machine, **body}
             for channel in channels:
-                message = {"machine": machine, **body}
                 connection.execute(insert(OUTBOX).values(channel=channel, content=json.dumps(message)))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import socket
 from collections.abc import AsyncIterator
 from importlib.resources import files
@@ -148,6 +149,9 @@ def listener(host: str, port: int) -> socket.socket:
         bound.bind((host, port))
     except OSError as error:
         bound.close()
+        if isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL:
+            rule = f"an address of this host ({error.strerror})"
+            raise refuse("monitor", "host", rule, host, "0.0.0.0 stands for all of them") from None
         rule = f"one that is free on {host} ({error.strerror})"
         raise refuse("monitor", "port", rule, port, "choose another") from None
     return bound

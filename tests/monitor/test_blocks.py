@@ -56,6 +56,8 @@ def test_times_are_taken_to_the_microsecond_in_their_zone():
         ({"rate": 0}, "rate"),
         ({"rate": "1000"}, "rate"),
         ({"rate": 1e9}, "rate"),
+        ({"rate": 1e-9}, r"rate must be such that 3 samples end before 2100, in Hz, got 1e-09"),
+        ({"rate": 1e-306}, "rate"),
         ({"unit": "furlong"}, "unit"),
         ({"unit": 3}, "unit"),
         ({"values": []}, "values"),

@@ -98,7 +98,7 @@ def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
     delivery = MqttDelivery(Broker("127.0.0.1", port, version=3), "plant/alarms/", "monitor")
     message = {"machine": "press+1", "quantity": "crack", "level": "alarm", "value": float("nan")}
     with pytest.raises(OSError):
-        delivery(1, message)
+        delivery({"delivery": 1, **message})
     broker = BuiltInBroker(port)
     broker.start()
     client = Broker("127.0.0.1", port, version=3).client("listener", keep_session=False)
@@ -114,7 +114,7 @@ def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
 
     def taken() -> bool:
         try:
-            delivery(2, message)
+            delivery({"delivery": 2, **message})
         except OSError:
             return False
         return True

@@ -66,6 +66,51 @@ def test_turns_events_and_samples_are_committed(url):
     store.close()
 
 
+def test_no_two_alarms_have_the_same_delivery_number(url):
+    store, engine = make(url, channels=("webhook", "mqtt"))
+    seen = []
+    for second in range(12):
+        send(engine, 100 * second, 100 * second + 100, level=1.0 + second)
+        for channel in ("webhook", "mqtt"):
+            for row, message in store.outbox(channel):
+                seen.append((channel, message["delivery"]))
+                store.delivered([row])
+    engine.stop()
+    assert len(seen) == len(set(seen)) == 4
+    assert {number for _, number in seen} == {event["id"] for event in store.events()}
+    store.close()
+
+
+def test_a_store_that_is_away_is_not_said_to_be_back_before_it_answers(url, monkeypatch):
+    """Nothing comes, the machine becomes stale, and what must be written cannot be."""
+    store, engine = make(url, stale_s=0.2)
+    send(engine, 0, 300)
+    asked, away, machines = [], threading.Event(), store.machines
+
+    def gone(*_):
+        raise StoreDown("no route")
+
+    def listed():
+        asked.append(True)
+        return gone() if away.is_set() else machines()
+
+    away.set()
+    monkeypatch.setattr("monitor.engine._RETRY_S", 0.01)
+    monkeypatch.setattr(store, "machines", listed)
+    transaction = store.transaction
+    monkeypatch.setattr(store, "transaction", gone)
+    wait_for(lambda: len(asked) >= 3)
+    assert "no route" in engine.trouble
+    with pytest.raises(StoreDown):
+        engine.command("m", "crack", lambda pipeline: pytest.fail("there is none"))
+    monkeypatch.setattr(store, "transaction", transaction)
+    away.clear()
+    wait_for(lambda: engine.trouble is None)
+    assert "stale" in store.summary("m")["active_states"]
+    engine.stop()
+    store.close()
+
+
 def test_an_event_tells_the_turn_that_raised_it_where_a_block_holds_several(url):
     store, engine = make(url, channels=("webhook",))
     send(engine, 0, 400)
@@ -180,7 +225,10 @@ def test_an_operator_s_act_is_committed_with_his_name(url):
 
 
 def test_a_store_that_cannot_be_used_says_why_without_its_password(tmp_path):
-    for url, word in (("mysql://u:geheim@h/x", "sqlite"), ("nonsense", "sqlite"), ("sqlite://", "file")):
+    for url, word in (
+        ("mysql://u:geheim@h/x", "sqlite"), ("nonsense", "sqlite"), ("sqlite://", "file"),
+        ("postgresql://u@h:54x/n", "sqlite"), ("postgresql://u:a@b:geheim@h/n", "sqlite"),
+    ):  # fmt: skip
         with pytest.raises(StoreError, match=word) as caught:
             Store(url)
         assert "geheim" not in str(caught.value)

@@ -1,6 +1,7 @@
 """Files in time: which goes on with the last one, which is a recording of its own, and which holds no turn."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,7 +69,8 @@ def test_files_whose_times_overlap_a_little_are_all_used(read):
 def test_a_file_that_is_gone_and_a_folder_that_is_gone_do_not_end_the_source(monitor, tmp_path, monkeypatch):
     folder = tmp_path / "logger"
     source = FolderSource(folder, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
-    source._read(monitor.engine, folder / "press_1.csv", "press_1.csv", "1")
+    with pytest.raises(FileNotFoundError):
+        source._read(monitor.engine, folder / "press_1.csv", "press_1.csv", "1")
     monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
     source.start(monitor.engine)
     wait_for(lambda: source.trouble is not None)
@@ -77,6 +79,31 @@ def test_a_file_that_is_gone_and_a_folder_that_is_gone_do_not_end_the_source(mon
     wait_for(lambda: source.trouble is None)
     source.stop()
     assert source.failure is None
+
+
+def test_a_file_that_cannot_be_opened_for_a_moment_is_read_later(monitor, tmp_path, monkeypatch):
+    monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)
+    monkeypatch.setattr("monitor.sources.folder._RETRY_S", 0.05)
+    time_s = np.arange(300) / 100.0
+    rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+    name = "press_20270115T080000Z.csv"
+    (tmp_path / name).write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    opened, read = [], Path.open
+
+    def refused(path, *given, **more):
+        if path.name == name and len(opened) < 3:
+            opened.append(path)
+            raise PermissionError(13, "Permission denied")
+        return read(path, *given, **more)
+
+    monkeypatch.setattr(Path, "open", refused)
+    source.start(monitor.engine)
+    wait_for(lambda: monitor.engine.positions(source.name).get(name))
+    source.stop()
+    assert len(opened) == 3 and monitor.store.summary("press")["turns"] >= 2
+    (told,) = monitor.engine.unread.sentences
+    assert f"{name} cannot be read (Permission denied); trying again" in told
 
 
 def test_a_file_of_several_blocks_that_a_restart_broke_off_is_counted_once(monitor, tmp_path, monkeypatch):

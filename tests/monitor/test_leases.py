@@ -141,7 +141,7 @@ def test_of_several_processes_one_tells(tmp_path):
     one.end()
     two.renew([])
     assert two.leads
-    sender = Sender(store, "webhook", lambda row, message: pytest.fail("told"), lambda: False)
+    sender = Sender(store, "webhook", lambda message: pytest.fail("told"), lambda: False)
     with store.transaction() as connection:
         from sqlalchemy import insert
 

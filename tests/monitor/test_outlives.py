@@ -20,7 +20,7 @@ def test_an_alarm_is_told_after_an_error_that_nobody_foresaw(monkeypatch, caplog
     store: Any = SimpleNamespace(outbox=lambda _: [(1, {})], delivered=lambda _: None)
     errors = [KeyError("machine")]
 
-    def deliver(row, message):
+    def deliver(message):
         if errors:
             raise errors.pop()
 
@@ -34,23 +34,26 @@ def test_an_alarm_is_told_after_an_error_that_nobody_foresaw(monkeypatch, caplog
 
 def test_an_alarm_that_is_refused_for_good_does_not_keep_back_the_others(monkeypatch, caplog):
     monkeypatch.setattr("monitor.outputs.outbox._LOOK_S", 0.001)
-    left: list[tuple[int, dict]] = [(1, {"level": "odd"}), (2, {"level": "danger"})]
+    left: list[tuple[int, dict]] = [(1, {"delivery": 7, "level": "odd"}), (1, {"delivery": 8, "level": "danger"})]
     store: Any = SimpleNamespace(outbox=lambda _: list(left), delivered=lambda rows: left.remove(left[0]))
     tried, told = [], []
 
-    def deliver(row, message):
-        if row == 1:
-            tried.append(row)
+    def deliver(message):
+        if message["level"] == "odd":
+            tried.append(message)
             raise Refused("HTTP 400 Bad Request")
-        told.append(row)
+        told.append(message["delivery"])
 
     sender = Sender(store, "webhook", deliver)
     with caplog.at_level(logging.WARNING):
         sender.start()
         wait_for(lambda: told)
         sender.stop()
-    assert told == [2] and len(tried) == 3 and sender.delivered == 1
-    assert "an alarm was refused (HTTP 400 Bad Request) and is told nowhere but here: {'level': 'odd'}" in caplog.text
+    assert told == [8] and len(tried) == 3 and sender.delivered == 1
+    assert (
+        "an alarm was refused (HTTP 400 Bad Request) and is told nowhere but here: {'delivery': 7, 'level': 'odd'}"
+        in caplog.text
+    )
 
 
 @pytest.mark.parametrize(("code", "refused"), [(400, True), (413, True), (401, False), (404, False), (503, False)])
@@ -62,7 +65,7 @@ def test_only_an_answer_about_the_message_itself_refuses_it(monkeypatch, code, r
 
     monkeypatch.setattr(delivery._opener, "open", answer)
     with pytest.raises(OSError) as caught:
-        delivery(1, {})
+        delivery({"delivery": 1})
     assert isinstance(caught.value, Refused) == refused
 
 

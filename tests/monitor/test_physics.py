@@ -42,7 +42,7 @@ def watched(tmp_path, monkeypatch):
     one = running(tmp_path)
 
     def make(every_h=1000.0):
-        made = Physics(one.store, tmp_path, LOAD, (FAST,), every_h, told.append)
+        made = Physics(one.store, tmp_path, LOAD, (FAST,), every_h, 0.5, told.append)
         made.start()
 
         def consider(change):
@@ -168,9 +168,18 @@ def test_answers_are_forgotten_with_the_findings_of_turns(tmp_path):
 def test_records_that_are_none_get_a_sentence(tmp_path):
     folder = twin_folder(tmp_path / "twin")
     noise = np.random.default_rng(0).standard_normal(4100)
-    told = answer_to(Question(folder, LOAD, (157.08,) * 2, RATE, "rad/s^2", (noise, noise)))
+    told = answer_to(Question(folder, LOAD, (157.08,) * 2, RATE, "rad/s^2", None, (noise, noise)))
     assert "Not comparable" in told["headline"]
-    assert "twin.yaml" in answer_to(Question(tmp_path, LOAD, (157.08,), RATE, "rad/s^2", (noise,)))["problem"]
+    assert "twin.yaml" in answer_to(Question(tmp_path, LOAD, (157.08,), RATE, "rad/s^2", None, (noise,)))["problem"]
+
+
+def test_physics_sees_a_record_as_at_the_radius_of_the_twins_sensor(tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr("twin.diagnose.diagnosed", lambda twin, records, physics: seen.extend(records) or 1 / 0)
+    noise = np.random.default_rng(0).standard_normal(4100)
+    with pytest.raises(ZeroDivisionError):
+        answer_to(Question(twin_folder(tmp_path / "twin"), LOAD, (157.08,), RATE, "m/s^2", 0.5, (noise,)))
+    assert [record.conditions.sensor_radius for record in seen] == [0.5]
 
 
 @pytest.mark.slow
@@ -178,7 +187,7 @@ def test_a_process_of_its_own_names_the_play_and_its_kill_is_survived(tmp_path):
     record = turns(3, "reducer_play", 0.25)
     folder = twin_folder(tmp_path / "twin")
     pieces = tuple(record.values.reshape(3, -1))
-    question = Question(folder, LOAD, (1500.0 * np.pi / 30.0,) * 3, RATE, "rad/s^2", pieces)
+    question = Question(folder, LOAD, (1500.0 * np.pi / 30.0,) * 3, RATE, "rad/s^2", None, pieces)
     worker = physics._Worker()
     told = worker.ask(question)
     assert told is not None and told["verdict"] == "faulty"

@@ -101,6 +101,14 @@ def test_settings_come_from_the_command_line(overrides):
         (["lease.owner=north"], "lease.owner"),
         (["lease.owner='a b'"], "lease.owner"),
         (["lease.seconds=0"], "lease.seconds"),
+        (["lease.seconds=1e10"], "lease.seconds"),
+        (["keep.raw_days=1e6"], r"keep\.raw_days must be .*<= 36500 d, got .*; 36500 days are a hundred years"),
+        (["keep.turn_days=1e6"], "keep.turn_days"),
+        (["clock.jitter=1e300"], "clock.jitter"),
+        (["physics.every=1e300"], "physics.every"),
+        (["stations=100000"], "monitor.stations"),
+        (["alarms.re_alarm=0"], r"alarms\.re_alarm must be"),
+        (["alarms.deadband=2", "limits.crack=[0.1,0.2,0.3]"], r"alarms\.deadband must be"),
         (["limits=null"], "monitor.limits must be a mapping"),
         (["webhook=null"], "monitor.webhook must be a mapping"),
         (["auth.operators=null"], "auth.operators must be a list of names"),
@@ -144,6 +152,11 @@ def test_a_model_of_a_known_radius_needs_that_of_the_sensor_and_a_folder_is_no_f
         ("replay:nowhere", ["publish=plant/alarms"], r"monitor\.publish must be null where the source is no broker"),
         ("mqtt://broker/plant/one", [], "machine"),
         ("broker", ["port={taken}"], r"monitor\.port must be one that is free"),
+        (
+            "broker",
+            ["host=192.0.2.1", "auth.operator_token=0123456789abcdef"],
+            r"monitor\.host must be an address of this host",
+        ),
         ("broker", ["broker_port={taken}"], r"monitor\.broker_port must be a free port"),
     ],
 )
@@ -156,6 +169,15 @@ def test_what_cannot_be_used_leaves_no_folder(source, more, word, monkeypatch, t
         with pytest.raises(ParameterError, match=word):
             Service(settings_of(config(f"source={source}", "model=m", f"out={tmp_path}/kept", *given)))
     assert not (tmp_path / "kept").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "local"),
+    [([], True), (["auth.proxy_secret=0123456789abcdef"], False), (["auth.operator_token=0123456789abcdef"], False)],
+)
+def test_only_without_secrets_names_of_other_hosts_are_refused(given, local):
+    """A proxy on this host that signs people in hands on the name by which they call it."""
+    assert settings_of(config("source=broker", "model=m", "host=127.0.0.1", *given)).local == local
 
 
 def test_a_folder_of_other_files_is_no_monitors_folder(tmp_path):

@@ -98,6 +98,16 @@ def test_without_growth_nothing_is_told():
     assert remaining_time(flat[:5], 12.0, 4.0) is None
 
 
+@pytest.mark.parametrize("stamp", [400 * 86400.0, -27 * 365 * 86400.0])
+def test_a_point_of_a_clock_that_jumped_and_came_back_is_left_out(stamp):
+    history, _ = wear(2.0, 0.3, 0, 0.6)
+    plain = remaining_time(history, 12.0, history[-1, 0])
+    history[30, 0] += stamp
+    told = remaining_time(history, 12.0, history[-1, 0])
+    assert plain is not None and told is not None
+    assert (told.low, told.median, told.high) == pytest.approx((plain.low, plain.median, plain.high), rel=0.05)
+
+
 def test_a_limit_that_is_behind_leaves_no_time():
     history, _ = wear(2.0, 0.1, 0, 0.9)
     told = remaining_time(history, 5.0, history[-1, 0])

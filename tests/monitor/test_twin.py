@@ -48,6 +48,15 @@ def test_what_the_twin_does_not_know_is_refused_in_a_sentence(twin, load, speeds
     assert said in str(error.value) and "\n" not in str(error.value)
 
 
+def test_a_twin_that_is_not_to_be_trusted_says_so(twin):
+    one = diagnoser(twin)
+    assert one.caution is None
+    check = {"trusted": False, "reason": "a healthy record held out looks faulty"}
+    one.twin.about["check"], before = check, one.twin.about["check"]
+    assert one.caution == "the twin is not to be trusted: a healthy record held out looks faulty"
+    one.twin.about["check"] = before
+
+
 def test_the_load_of_healthy_records_that_have_but_one_is_known(tmp_path):
     assert TwinDiagnoser(Twin.load(twin_folder(tmp_path / "twin", loads=(LOAD, LOAD)))).load_torque == LOAD
 

@@ -60,6 +60,13 @@ def taught() -> tuple[Any, Turns, Turns, Judge]:
     return network, control, sound, judge
 
 
+@pytest.mark.parametrize("epochs", [1, 10])
+def test_a_network_learns_in_as_few_steps_as_it_is_given(epochs: int) -> None:
+    """Ten steps are those of which a tenth is one."""
+    few = turns(40, 7, faulty=True)
+    assert not trained("modes", few, view(), epochs=epochs, seed=0).training
+
+
 def test_a_shift_moves_what_a_fault_does_to_a_turn_that_is_learned_from():
     part = turns(40, 5, faulty=True)
     feed, rows = Feed(part, view()), torch.arange(40)

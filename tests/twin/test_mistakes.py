@@ -102,6 +102,13 @@ def test_records_that_are_not_there_are_told_with_the_commands_own_key(tmp_path,
     assert code == 2 and said in err and "discrepancy" not in err and "measured=" not in err
 
 
+@pytest.mark.parametrize("given", ["[]", "[1]"])
+def test_a_list_that_names_no_files_is_refused(tmp_path, run_command, given):
+    twin_folder(tmp_path / "twin")
+    code, _, err = run_command(diagnose, f"twin={tmp_path / 'twin'}", f"signal={given}")
+    assert code == 2 and "error: signal must be a path, got" in err and err.count("\n") == 1
+
+
 def test_a_folder_that_is_no_twin_is_refused(tmp_path, run_command):
     (tmp_path / "notes.txt").write_text("mine")
     signal = tmp_path / "a.csv"

@@ -45,6 +45,22 @@ def test_a_part_of_somebody_elses_file_is_not_removed(tmp_path):
     assert (tmp_path / ".film.part").exists()
 
 
+@pytest.mark.parametrize("finished", [True, False])
+def test_a_twin_that_is_replaced_stays_until_the_new_one_is_made(tmp_path, finished):
+    first = Workplace(tmp_path, "records", False)
+    (tmp_path / "data").mkdir()
+    if finished:
+        first.write("twin", {"of": "records"})
+    Workplace(tmp_path, "other records", True).write("calibration", {})
+    assert (tmp_path / ".former" / "twin.yaml").exists() == finished and not (tmp_path / "twin.yaml").exists()
+    # neither going on nor a third beginning loses it
+    again = Workplace(tmp_path, "third records", True)
+    assert (tmp_path / ".former" / "twin.yaml").exists() == finished and not (tmp_path / "calibration.yaml").exists()
+    again.write("twin", {})
+    again.finished()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stage.yaml", "twin.yaml"]
+
+
 def test_networks_and_synthesis_are_as_readable_as_the_umask_says(tmp_path, monkeypatch, open_to_all):
     weighed = WEIGHTS, {"faults": np.zeros((15, 2))}
     monkeypatch.setattr("twin.teach.weights_by_control", lambda *given: weighed)
