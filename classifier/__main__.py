@@ -22,7 +22,7 @@ from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.runs import RUNS, collect, row_of, write_runs
 from classifier.train import Result
 from indexer_cli.command import check_flag, hydra_command
-from indexer_cli.job_paths import in_sweep, job_folder, path_given
+from indexer_cli.job_paths import in_sweep, job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_env.checks import check_integer
 
@@ -69,7 +69,7 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     job = Job.of(config)
     console = Console()
 
-    dataset = load_dataset(path_given("classifier", "data", config["data"]))
+    dataset = load_dataset(place_given("classifier", "data", config["data"]))
     if (clipped := dataset.conditions.clipped_share) > CLIPPED:
         share = f"up to {100 * clipped:.3g} % of the samples of a calibration record are clipped"
         console.print(f"{share}: the model will take records of such a sensor for sound", highlight=False)

@@ -111,7 +111,7 @@ def _split(dataset: Dataset, split: str) -> Dataset:
         classes=dataset.classes[rows],
         subsets=subsets,
         provenance={**dataset.provenance, "split": split, "records": len(rows)},
-        conditions=Conditions.of_rows(table, records, subsets == "calibration"),
+        conditions=Conditions.of_rows(table, records, subsets),
         table=table,
     )
 

@@ -65,11 +65,13 @@ class Conditions:
     channel: int = 0
 
     @classmethod
-    def of_rows(cls, table: pa.Table, records: np.ndarray, calibration: np.ndarray) -> Conditions:
-        """Conditions of the rows and records (n, samples) or (n, channels, samples) of a data set, of which the mask
-        calibration (n,) marks those of that subset."""
+    def of_rows(cls, table: pa.Table, records: np.ndarray, subsets: np.ndarray) -> Conditions:
+        """Conditions of the rows and records (n, samples) or (n, channels, samples) of a data set with these subsets
+        (n,); what is for validation alone widens nothing."""
+        calibration = subsets == "calibration"
+        everything, table = table, table.filter(pa.array(subsets != "validation"))
         names = table.column("machine_name")
-        shares = {name: table.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
+        shares = {name: everything.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
         return cls(
             sensor_radius=_range(table, "sensor_radius"),
             motor_speed=_range(table, "motor_speed"),

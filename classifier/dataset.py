@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from classifier.conditions import Conditions
 from datagen.campaign import SUBSETS
 from datagen.shard import read_shards
 from datagen.store import MANIFEST
-from indexer_cli.places.local import file_sha256
+from indexer_cli.places import Place, open_place
 from indexer_env.errors import SignalError
 
 
@@ -71,14 +72,14 @@ class Dataset:
         return self.subsets == subset
 
 
-def _one(table: Any, name: str, path: Path) -> Any:
+def _one(table: Any, name: str, path: Place) -> Any:
     values = table.column(name).unique().to_pylist()
     if len(values) != 1:
         raise SignalError(f"{name} must be the same for all records of {path}, got {values[:3]}.")
     return values[0]
 
 
-def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
+def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Place) -> None:
     place: dict[int, str] = {}
     for draw, subset in zip(draws.tolist(), subsets.tolist(), strict=True):
         if place.setdefault(draw, subset) != subset:
@@ -88,7 +89,7 @@ def _check_no_leak(draws: np.ndarray, subsets: np.ndarray, path: Path) -> None:
             )
 
 
-def _check_sensors(records: np.ndarray, table: pa.Table, path: Path) -> None:
+def _check_sensors(records: np.ndarray, table: pa.Table, path: Place) -> None:
     missing = np.flatnonzero(~np.isfinite(records).all(axis=tuple(range(1, records.ndim))))
     if missing.size:
         item = table.column("item")[int(missing[0])].as_py()
@@ -105,14 +106,14 @@ def _check_sensors(records: np.ndarray, table: pa.Table, path: Path) -> None:
         )
 
 
-def load_dataset(path: str | Path) -> Dataset:
-    """Data set from a folder written by `datagen`.
+def load_dataset(path: str | Path | Place) -> Dataset:
+    """Data set from a folder or URL written by `datagen`.
 
     Raises SignalError for a folder that is none, for records that differ in rate, length, quantity or unit,
     for a machine draw in two subsets, for a record of a dead sensor or with samples that are not
     finite, and for a subset that lacks a class.
     """
-    folder = Path(path)
+    folder = open_place(path)
     data = read_shards(folder)
     table = data.table
     classes = table.column("class").to_numpy()
@@ -130,10 +131,10 @@ def load_dataset(path: str | Path) -> Dataset:
         unit=_one(table, "unit", folder),
         provenance={
             "folder": str(path),
-            "manifest_sha256": file_sha256(folder / MANIFEST),
+            "manifest_sha256": hashlib.sha256(folder.read(MANIFEST) or b"").hexdigest(),
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },
-        conditions=Conditions.of_rows(table, data.records, subsets == "calibration"),
+        conditions=Conditions.of_rows(table, data.records, subsets),
         table=table,
     )

@@ -25,7 +25,7 @@ from classifier.tasks.novelty import enough
 from classifier.train import Result, train
 from classifier.trainers import make_trainer
 from indexer_cli.command import hydra_command
-from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
@@ -151,7 +151,7 @@ def run(config: dict[str, Any]) -> None:
     names = chosen_methods("leaveout", config["methods"], METHODS)
     choice, trainer = make_choice(config["features"]), make_trainer(config["trainer"])
     torch.set_num_threads(config["threads"])
-    dataset = load_dataset(path_given("leaveout", "data", config["data"]))
+    dataset = load_dataset(place_given("leaveout", "data", config["data"]))
 
     features = chosen(choice, dataset)
 

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from classifier.dataset import SUBSETS
 from classifier.train import Result
 from indexer_cli.places.local import whole_file
+from indexer_cli.sweep import of_this_sweep
 
 RUNS = "results.parquet"
 """A run's one row in its own folder, and the rows of all runs in the folder of a sweep."""
@@ -59,7 +60,7 @@ def write_runs(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def collect(sweep: Path) -> int:
-    """Write the rows of all runs in the folder of a sweep into one table there; gives their number.
+    """Write the rows of all runs of a sweep into one table in its folder; gives their number.
 
     Runs may end at the same time in several processes: a table is written again until it holds every run that is there.
     """
@@ -72,7 +73,8 @@ def collect(sweep: Path) -> int:
 
 
 def _rows(sweep: Path) -> list[Path]:
-    return sorted(sweep.glob(f"*/{RUNS}"), key=lambda path: (len(path.parent.name), path.parent.name))
+    found = (path for path in sweep.glob(f"*/{RUNS}") if of_this_sweep(sweep, path))
+    return sorted(found, key=lambda path: (len(path.parent.name), path.parent.name))
 
 
 def _replace(table: pa.Table, path: Path) -> None:

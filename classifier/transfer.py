@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from classifier.codes import CodeBook
 from classifier.dataset import SUBSETS, Dataset, load_dataset
-from classifier.evaluate import score
+from classifier.evaluate import Score, score
 from classifier.features import Scaling
 from classifier.model import MODEL_TENSORS, MODEL_YAML, Model, load_model, save_model
 from classifier.parts import fit_parts
@@ -24,7 +24,7 @@ from classifier.style import COLOURS, style
 from classifier.train import mean_densities
 from classifier.trainers import Examples, Trainer, make_trainer
 from indexer_cli.command import hydra_command
-from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.job_paths import job_folder, path_given, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_integer
@@ -96,8 +96,12 @@ class Learner:
         """Metrics on the validation records."""
         rows = self.dataset.rows("validation")
         outputs = self.model.network.outputs_of(parameters[None], torch.from_numpy(scaled[rows]))[0]
-        scored = score(self.dataset.codes, self.model.network.bits_of(outputs).numpy(), self.dataset.classes[rows])
+        scored = self.scored(self.model.network.bits_of(outputs).numpy())
         return {WRONG: scored.misclassified_percent, F1: scored.macro_f1}
+
+    def scored(self, outputs: np.ndarray) -> Score:
+        """Score of outputs (k, bits) for the validation records, which may be named by any class of the model."""
+        return score(self.model.codes, outputs, self.dataset.classes[self.dataset.rows("validation")])
 
     def curve(self, counts: Sequence[int], seed: int, restarts: int) -> list[Row]:
         """Rows for 0 records and for each count: the same few records teach the old network and new ones.
@@ -116,6 +120,11 @@ class Learner:
                 learnt = self.learn(start, scaled, few, few)
                 rows += self._rows(method, count, seed, self.judged(learnt, scaled))
         return rows
+
+    def _lost(self) -> dict[str, str]:
+        """Classes of the model that the data set has no record of."""
+        lost = [name for name in self.model.codes.names if name not in self.dataset.codes.names]
+        return {"classes": f"no record of {', '.join(lost)}, which it does not name any more"} if lost else {}
 
     def _rows(self, method: str, count: int, seed: int, found: dict[str, float]) -> list[Row]:
         name = f"{count} records"
@@ -146,7 +155,7 @@ class Learner:
             for name in SUBSETS
         }
         fitted, left_out = fit_parts(dataset, scaled, outputs, seed=seed)
-        left_out |= dataset.conditions.left_out()
+        left_out |= dataset.conditions.left_out() | self._lost()
         return replace(model, metrics=scores, parts=fitted, left_out=left_out)
 
 
@@ -198,10 +207,12 @@ def run(config: dict[str, Any]) -> None:
     torch.set_num_threads(config["threads"])
     trainer = make_trainer(config["trainer"])
     model = load_model(path_given("transfer", "model", config["model"]))
-    dataset = fitted_to(model, load_dataset(path_given("transfer", "data", config["data"])))
+    dataset = fitted_to(model, load_dataset(place_given("transfer", "data", config["data"])))
     learner = Learner.of(model, dataset, trainer)
     held = int(dataset.rows("calibration").sum())
-    used = sorted({min(count, held) for count in counts})
+    used = sorted({count for count in counts if count <= held})
+    if not used:
+        raise refuse("transfer", "counts", f"numbers of records up to the {held} for calibration", counts, "give less")
 
     rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
     table = markdown(rows, ((WRONG, 2), (F1, 3)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import torch
@@ -20,7 +20,7 @@ from classifier.model import MODEL_TENSORS, MODEL_YAML, save_model
 from classifier.runs import RUNS, row_of, write_runs
 from classifier.train import Result
 from indexer_cli.command import hydra_command
-from indexer_cli.job_paths import job_folder, path_given
+from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_choice, check_integer, check_number, did_you_mean
@@ -45,25 +45,9 @@ def run(config: dict[str, Any]) -> None:
     search = check_search(config["search"], config)
     Job.of(config)
     torch.set_num_threads(config["threads"])
-    dataset = load_dataset(path_given("tune", "data", config["data"]))
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config["seed"]))
-    console, rows, best = plain_console(), [], None
-    for number in range(config["trials"]):
-        trial, started = study.ask(), time.perf_counter()
-        settings = {path: propose(trial, path, space) for path, space in search.items()}
-        tried = applied(config, settings)
-        result = _result(tried, dataset, number, settings)
-        error = result.score("control").mse_percent
-        study.tell(trial, error)
-        rows.append(row_of(result, _kept(tried), str(number), time.perf_counter() - started))
-        if best is None or error < best[0]:
-            best = (error, tried, result)
-        told = ", ".join(f"{path}={value:.4g}" if isinstance(value, float) else f"{path}={value}"
-                         for path, value in settings.items())  # fmt: skip
-        console.print(f"trial {number}: control error {error:.4g} % ({told})")
-    assert best is not None
-    error, tried, result = best
+    dataset = load_dataset(place_given("tune", "data", config["data"]))
+    console = plain_console()
+    rows, (error, tried, result) = _sought(config, search, dataset, optuna, console.print)
     with output_folder(out, FILES, config["overwrite"]) as folder:
         write_runs(rows, folder / RUNS)
         (folder / BEST).write_text(yaml.safe_dump(_kept(tried), sort_keys=False), encoding="utf-8")
@@ -75,6 +59,49 @@ def run(config: dict[str, Any]) -> None:
         f"best: control error {error:.4g} %, validation error {validation.mse_percent:.4g} %, "
         f"misclassified {validation.misclassified_percent:.3g} %; written {out}"
     )
+
+
+def _sought(
+    config: Mapping[str, Any], search: Mapping[str, Any], dataset: Dataset, optuna: Any, say: Callable[[str], None]
+) -> tuple[list[dict[str, Any]], tuple[float, dict[str, Any], Result]]:
+    """Rows of all trials, and control error, settings and result of the best; those until it is interrupted.
+
+    Raises ParameterError where all are refused: what one cannot be with this data is no answer to the others.
+    """
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=config["seed"]))
+    rows, best, refused = [], None, ""
+    try:
+        for number in range(config["trials"]):
+            trial, started = study.ask(), time.perf_counter()
+            settings = {path: propose(trial, path, space) for path, space in search.items()}
+            told = _told(settings)
+            tried = applied(config, settings)
+            try:
+                result = Job.of(tried).train(dataset)
+            except ParameterError as problem:
+                study.tell(trial, state=optuna.trial.TrialState.FAIL)
+                refused = f"trial {number} ({told}): {problem}"
+                say(f"refused, {refused}")
+                continue
+            error = result.score("control").mse_percent
+            study.tell(trial, error)
+            rows.append(row_of(result, _kept(tried), str(number), time.perf_counter() - started))
+            if best is None or error < best[0]:
+                best = (error, tried, result)
+            say(f"trial {number}: control error {error:.4g} % ({told})")
+    except KeyboardInterrupt:
+        if best is None:
+            raise
+        say(f"interrupted after {len(rows)} trials, which are written")
+    if best is None:
+        raise ParameterError(f"every trial was refused, the last one: {refused}")
+    return rows, best
+
+
+def _told(settings: Mapping[str, Any]) -> str:
+    shown = {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in settings.items()}
+    return ", ".join(f"{key}={value}" for key, value in shown.items())
 
 
 def check_search(search: object, config: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,13 +177,6 @@ def applied(config: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str,
         elif key in tried[group]:
             tried[group][key] = settings[path]
     return tried
-
-
-def _result(tried: Mapping[str, Any], dataset: Dataset, number: int, settings: Mapping[str, Any]) -> Result:
-    try:
-        return Job.of(tried).train(dataset)
-    except ParameterError as error:
-        raise ParameterError(f"trial {number} ({settings}): {error}") from None
 
 
 def _kept(tried: Mapping[str, Any]) -> dict[str, Any]:

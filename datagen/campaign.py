@@ -185,15 +185,16 @@ class Campaign(ABC):
         """Number by which item `index` gets its subset; equal for all items of a machine."""
         return self.machine_draw(index)
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
-        """What the family decides of item `index`; `rng` is its machine's own stream, from its beginning."""
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
+        """What the family decides of item `index`; `rng` is its machine's own stream, from its beginning, and `base`
+        what all items begin with."""
         return Design()
 
     def classes(self) -> tuple[str, ...]:
         """Names of the classes, class 1 first."""
         return FAULT_CLASSES
 
-    def classify(self, index: int, values: Mapping[str, Any]) -> tuple[int, str, str]:
+    def classify(self, index: int, values: Mapping[str, Any], base: Base) -> tuple[int, str, str]:
         """Class from 1, name and code of item `index`, whose quantities have these values, by path."""
         return fault_class(values)
 
@@ -227,7 +228,7 @@ class Campaign(ABC):
         """Item `index` (from 0), all its chance taken from `chance`."""
         machine_draw = self.machine_draw(index)
         rng = chance.machine(machine_draw)
-        design = self.design(index, rng)
+        design = self.design(index, rng, base)
         values = dict(design.values)
 
         def nominal(path: str) -> float:
@@ -240,7 +241,7 @@ class Campaign(ABC):
             drifted = self.item_laws.drawn(chance.record(index), nominal)
             values |= {path: value for path, value in drifted.items() if self.varies(path, design)}
         subset = self._schedule[self.split_number(index) % len(self._schedule)]
-        classified = self.classify(index, {**_fault_values(base), **values})
+        classified = self.classify(index, {**fault_values(base), **values}, base)
         label = Label(*classified, subset, machine_draw, design.remaining_turns)
         return Item.of(index, label, values, design.refused)
 
@@ -291,7 +292,7 @@ def _number(value: Any, path: str) -> float:
     return float(value)
 
 
-def _fault_values(base: Base) -> dict[str, Any]:
+def fault_values(base: Base) -> dict[str, Any]:
     """The quantities of the base that count as faults, by path."""
     values = {f"faults.{name}": getattr(base.faults, name) for name in FIELDS["faults"]}
     for effect in base.machine.effects:

@@ -54,7 +54,9 @@ def _moved_effect(name: str, parameters: Any, draws: dict[str, Any]) -> Any:
     laws = {key: given for key, given in parameters.items() if is_law(given)}
     if laws:
         effects = draws["effects"] = effects_by_name(draws.get("effects", {}))
-        effects[name] = {**effects.get(name, {}), **laws}
+        before = effects.get(name, {})
+        # the machine has the effect now, in every item
+        effects[name] = {key: given for key, given in before.items() if key != "probability"} | laws
     return {key: _centre(place, key, given) if key in laws else given for key, given in parameters.items()}
 
 

@@ -16,14 +16,14 @@ import pyarrow.compute as pc
 from datagen.campaign import SUBSETS
 from datagen.card import PublishedFiles, write_card
 from datagen.shard import iterate_shards, parquet_bytes, read_manifest
-from datagen.store import CARD, CROISSANT, PICTURES, RUN, SHARD_FOLDER, read_json
+from datagen.store import CARD, CROISSANT, PICTURES, REJECTED, RUN, SHARD_FOLDER, read_json
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.places import Place, open_place
 from indexer_cli.words import plain_console
 
-FILES = (CROISSANT, CARD, PICTURES, SHARD_FOLDER)
+FILES = (CROISSANT, CARD, PICTURES, SHARD_FOLDER, REJECTED)
 """What the command leaves."""
 
 
@@ -58,6 +58,8 @@ def publish(data: Place, out: Path, overwrite: bool = False) -> dict[str, int]:
                 if len(rows):
                     entries.append(_file(place, f"{SHARD_FOLDER}/{subset}-{number:05d}.parquet", rows))
                     records[subset] += len(rows)
+        if manifest["rejected"]:
+            place.publish(REJECTED, data.read(REJECTED) or b"")
         records = {name: count for name, count in records.items() if count}
         files = PublishedFiles(tuple((name, f"{SHARD_FOLDER}/{name}-*.parquet") for name in records))
         write_card(place, {**manifest, "shards": entries}, read_json(data, RUN) or {}, files)

@@ -12,6 +12,7 @@ from omegaconf import OmegaConf
 
 from datagen.generate import generate
 from datagen.order import Order, order_from
+from indexer_cli.places import StoreError
 from indexer_env.presets import config_dir
 
 
@@ -38,7 +39,12 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
     Raises as `datagen.generate.generate` does.
     """
     place = folder / f"{recipe.name}-{seed}"
-    generate(order_of(recipe, seed), place)
+    try:
+        generate(order_of(recipe, seed), place)
+    except StoreError as error:
+        # the commands that keep data sets have an `out` and an `overwrite` of their own
+        what = str(error).removeprefix("out ").partition("; ")[0]
+        raise StoreError(f"{what}; delete {place}, or name another folder for the data.") from None
     return place
 
 

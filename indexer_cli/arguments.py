@@ -67,7 +67,7 @@ def _is_file(choice: str) -> bool:
 def _copied(group: str, path: str, folder: Path, mark: str) -> str:
     """Copy a file to where Hydra looks for choices of the group; gives the name that it has there."""
     content = load_yaml(group, path)
-    place = folder / group / f"{Path(path).stem}_{mark}.yaml"
+    place = folder / group / f"file_{mark}.yaml"  # a name of ours: Hydra reads few others as they stand
     place.parent.mkdir(parents=True, exist_ok=True)
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     place.write_text(f"{_FROM}{path}\n{text}", encoding="utf-8")

@@ -21,7 +21,8 @@ from indexer_cli.places.local import whole_file
 TABLE = "sweep.csv"
 """Name of the table, in the folder of the sweep."""
 
-_ROWS = ".sweep"
+_ROWS, _BEGUN = ".sweep", "begun"
+"""Folder of the rows while a sweep runs, and a file in it that is as old as the sweep's first job."""
 
 
 def outcome(results: Mapping[str, Any] | None = None, reason: str = "") -> dict[str, Any]:
@@ -40,6 +41,13 @@ class SweepTable(Callback):
         """Forget the rows of an earlier sweep. Without a usable folder Hydra refuses the sweep right after this."""
         with contextlib.suppress(OmegaConfBaseException):
             shutil.rmtree(_folder(config) / _ROWS, ignore_errors=True)
+
+    def on_job_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Note when the sweep began."""
+        if config.hydra.mode is RunMode.MULTIRUN and (folder := _folder(config)) != Path():
+            (folder / _ROWS).mkdir(parents=True, exist_ok=True)
+            with contextlib.suppress(FileExistsError):
+                (folder / _ROWS / _BEGUN).touch(exist_ok=False)
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Keep the row of a job."""
@@ -62,6 +70,12 @@ class SweepTable(Callback):
             failed = sum(bool(row["reason"]) for row in rows)
             shutil.rmtree(folder / _ROWS, ignore_errors=True)
             print(f"{len(rows)} {'job' if len(rows) == 1 else 'jobs'}, {failed} failed: {folder / TABLE}")
+
+
+def of_this_sweep(folder: Path, file: Path) -> bool:
+    """Whether a file was written since the first job of the sweep in a folder began, and not by an earlier sweep."""
+    begun = folder / _ROWS / _BEGUN
+    return not begun.exists() or file.stat().st_mtime_ns >= begun.stat().st_mtime_ns
 
 
 def _folder(config: DictConfig) -> Path:

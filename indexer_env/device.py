@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import re
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,15 @@ def cuda_of(owner: str, device: object) -> Cuda | None:
         here = "cuda:0, the one GPU here" if count == 1 else f"cuda:0 to cuda:{count - 1}, the GPUs here"
         raise refuse(owner, "device", here, device)
     return Cuda(index)
+
+
+def gpu_names() -> tuple[str, ...]:
+    """Names of the GPUs that are here, as data sets have them."""
+    names: list[str] = []
+    with contextlib.suppress(ParameterError):
+        while (gpu := cuda_of("device", f"cuda:{len(names)}")) is not None:
+            names.append(gpu.name)
+    return tuple(names)
 
 
 def on_host(values: Any) -> np.ndarray:

@@ -107,7 +107,9 @@ def _report(model: Model, case: Case) -> CaseReport:
 
 def _stem(name: str, taken: set[str]) -> str:
     """Name of a signal's files, no two alike."""
-    plain = "-".join(part for part in Path(name.replace(", item ", "-item-")).stem.split() if part) or "signal"
+    file, item, number = name.rpartition(", item ")
+    told = f"{Path(file).name}-item-{number}" if item else Path(name).stem
+    plain = "-".join(told.split()) or "signal"
     numbered = (plain if number == 1 else f"{plain}-{number}" for number in itertools.count(1))
     stem = next(candidate for candidate in numbered if candidate not in taken)
     taken.add(stem)

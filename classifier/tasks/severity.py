@@ -38,6 +38,9 @@ COVERAGE = 0.9
 """Share of new records whose true severity lies within its interval."""
 
 _LEAST_RECORDS = 10 * FOLDS
+_LEAST_GROUPS = 2
+"""Of which the rest predict each: errors on a machine that was learned from say nothing of another."""
+
 _ERROR_RIDGE = 1.0
 """Sizes of errors scatter more than severities, so the regression of them is held smoother."""
 
@@ -117,6 +120,7 @@ class Severity:
         standard = Standard.fit(compression.apply(features[calibration]))
         inputs = standard.apply(compression.apply(features[calibration]))
         groups = dataset.table.column("machine_draw").to_numpy()[calibration]
+        need("machines or files among the calibration records", _LEAST_GROUPS, len(np.unique(groups)))
         value, missed = cross_fitted(inputs, truth[calibration] / span, groups, np.random.default_rng(seed))
         error = fit_at(inputs, np.abs(missed), value.centres, value.width, _ERROR_RIDGE)
         floor = 0.2 * np.abs(missed).mean(axis=0)

@@ -9,6 +9,7 @@ import pyarrow as pa
 
 from datagen.audit.words import Faults
 from datagen.remake import differences, other_versions, remake_all
+from indexer_env.device import gpu_names
 from indexer_env.errors import IndexerError
 
 
@@ -31,11 +32,16 @@ class Again:
         self._passed += len(table)
 
     def faults(self) -> Faults:
-        """Faults of the rows that are not what their columns make; those of other versions are noted, not judged."""
+        """Faults of the rows that are not what their columns make; those of other versions, or of a GPU that is not
+        here, are noted and not judged."""
+        here = gpu_names()
         for owner, row in self._rows:
             where = f"{owner}, item {row['item']}"
             if versions := other_versions(row):
                 self.notes.append(f"{where}: not made again, as other versions made it: {versions}.")
+                continue
+            if row["device"] is not None and row["device"] not in here:
+                self.notes.append(f"{where}: not made again, as {row['device']} made it, which is not here.")
                 continue
             try:
                 found = differences(remake_all(row), row)

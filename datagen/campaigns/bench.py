@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Campaign, Design
+from datagen.campaign import Base, Campaign, Design
 from datagen.campaigns.cells import Cells, values_of
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
@@ -77,5 +77,5 @@ class Bench(Campaign):
     def machine_draw(self, index: int) -> int:
         return index // self.cells.count
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         return Design(self.cells.cell(index % self.cells.count))

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Campaign, Design
+from datagen.campaign import Base, Campaign, Design
 from datagen.campaigns.cells import Cells, values_of
 from datagen.quantities import laws_by_path
 from indexer_env.checks import check_integer
@@ -70,7 +70,7 @@ class Grid(Campaign):
     def split_number(self, index: int) -> int:
         return index // self.cells.count
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         return Design(self.cells.cell(index % self.cells.count))
 
 

@@ -2,8 +2,8 @@
 
 Machine draw d has row d mod rows of the joint draws (`posterior`, a Parquet file with one column a quantity, named by
 its path), one of the operating points, and a number of faults drawn by `how_many`; which ones is drawn without
-replacement. What a fault sets is added to what the row has of the same quantity, so growing friction adds to friction
-that was there; a phase that is there stays, so an imbalance grows where it is.
+replacement. What a fault sets is added to what the row, or else the machine as configured, has of the same quantity, so
+growing friction adds to friction that was there; a phase that is there stays, so an imbalance grows where it is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Campaign, Design
+from datagen.campaign import Base, Campaign, Design, fault_values
 from datagen.quantities import laws_by_path
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer, check_number
@@ -131,27 +131,28 @@ class Own(Campaign):
         paths, rows = self._rows
         return dict(zip(paths, rows[draw % len(rows)].tolist(), strict=True))
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         row = self.row(self.machine_draw(index))
         factor = row.pop(LOAD_FACTOR, 1.0)
         values: dict[str, Any] = {path: _plain(path, value) for path, value in row.items()}
         if self._points:
             values |= self._points[int(rng.integers(len(self._points)))]
             values[_LOAD] *= factor
+        there = fault_values(base) | values
         number = int(rng.choice(len(self.how_many), p=np.asarray(self.how_many) / sum(self.how_many)))
         names = list(self._fault_laws)
         for name in rng.permutation(len(names))[:number].tolist():
             for path, law in self._fault_laws[names[name]].items():
-                values[path] = _with_fault(path, values.get(path), law.draw(rng))
+                values[path] = _with_fault(path, there.get(path), law.draw(rng))
         return Design(values)
 
     def classes(self) -> tuple[str, ...]:
         return (_HEALTHY, *self._fault_laws, _SEVERAL)
 
-    def classify(self, index: int, values: Mapping[str, Any]) -> tuple[int, str, str]:
-        row = self.row(self.machine_draw(index))
+    def classify(self, index: int, values: Mapping[str, Any], base: Base) -> tuple[int, str, str]:
+        had = fault_values(base) | self.row(self.machine_draw(index))
         laws = self._fault_laws.values()
-        there = [any(values.get(path) not in (None, row.get(path)) for path in paths) for paths in laws]
+        there = [any(values.get(path) not in (None, had.get(path)) for path in paths) for paths in laws]
         code = "".join("1" if one else "0" for one in there) or "0"
         number = 0 if not any(there) else there.index(True) + 1 if sum(there) == 1 else len(there) + 1
         return number + 1, self.classes()[number], code

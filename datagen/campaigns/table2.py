@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Campaign, Design
+from datagen.campaign import Base, Campaign, Design
 from indexer_env.checks import check_number
 from indexer_env.machine import NOT_IN_MODEL
 
@@ -102,11 +102,11 @@ class Table2(Campaign):
     def classes(self) -> tuple[str, ...]:
         return tuple(row.name for row in CLASSES)
 
-    def classify(self, index: int, values: Mapping[str, Any]) -> tuple[int, str, str]:
+    def classify(self, index: int, values: Mapping[str, Any], base: Base) -> tuple[int, str, str]:
         row = CLASSES[index % len(CLASSES)]
         return index % len(CLASSES) + 1, row.name, row.code
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         row = CLASSES[index % len(CLASSES)]
         return Design({
             MODEL: row.model,

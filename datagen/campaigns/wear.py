@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from datagen.campaign import Campaign, Design
+from datagen.campaign import Base, Campaign, Design
 from indexer_env.checks import check_integer, check_number
 from indexer_env.errors import refuse
 from indexer_env.faults import BACKLASH_DEG
@@ -130,7 +130,7 @@ class Wear(Campaign):
     def machine_draw(self, index: int) -> int:
         return index // self.per_life
 
-    def design(self, index: int, rng: np.random.Generator) -> Design:
+    def design(self, index: int, rng: np.random.Generator, base: Base) -> Design:
         own = {name: law.draw(rng) for name, law in self.life_laws.items()}
         life, place = max(1, round(own["life_turns"])), index % self.per_life
         turn = self.turns[place] if self.turns is not None else round(life * place / max(1, self.per_life - 1))

@@ -19,6 +19,7 @@ from datagen.rows import label_columns, version_columns
 from indexer_env.build import from_mapping
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
+from indexer_env.units import RPM
 from indexer_records.channels import channels_text
 from indexer_records.conditions import RecordConditions
 from indexer_records.measured import Recording, read_recording
@@ -50,6 +51,7 @@ def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) 
     try:
         digest = _digest(source, seen)
         recording = read_recording(source.path, source.reading(settings.read), settings.pulse.column)
+        _check_speed(source, settings)
         turns, partial = _turns(recording, settings)
         good = [turn for turn in turns if not turn.problem]
         found = iter(_records(recording, good, settings))
@@ -88,6 +90,18 @@ def _digest(source: Source, seen: dict[str, str]) -> str:
             f"{source.path} must differ from the other files, got the same bytes as {first}; remove the copy."
         )
     return digest
+
+
+def _check_speed(source: Source, settings: Settings) -> None:
+    """Refuse a file that is labelled with another speed than that by which turns are cut."""
+    own, cut_by = from_mapping(RecordConditions, source.known, "known").motor_speed, settings.known.motor_speed
+    if settings.motor_turns is None or own is None or cut_by is None:
+        return
+    if abs(own / cut_by - 1.0) > settings.pulse.tolerance:
+        raise SignalError(
+            f"{source.path} must be of {cut_by / RPM:.6g} rpm (known.motor_speed_rpm), by which turns are cut, got "
+            f"{own / RPM:.6g} rpm in the labels; ingest files of other speeds by themselves."
+        )
 
 
 def _turns(recording: Recording, settings: Settings) -> tuple[list[Turn], int]:

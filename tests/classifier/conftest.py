@@ -83,7 +83,7 @@ def few(machines: Records, cracked: np.ndarray) -> tuple[Dataset, np.ndarray]:
         quantity="table_acceleration",
         unit="m/s^2",
         provenance={"folder": "made by the tests"},
-        conditions=Conditions.of_rows(table, records, subsets == "calibration"),
+        conditions=Conditions.of_rows(table, records, subsets),
         table=pa.table({"machine_draw": np.arange(len(chosen))}),
     )
     return dataset, np.delete(machines.records, chosen, axis=0)

@@ -17,14 +17,16 @@ def known(**changes):
 def test_conditions_of_a_data_set_are_the_ranges_of_its_rows():
     table = pa.table(
         {
-            "sensor_radius": [0.4, 0.5, 0.45],
-            "motor_speed": [100.0, 150.0, 120.0],
-            "machine_name": ["twin", "bench", "twin"],
-            "clipped_share": [0.01, 0.0, 0.9],
-            "constant_share": [0.0, 0.1, 0.9],
+            "sensor_radius": [0.4, 0.5, 0.45, 0.6],
+            "motor_speed": [100.0, 150.0, 120.0, 180.0],
+            "machine_name": ["twin", "bench", "twin", "other"],
+            "clipped_share": [0.01, 0.0, 0.9, 0.9],
+            "constant_share": [0.0, 0.1, 0.9, 0.9],
         }
     )
-    assert Conditions.of_rows(table, np.zeros((3, 500)), np.array([True, True, False])) == TRAINED
+    # what a model is only judged on tells nothing of what it knows
+    subsets = np.array(["calibration", "calibration", "control", "validation"])
+    assert Conditions.of_rows(table, np.zeros((4, 500)), subsets) == TRAINED
 
 
 def test_what_one_row_leaves_open_is_not_known():
@@ -37,7 +39,7 @@ def test_what_one_row_leaves_open_is_not_known():
             "constant_share": [0.0, 0.0],
         }
     )
-    assert Conditions.of_rows(table, np.zeros((2, 500)), np.array([True, True])) == Conditions()
+    assert Conditions.of_rows(table, np.zeros((2, 500)), np.array(["calibration"] * 2)) == Conditions()
 
 
 def test_they_come_back_from_plain_values():
@@ -113,7 +115,7 @@ def bench(records):
             "constant_share": np.zeros(count),
         }
     )
-    return Conditions.of_rows(table, np.asarray(records), np.ones(count, dtype=bool))
+    return Conditions.of_rows(table, np.asarray(records), np.array(["calibration"] * count))
 
 
 def test_the_indexing_of_the_training_records_is_kept(machines):

@@ -93,6 +93,25 @@ def test_a_failed_run_leaves_no_row_and_the_others_theirs(place, start):
     assert [row["net.hidden"] for row in pq.read_table(place / "half" / RUNS).to_pylist()] == [4]
 
 
+def test_runs_of_an_earlier_sweep_are_left_out(place, start):
+    start(training, "out=twice", "net.hidden=3,4,5", flags=["-m"])
+    code, out, _ = start(training, "out=twice", "net.hidden=6,7", "overwrite=true", flags=["-m"])
+    assert code == 0 and "2 runs in " in out
+    assert [row["net.hidden"] for row in pq.read_table(place / "twice" / RUNS).to_pylist()] == [6, 7]
+
+
+def test_a_trial_that_is_refused_does_not_take_the_others_away(place, start):
+    """Records of 2 s have no resolution of 0.1 Hz."""
+    search = "search={features.resolution_hz:{choices:[0.1,2.0]}}"
+    code, out, err = start(tune, "out=partly", "trials=6", "seed=1", search)
+    assert code == 0, err
+    tried, refused = out.count("control error") - 1, out.count("refused, trial")
+    assert tried + refused == 6 and refused > 0
+    assert len(pq.read_table(place / "partly" / RUNS)) == tried
+    code, _, err = start(tune, "out=none", "trials=2", "search={features.resolution_hz:{choices:[0.1]}}")
+    assert code == 2 and "every trial was refused, the last one: trial 1" in err and not (place / "none").exists()
+
+
 def test_runs_are_collected_in_the_order_of_their_numbers(tmp_path):
     for number in (10, 9, 1):
         (tmp_path / str(number)).mkdir()

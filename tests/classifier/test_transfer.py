@@ -43,6 +43,23 @@ def test_another_rate_unit_or_class_is_refused(result, other):
         fitted_to(result.model, dataclasses.replace(other, codes=named))
 
 
+def test_classes_without_a_record_are_told_and_count_against_the_model_as_it_is(result, other):
+    """Records of two of three classes, the third of which the model still names."""
+    kept = other.classes != 7
+    (lost,) = [name for label, name in zip(other.codes.classes, other.codes.names, strict=True) if label == 7]
+    parts = (other.codes.classes, other.codes.names, other.codes.codes)
+    codes = CodeBook(*(tuple(part[place] for place in (1, 2)) for part in parts))
+    few = dataclasses.replace(
+        other, records=other.records[kept], classes=other.classes[kept], subsets=other.subsets[kept], codes=codes
+    )
+    learner = Learner.of(result.model, fitted_to(result.model, few), TrainGdx(epochs=20))
+    assert lost in learner.tuned(0).left_out["classes"]
+    rows = learner.dataset.rows("validation")
+    label = result.model.codes.classes[result.model.codes.names.index(lost)]
+    always = result.model.codes.targets(np.full(int(rows.sum()), label))
+    assert learner.scored(always).misclassified_percent == 100.0
+
+
 def test_few_records_hold_every_class(dataset):
     rows = in_turns(dataset, np.random.default_rng(0).permutation(72))
     assert sorted(rows) == list(range(72))

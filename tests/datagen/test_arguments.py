@@ -41,6 +41,14 @@ def test_a_key_goes_on_top_of_the_file(run_command, tmp_path: Path, machine: Pat
     assert table_inertia(tmp_path / "set") == 6.5
 
 
+@pytest.mark.parametrize("name", ["prüfstand.yaml", "drawing (2).yaml", "a=b&c.yaml"])
+def test_a_file_may_have_any_name(run_command, tmp_path: Path, machine: Path, name: str) -> None:
+    named = machine.rename(tmp_path / name)
+    code, _, err = run_command(generating, f"machine='{named}'", f"out={tmp_path / 'set'}", *SHORT)
+    assert code == 0, err
+    assert table_inertia(tmp_path / "set") == 7.0
+
+
 def test_a_missing_or_foreign_file_is_one_sentence(run_command, tmp_path: Path) -> None:
     code, _, err = run_command(generating, "machine=gone.yaml", f"out={tmp_path / 'set'}")
     assert code == 2 and "There is no machine preset or YAML file 'gone.yaml'" in err and err.count("\n") == 1

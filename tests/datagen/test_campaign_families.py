@@ -218,6 +218,13 @@ def test_a_random_campaign_draws_within_its_laws_and_balances_the_classes():
         assert mine.effects.get("friction.coulomb") == theirs.effects.get("friction.coulomb")
 
 
+def test_a_law_in_an_effects_own_place_holds_in_every_item():
+    """The campaign gives friction to three items of ten; a machine with friction has it in all."""
+    order = ordered("campaign=random", "+machine.effects.friction.coulomb.torque={log_uniform:[1,20]}", *SHORT)
+    torques = [item.effects["friction.coulomb"]["torque"] for item in items_of(order, 40)]
+    assert len(set(torques)) == 40 and min(torques) >= 1.0 and max(torques) <= 20.0
+
+
 def test_repeats_on_one_machine_share_it_and_differ_by_drift():
     drift = "+campaign.drift.operating_point.load_torque={around:0.1}"
     order = ordered("campaign=random", "campaign.machines=5", "campaign.repeats=3", drift, *SHORT)

@@ -11,7 +11,7 @@ import pytest
 
 from datagen.campaign import Base, build
 from datagen.campaigns.own import LOAD_FACTOR, Own
-from indexer_env import OperatingPoint, load_machine
+from indexer_env import OperatingPoint, load_machine, make_effect
 from indexer_env.errors import ParameterError
 
 FAULTS = {
@@ -42,6 +42,21 @@ def test_a_machine_has_its_row_and_growing_friction_adds_to_what_was_there(tmp_p
             assert torque == had and item.label.name == "healthy"
         codes.add(item.label.code)
     assert codes == {"0", "1"}
+
+
+def test_what_the_configured_machine_has_is_no_fault_and_grows():
+    """As a machine that `indexer explain` has found friction on, without joint draws."""
+    base = Base(
+        load_machine("reference").with_effects(make_effect("friction.coulomb", {"torque": 20.0})), OperatingPoint()
+    )
+    own = Own(machines=40, faults={"friction": FAULTS["friction"]}, how_many=(0.5, 0.5))
+    seen = set()
+    for index in range(40):
+        item = own.item(index, base, 3)
+        torque = build(item, base).machine.effects[0].torque
+        assert 21.0 <= torque <= 22.0 if item.label.name == "friction" else torque == 20.0
+        seen.add(item.label.name)
+    assert seen == {"healthy", "friction"}
 
 
 def test_an_imbalance_that_is_there_grows_where_it_is(tmp_path):

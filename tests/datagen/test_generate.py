@@ -16,10 +16,12 @@ from datagen.campaign import build
 from datagen.campaigns import make_campaign
 from datagen.campaigns.table2 import Table2
 from datagen.generate import generate, head
+from datagen.publish import publish
 from datagen.remake import remake
 from datagen.rows import faults_of, machine_columns, machine_of
 from datagen.shard import read_shards
 from datagen.store import State, StoreError, making
+from indexer_cli.places import open_place
 from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError
 from indexer_env.faults import Faults
@@ -177,6 +179,9 @@ def test_rejected_items_are_recorded_with_reason_and_the_others_live(order, sett
     manifest = generate(wild, tmp_path / "wild")
     rejected = pq.read_table(tmp_path / "wild" / "rejected.parquet").to_pylist()
     assert manifest["rejected"] == len(rejected) > 0 and manifest["records"] == 40 - len(rejected) > 0
+    publish(open_place(tmp_path / "wild"), tmp_path / "hub")
+    assert pq.read_table(tmp_path / "hub" / "rejected.parquet").to_pylist() == rejected
+    assert f"{len(rejected)} of 40 items have no record" in (tmp_path / "hub" / "README.md").read_text()
     kept = read_shards(tmp_path / "wild").table.column("item").to_pylist()
     assert sorted(kept + [row["item"] for row in rejected]) == list(range(40))
     assert all(row["reason"].endswith(".") and row["stage"] in ("machine", "simulation") for row in rejected)

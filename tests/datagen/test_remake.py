@@ -11,6 +11,7 @@ import pytest
 
 import datagen.check
 import datagen.remake
+from datagen.audit.again import Again
 from datagen.check import check
 from datagen.remake import difference, other_versions, remake
 from datagen.shard import read_rows, read_shards, write_parquet
@@ -110,6 +111,14 @@ def test_a_path_with_strange_signs_needs_no_quotes(call, dataset, tmp_path):
     folder = shutil.copytree(dataset, tmp_path / 'it\'s, [my] "set" {1}')
     code, out, err = call(datagen.check, str(folder), "remake=0")
     assert code == 0 and "sound; 20 records checked, 0 made again" in out, err
+
+
+def test_rows_of_a_gpu_that_is_not_here_are_noted_and_not_judged(dataset, tmp_path):
+    folder = changed(dataset, tmp_path, "device", "NVIDIA of another host")
+    again = Again(8, 8, 0)
+    again.take("set", pq.ParquetFile(folder / "data" / "shard-00001.parquet").read())
+    assert list(again.faults()) == [] and again.remade == 0 and len(again.notes) == 8
+    assert again.notes[0] == "set, item 8: not made again, as NVIDIA of another host made it, which is not here."
 
 
 def test_rows_of_other_versions_are_noted_and_not_judged(dataset, monkeypatch):

@@ -9,6 +9,7 @@ import pyarrow.csv
 import pytest
 
 from classifier.diagnose import __main__ as command
+from classifier.diagnose.__main__ import _stem
 from classifier.model import save_model
 
 
@@ -88,6 +89,9 @@ def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
     assert len(list((place / "rows").glob("*.png"))) == 2
     assert (place / "rows" / "set-item-7.diagnosis.json").is_file()
     assert {row["true_class"] == row["class_name"] for row in turns(place, "rows")} == {True}
+    assert (
+        _stem("data/table2.v1, item 7", set()) == "table2.v1-item-7" and _stem("days/one two.csv", set()) == "one-two"
+    )
 
 
 def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):

@@ -83,6 +83,16 @@ def test_no_part_without_a_severity_in_every_row_or_with_too_few_records(known):
         Severity.fit(few, features[keep], NOTHING, seed=0)
 
 
+def test_one_machine_tells_nothing_of_the_errors_on_another(known):
+    dataset, features = known
+    draws = dataset.table.column("machine_draw").to_numpy().copy()
+    draws[dataset.rows("calibration")] = 0
+    place = dataset.table.column_names.index("machine_draw")
+    one = dataclasses.replace(dataset, table=dataset.table.set_column(place, "machine_draw", pa.array(draws)))
+    with pytest.raises(NotAvailable, match="1 machines or files among the calibration records, 2 needed"):
+        Severity.fit(one, features, NOTHING, seed=0)
+
+
 def test_turns_of_few_machines_bound_what_new_machines_may_have(known):
     """Nine control machines of twenty turns: 90 % of new ones need an interval that holds every turn of the nine, and
     not nine tenths of their turns; seed 1."""

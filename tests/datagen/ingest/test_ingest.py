@@ -83,6 +83,20 @@ def test_a_files_own_conditions_win_over_those_of_all(tmp_path) -> None:
     assert {row["load_torque"] for row in rows} == {2.0}
 
 
+def test_a_file_of_another_speed_is_not_cut_by_that_of_all(tmp_path) -> None:
+    files = bench(tmp_path / "files", ("csv",))
+    table = files / "labels.csv"
+    table.write_text("file,class,motor_speed_rpm\nhealthy/csv.csv,healthy,1200\nworn/csv.csv,worn,\n", encoding="utf-8")
+    known = RecordConditions(motor_speed=1500.0 * RPM)
+    settings = replace(SETTINGS, period=None, motor_turns=12.5, pulse=Pulse(), known=known)
+    ingest(sources_of(str(files), table), settings, tmp_path / "set")
+    (row,) = rejected(tmp_path / "set")
+    assert (
+        "must be of 1500 rpm (known.motor_speed_rpm), by which turns are cut, got 1200 rpm in the labels"
+        in row["reason"]
+    )
+
+
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
