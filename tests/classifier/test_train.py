@@ -114,6 +114,15 @@ def test_scores_by_hand(dataset):
     assert got.confusion == ((1, 0, 0), (1, 0, 0), (0, 0, 0))
 
 
+def test_a_data_set_is_read_from_a_url(dataset, tmp_path, write_dataset):
+    fsspec = pytest.importorskip("fsspec")
+    fsspec.filesystem("memory").put(str(write_dataset(dataset, tmp_path / "set")), "/bucket/trained", recursive=True)
+    there, here = load_dataset("memory://bucket/trained"), load_dataset(tmp_path / "set")
+    np.testing.assert_array_equal(there.records, here.records)
+    assert there.provenance["manifest_sha256"] == here.provenance["manifest_sha256"]
+    assert there.provenance["folder"] == "memory://bucket/trained"
+
+
 def test_a_data_set_comes_back_as_it_was_written(dataset, write_dataset, tmp_path):
     read = load_dataset(write_dataset(dataset, tmp_path / "set"))
     assert np.array_equal(read.records, dataset.records)
