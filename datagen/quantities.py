@@ -91,8 +91,9 @@ def _effects(mapping: Mapping[str, Any], section: str, owner: str) -> dict[str, 
     laws: dict[str, Law] = {}
     for effect, parameters in effects_by_name(mapping).items():
         place = f"{owner}.{section}.{effect}"
+        fields = {field.name: field for field in dataclasses.fields(LOADABLE[effect])}
         for key, given in _mapping(place, parameters).items():
-            name, law = law_of_field(place, key, given, _names(LOADABLE[effect]))
+            name, law = law_of_field(place, key, given, fields)
             _put(laws, f"{section}.{effect}.{name}", law, owner)
     return laws
 

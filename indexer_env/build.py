@@ -1,6 +1,7 @@
 """The one door from plain mappings (YAML, Hydra, JSON) to the self-checking objects.
 
-Keys are the fields' names; a key that ends in ``_deg`` or ``_rpm`` is converted to the SI field without the ending.
+Keys are the fields' names; an angle's key may end in ``_deg`` and a speed's in ``_rpm``: its value is converted to the
+SI field without the ending.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
-from indexer_env.checks import check_number, did_you_mean
+from indexer_env.checks import check_number, closest
 from indexer_env.errors import ParameterError
 from indexer_env.units import ENDINGS
 
@@ -27,7 +28,7 @@ def from_mapping(
     cls : type
         The dataclass; its ``__post_init__`` checks the values.
     mapping : mapping
-        Field names, with ``_deg`` and ``_rpm`` keys converted, to plain values.
+        Field names, with ``_deg`` keys of angles and ``_rpm`` keys of speeds converted, to plain values.
     owner : str, optional
         Name used in errors; the class's name where not given.
     keys : mapping, optional
@@ -80,26 +81,35 @@ def check_keywords(owner: str, given: Collection[str], arguments: Collection[str
 def field_of(owner: str, key: str, fields: Collection[str]) -> tuple[str, float]:
     """The SI field that a key stands for, and the factor to its unit: ("backlash", π/180) for ``backlash_deg``.
 
+    `fields` are names, or dataclass fields by name, of which an effect's state their units.
+
     Raises
     ------
     ParameterError
-        No field of this name.
+        No field of this name, or one that is not measured in the unit of the ending.
     """
     if key in fields:
         return key, 1.0
     for ending, unit in ENDINGS.items():
         name = key.removesuffix(ending)
-        if name != key and name in fields:
+        if name != key and name in fields and ending in _endings(name, fields):
             return name, unit.factor
     # a heading such as "motor speed (rpm)" is led to its own unit
     plain = re.sub(r"\W+", "_", key).strip("_").lower()
-    ending = next((ending for ending in ENDINGS if plain.endswith(ending)), "")
-    hint = did_you_mean(plain, [f"{name}{ending}" for name in fields]) or "its parameters are " + (
-        ", ".join(fields) or "none"
-    )
-    if not ending and any(key.startswith(f"{name}_") for name in fields):
-        hint += f", which is in SI units, or an ending of {', '.join(ENDINGS)} for another one"
+    known = [*fields, *(f"{name}{ending}" for name in fields for ending in _endings(name, fields))]
+    begun = max((name for name in fields if plain.startswith(f"{name}_")), key=len, default="")
+    meant = closest(plain, known, 0.8) or begun or closest(plain, known)
+    hint = f"did you mean {meant!r}" if meant else f"its parameters are {', '.join(fields) or 'none'}"
+    if meant and meant == begun:
+        endings = ", ".join(_endings(meant, fields))
+        hint += ", which is in SI units" + (f", or an ending of {endings} for another one" if endings else "")
     raise ParameterError(f"{owner} has no parameter {key!r}; {hint}.")
+
+
+def _endings(name: str, fields: Collection[str]) -> list[str]:
+    """The endings that a field takes."""
+    stated = fields[name].metadata.get("unit") if isinstance(fields, Mapping) else None
+    return [ending for ending, unit in ENDINGS.items() if unit.measures(name, stated)]
 
 
 def check_typed(owner: str, name: str, key: str, value: object) -> None:

@@ -31,7 +31,24 @@ def check_number(
         and (high is None or (number < high if high_open else number <= high))
     )
     if not inside:
-        raise OutOfRange(owner, name, value, kind, low, high, low_open, high_open, unit, remedy).error()
+        told = _as_yaml(value) or remedy
+        raise OutOfRange(owner, name, value, kind, low, high, low_open, high_open, unit, told).error()
+
+
+def _as_yaml(value: object) -> str:
+    """The remedy for a number that YAML takes for a text: 8e3, whose exponent needs a point before it and a sign."""
+    if not isinstance(value, str) or "e" not in value.lower():
+        return ""
+    try:
+        number = float(value)
+    except ValueError:
+        return ""
+    if not math.isfinite(number):
+        return ""
+    digits, exponent = f"{number:.15e}".split("e")
+    whole, _, rest = digits.partition(".")
+    short = f"{whole}.{rest.rstrip('0') or '0'}e{int(exponent):+d}"
+    return f"write {short}" if "e" in repr(number) else f"write {number!r} or {short}"
 
 
 def _as_float(value: object) -> float:

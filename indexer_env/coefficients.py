@@ -63,11 +63,14 @@ class LawTable:
         Largest |β'| at the pieces' ends [-].
     motion : float
         Cam angle over which the law moves [rad].
+    motions : tuple of (float, float)
+        Begin and end of each motion [cam turns]; one that goes on over the turn's end ends beyond 1.
     """
 
     pieces: np.ndarray
     steepest: float
     motion: float
+    motions: tuple[tuple[float, float], ...]
 
 
 @functools.lru_cache(maxsize=1024)
@@ -87,7 +90,18 @@ def law_table(law: MotionLaw, stations: int, motion_share: float) -> LawTable:
     moving = (source.coefficients[:, 1:] != 0.0).any(axis=1)
     table[:, layout.PIECE_STILL] = ~moving
     table.flags.writeable = False
-    return LawTable(table, float(np.abs(table[:, layout.PIECE_C_0 + 1]).max()), float(lengths[moving].sum()))
+    steepest = float(np.abs(table[:, layout.PIECE_C_0 + 1]).max())
+    return LawTable(table, steepest, float(lengths[moving].sum()), _motions(source.edges, moving))
+
+
+def _motions(edges: np.ndarray, moving: np.ndarray) -> tuple[tuple[float, float], ...]:
+    found: list[tuple[float, float]] = []
+    for low, high in np.column_stack([edges[:-1], edges[1:]])[moving].tolist():
+        begin = found.pop()[0] if found and found[-1][1] == low else low
+        found.append((begin, high))
+    if len(found) > 1 and found[0][0] == 0.0 and found[-1][1] == 1.0:
+        found[-1] = (found[-1][0], 1.0 + found.pop(0)[1])
+    return tuple(found)
 
 
 _JOINTS = tuple(tuple(f"{what}_{n}" for what in ("stiffness", "damping", "backlash", "ratio")) for n in (1, 2, 3))
@@ -182,14 +196,14 @@ def coefficients_with(machine: Machine, numbers: dict[str, float], effects: Sequ
     if model != "B_on_base":
         features &= ~layout.HAS_EDGES_3
     in_dwell = features & _IN_DWELL
+    law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     for bit, name in _BUMPS if in_dwell else ():
         centre, half = numbers[f"{name}_centre"] % 1.0, numbers[f"{name}_half_width"]
-        if half <= centre <= machine.motion_share - half:
+        if any(low + half <= place <= high - half for low, high in law.motions for place in (centre, centre + 1.0)):
             in_dwell &= ~bit
     if model == "B" and not in_dwell and numbers["cubic_2"] == 0.0:
         numbers["linear_dwell"] = 1.0
     row = np.array(_IN_ORDER(numbers))
-    law = law_table(machine.motion_law, machine.stations, machine.motion_share)
     return Coefficients(_MODELS[model], features, row, law)
 
 

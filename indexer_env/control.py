@@ -197,6 +197,24 @@ def task_numbers(task: ControlTask, limits: Limits, reading: float) -> np.ndarra
     return row
 
 
+def dwell_begin(machine: Machine) -> float:
+    """Cam phase from which on a machine dwells, to the end of the cam turn [rad]; 2π where it never does.
+
+    Raises
+    ------
+    ParameterError
+        A table whose motion does not begin with the cam turn, or that moves more than once in it.
+    """
+    motions = law_table(machine.motion_law, machine.stations, machine.motion_share).motions
+    (low, high), *others = motions
+    if others or low != 0.0:
+        moves = " and ".join(f"{360.0 * begin:.4g} to {360.0 * end:.4g} deg" for begin, end in motions)
+        rule = "one that moves once a cam turn, from cam angle 0 on, and then dwells"
+        remedy = "shift the cam angles of its motion law so that its one motion begins at 0 deg"
+        raise refuse("IndexerEnv", "machine", rule, f"{machine.name}, which moves from {moves}", remedy)
+    return 2.0 * math.pi * high
+
+
 def check_drive(machine: Machine, operating_point: OperatingPoint, task: ControlTask) -> None:
     """Refuse a motor that slips so much under load and full brake that it stands still where the cam is steepest.
 

@@ -17,6 +17,7 @@ from indexer_env.checks import check_choice
 from indexer_env.diagnosis import BANDS, Case, Measurement, check_bench, check_hypotheses, draw_case, measure
 from indexer_env.diagnosis_task import DiagnosisTask, Setting, task_from_mapping
 from indexer_env.errors import ParameterError, refuse
+from indexer_env.faults import Faults
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine, load_operating_point, load_sensor, load_yaml
@@ -93,11 +94,13 @@ class DiagnosisFleet:
         return np.concatenate([affordable, np.ones((len(affordable), len(self.names)))], axis=1).astype(np.int8)
 
     def truths(self) -> dict[str, np.ndarray]:
-        """What no bench shows (n,): the name's place and the faults; the station is -1 where none is cracked."""
-        cases = [case for case in self._cases if case is not None]
-        faults = [case.faults for case in cases]
+        """What no bench shows (n,): the name's place and the faults; the station is -1 where none is cracked.
+
+        An item that was not started has the place -1 and no faults.
+        """
+        faults = [Faults() if case is None else case.faults for case in self._cases]
         return {
-            "hypothesis": np.array([case.name for case in cases]),
+            "hypothesis": np.array([-1 if case is None else case.name for case in self._cases]),
             "roller_crack": np.array([fault.roller_crack for fault in faults]),
             "cracked_station": np.array([
                 -1 if fault.cracked_station is None else fault.cracked_station for fault in faults

@@ -25,6 +25,17 @@ the stiffest base that a step of 0.25 ms resolves."""
 _PART_OF = {"cracked_station": "roller_crack", "loose_at": "screw_looseness"}
 """What makes no fault without another attribute."""
 
+_NEEDS = {
+    "cracked_station": ("roller_crack", NO_CRACK, NO_CRACK_REMEDY),
+    "crack_at": ("roller_crack", NO_CRACK, NO_CRACK_REMEDY),
+    "loose_at": (
+        "screw_looseness",
+        "left out where no screws are loose",
+        "add faults.screws=loose, or faults.screw_looseness=0.5",
+    ),
+}
+"""What is refused where another attribute is always 0: that attribute, the rule and the remedy."""
+
 
 @dataclass(frozen=True)
 class Course:
@@ -106,8 +117,9 @@ class FaultLaw:
                 raise refuse("FaultLaw", field.name, "a station or a choice of stations", law)
             for value in law.extremes:
                 self._with(field.name, value)
-        if self.cracked_station != Fixed(None) and max(self.roller_crack.extremes) == 0.0:
-            raise refuse("FaultLaw", "cracked_station", NO_CRACK, self.cracked_station, NO_CRACK_REMEDY)
+            whole, rule, remedy = _NEEDS.get(field.name, ("", "", ""))
+            if whole and law != field.default and max(getattr(self, whole).extremes) == 0.0:
+                raise refuse("FaultLaw", field.name, rule, law, remedy)
 
     def draw(self, rng: np.random.Generator) -> Course:
         """The course of one episode."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from indexer_env.coefficients import PLACES, LawTable, start_states
-from indexer_env.control import ControlTask, Limits, task_numbers
+from indexer_env.control import ControlTask, Limits, dwell_begin, task_numbers
 from indexer_env.engine import LARGEST_DEFLECTION, control_kernels, prepare_kernel, run_kernel
 from indexer_env.faults import Faults
 from indexer_env.kernels import layout
@@ -125,7 +125,7 @@ class Fleet:
         self._states[where], self._coefficients[where] = start_states(rows, points), rows
         self._kinds[where] = 2 * np.array([item.model for item in first]) + slips
         self._items[where, NOMINAL_SPEED] = [point.motor_speed for point in points]
-        self._items[where, DWELL_BEGIN] = [2.0 * math.pi * start.machine.motion_share for start in starts]
+        self._items[where, DWELL_BEGIN] = [dwell_begin(start.machine) for start in starts]
         self._items[where, BASE_LOAD], self._items[where, SLIPS] = [point.load_torque for point in points], slips
         self._changing[where] = [start.course.changes for start in starts]
         self._wearing[where] = [start.course.backlash_per_joule > 0.0 for start in starts]

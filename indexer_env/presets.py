@@ -55,6 +55,10 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
 def _built(build: Callable[[dict[str, Any]], _T], group: str, name_or_path: str | Path) -> _T:
     """What a preset or file describes; a refusal begins with the file that it is about."""
     content = load_yaml(group, name_or_path)
+    law = content.get("motion_law")
+    if isinstance(law, dict) and isinstance(law.get("file"), str):
+        beside = Path(name_or_path).parent / law["file"]
+        content["motion_law"] = law | ({"file": str(beside)} if beside.is_file() else {})
     try:
         return build(content)
     except ParameterError as error:
@@ -64,7 +68,11 @@ def _built(build: Callable[[dict[str, Any]], _T], group: str, name_or_path: str 
 
 
 def load_machine(name_or_path: str | Path = "reference") -> Machine:
-    """A machine preset by name (`conf/machine`) or a YAML file by path."""
+    """A machine preset by name (`conf/machine`) or a YAML file by path.
+
+    A table of its motion law, ``motion_law: {name: table, file: cam.csv}``, lies beside that file, else in the working
+    directory.
+    """
     return _built(machine_from_mapping, "machine", name_or_path)
 
 

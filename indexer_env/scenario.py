@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 
 from indexer_env.build import check_keywords, from_mapping
 from indexer_env.checks import did_you_mean
-from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, limits_of
+from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, dwell_begin, limits_of
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.fault_law import FaultLaw, fault_law
 from indexer_env.kernels.control import OBSERVED
@@ -60,6 +60,7 @@ class Scenario:
         point = loaded("IndexerEnv", "operating_point", operating_point, OperatingPoint, load_operating_point)
         limits = limits_of(ordered, point, chain, numbers)
         scenario = Scenario(ordered, point, _faults(faults), chain, numbers, limits)
+        dwell_begin(ordered)
         check_drive(ordered, point, numbers)
         check_faults([scenario])
         return scenario
@@ -75,7 +76,7 @@ class Scenario:
         """
         angle = self.task.start_angle
         if angle is None:
-            begin = 2.0 * math.pi * self.machine.motion_share if self.machine.motion_share < 1.0 else 0.0
+            begin = dwell_begin(self.machine) % (2.0 * math.pi)
             angle = begin + (2.0 * math.pi - begin) * float(rng.random())
         point = dataclasses.replace(self.operating_point, start_angle=angle)
         return Start(self.machine, point, self.faults.draw(rng))
@@ -121,6 +122,7 @@ def options_for(scenario: Scenario, options: Mapping[str, Any] | None) -> Scenar
             hint = did_you_mean(key, OPTIONS) or "the options are " + ", ".join(OPTIONS)
             raise ParameterError(f"IndexerEnv.reset has no option {key!r}; {hint}.")
     changed = dataclasses.replace(scenario, **changes)
+    dwell_begin(changed.machine)
     check_drive(changed.machine, changed.operating_point, changed.task)
     return changed
 

@@ -13,14 +13,23 @@ DEGREE = math.pi / 180.0
 
 
 class ShopUnit(NamedTuple):
-    """A unit of the shop: its factor to the SI unit, the name of that and its own."""
+    """A unit of the shop: its factor to the SI unit, the name of that and its own, and how the names of fields end that
+    it measures."""
 
     factor: float
     si: str
     name: str
+    fields: tuple[str, ...]
+
+    def measures(self, field: str, stated: str | None = None) -> bool:
+        """Whether a field is in its SI unit: by the unit that the field states, else by the field's name."""
+        return stated == self.si if stated is not None else field.endswith(self.fields)
 
 
-ENDINGS = {"_deg": ShopUnit(DEGREE, "rad", "deg"), "_rpm": ShopUnit(RPM, "rad/s", "rpm")}
+ENDINGS = {
+    "_deg": ShopUnit(DEGREE, "rad", "deg", ("angle", "phase", "backlash", "backlash_per_joule", "start_uncertainty")),
+    "_rpm": ShopUnit(RPM, "rad/s", "rpm", ("speed", "smoothing")),
+}
 """Endings of keys in units of the shop; the field without the ending is in the SI unit."""
 
 

@@ -16,17 +16,15 @@ import numpy as np
 from indexer_env.checks import check_number
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
-from indexer_records.acceleration_units import ACCELERATION_UNITS, KNOWN, normal, unit_of
+from indexer_records.acceleration_units import KNOWN, unit_of
+from indexer_records.column_choice import are_numbers, named, record_of, time_of
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
-from indexer_records.time_grid import TIME_UNITS, check_step, even_rate
+from indexer_records.time_grid import check_step, even_rate
 
 RATE_TOLERANCE = 1e-3
 """Relative difference between a file's rate and the expected one that still counts as equal (clock of a data
 logger)."""
-
-_TIME_NAMES = ("time", "zeit", "temps", "tempo", "timestamp", "seconds", "t")
-_ACCELERATION_NAMES = ("acc", "beschl", "phi_dd", "table_acceleration")
 
 
 @dataclass(frozen=True)
@@ -164,8 +162,11 @@ def read_signal(
 def read_recording(path: str | Path, reading: Reading, pulse_column: str | None = None) -> Recording:
     """Read the channels of one acceleration record and the pulse that goes with it; raises SignalError."""
     table = read_table(path)
-    time, columns = _choose(table, reading, pulse_column)
-    found = [_signal(table, time, column, reading) for column in columns]
+    pulse = None if pulse_column is None else named(table, pulse_column)
+    time = named(table, reading.time_column) if reading.time_column else None
+    rate = reading.sample_rate
+    columns = [named(table, name) for name in reading.names] or [record_of(table, time, pulse, rate)]
+    found = [_signal(table, time or time_of(table, column, rate), column, reading) for column in columns]
     first = found[0][0]
     for (signal, _), column in zip(found, columns, strict=True):
         mine, its = ((one.values.size, one.sample_rate, one.unit) for one in (signal, first))
@@ -175,8 +176,8 @@ def read_recording(path: str | Path, reading: Reading, pulse_column: str | None 
                 f"{its[0]} samples at {its[1]:g} Hz in {its[2]} of {columns[0].name!r} and "
                 f"{mine[0]} at {mine[1]:g} Hz in {mine[2]} of {column.name!r}; read them as records of their own."
             )
-    pulse = None if pulse_column is None else _pulse(table, pulse_column, columns[0])
-    return Recording(tuple(signal for signal, _ in found), tuple(column.name for column in columns), pulse, found[0][1])
+    marks = None if pulse is None else _pulse(table, pulse, columns[0])
+    return Recording(tuple(signal for signal, _ in found), tuple(column.name for column in columns), marks, found[0][1])
 
 
 def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: Reading) -> tuple[Signal, float]:
@@ -190,51 +191,6 @@ def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: 
     return Signal(scaled, rate, unit=unit, source=str(table.path)), factor
 
 
-def _choose(table: MeasuredTable, reading: Reading, pulse_column: str | None) -> tuple[Column | None, list[Column]]:
-    time = _named(table, reading.time_column) if reading.time_column else _time_of(table)
-    if reading.names:
-        return time, [_named(table, name) for name in reading.names]
-    others = [column for column in table.columns if column is not time and column.name != pulse_column]
-    likely = [column for column in others if _is_acceleration(column)] or others
-    if not likely:
-        first = table.columns[0].name
-        raise SignalError(f"{table.path} has no acceleration column beside {first!r}; export both columns.")
-    if len(likely) > 1:
-        names = ", ".join(repr(column.name) for column in likely)
-        raise SignalError(
-            f"{table.path} has {len(likely)} columns that may be the record ({names}); "
-            "name one (read.signal_column=NAME)."
-        )
-    return time, [likely[0]]
-
-
-def _time_of(table: MeasuredTable) -> Column | None:
-    if not table.has_header and len(table.columns) > 1:
-        return table.columns[0]
-    return next((column for column in table.columns if _is_time(column)), None)
-
-
-def _is_time(column: Column) -> bool:
-    name = column.name.rpartition("/")[2].lower()
-    return name == "t" or name.startswith(_TIME_NAMES[:-1]) or (column.unit or "").lower() in TIME_UNITS
-
-
-def _is_acceleration(column: Column) -> bool:
-    named = any(part in column.name.lower() for part in _ACCELERATION_NAMES)
-    return named or (column.unit is not None and normal(column.unit) in ACCELERATION_UNITS)
-
-
-def _named(table: MeasuredTable, name: str) -> Column:
-    """The column of that name; behind a group its own name is enough where one column has it."""
-    exact = [column for column in table.columns if column.name == name]
-    found = exact or [column for column in table.columns if column.name.rpartition("/")[2] == name]
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(repr(column.name) for column in found or table.columns)
-    rule = f"must have one numeric column {name!r}, got {len(found)}" if found else f"has no numeric column {name!r}"
-    raise SignalError(f"{table.path} {rule}; it has {names}.")
-
-
 def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:
     """The rate of a column [Hz]: by its column of time, as the file states it, or as given."""
     stated = column.rate if column.rate is not None else time
@@ -245,7 +201,13 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
             "leave read.sample_rate out."
         )
     if isinstance(stated, Column):
-        return even_rate(table, stated, column, values)
+        try:
+            return even_rate(table, stated, column, values)
+        except SignalError as error:
+            if are_numbers(stated):
+                raise
+            said = str(error).removesuffix(".")
+            raise SignalError(f"{said}, or give the sampling rate in its place (read.sample_rate=HZ).") from None
     if stated is not None:
         step = 1.0 / stated if stated else math.inf
         check_step(f"{table.path}, column {column.name!r}", step, "correct the rate in the file")
@@ -259,8 +221,7 @@ def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.
     )
 
 
-def _pulse(table: MeasuredTable, name: str, column: Column) -> np.ndarray:
-    pulse = _named(table, name)
+def _pulse(table: MeasuredTable, pulse: Column, column: Column) -> np.ndarray:
     if pulse.size != column.size or pulse.rate != column.rate:
         raise SignalError(
             f"{table.path}: the pulse {pulse.name!r} must be sampled together with {column.name!r}, got {pulse.size} "

@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from indexer_env.errors import SignalError
-from indexer_records.formats.table import Column, MeasuredTable
-
-TIME_UNITS = {
-    "s": 1.0, "sec": 1.0, "seconds": 1.0, "min": 60.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
-}  # fmt: skip
-"""Time unit as written -> seconds."""
+from indexer_records.formats.table import TIME_UNITS, Column, MeasuredTable, seconds_in
 
 SHORTEST_STEP = 1e-7
 LONGEST_STEP = 10.0
@@ -113,11 +108,4 @@ def _unit(time: Column) -> str | None:
 
 def _time_scale(table: MeasuredTable, time: Column) -> float:
     unit = _unit(time)
-    if unit is None:
-        return 1.0
-    if unit.lower() not in TIME_UNITS:
-        raise SignalError(
-            f"{table.path}, column {time.name!r}: the unit of time must be one of s, ms, us, min, "
-            f"got {unit!r}; correct the header."
-        )
-    return TIME_UNITS[unit.lower()]
+    return 1.0 if unit is None else seconds_in(table.path, f"column {time.name!r}", unit)

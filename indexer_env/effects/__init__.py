@@ -44,7 +44,7 @@ LOADABLE: Mapping[str, type[Effect]] = ChainMap(EFFECTS, dict(TABLES))
 def make_effect(name: str, parameters: Mapping[str, object] | None = None, **more: object) -> Effect:
     """Build an effect by its name, its parameters given as a mapping or as keywords.
 
-    A key that ends in ``_deg`` is converted to radians.
+    An angle given under a key that ends in ``_deg`` is converted to radians.
 
     Raises
     ------

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from indexer_env.coefficients import law_table
 from indexer_env.render.canvas import Canvas
 from indexer_env.render.layout import Box
 from indexer_env.render.palette import (
@@ -130,6 +131,9 @@ def _draw_phase(canvas: Canvas, scene: Scene, box: Box, unit: float) -> None:
     start = box.x + 62.0 * unit
     bar = Box(start, label.centery - 3.0 * unit, box.right - start, 6.0 * unit)
     canvas.rectangle(bar, BORDER, corner=3.0 * unit)
-    moving = Box(bar.x, bar.y, bar.width * scene.motion_share, bar.height)
-    canvas.rectangle(moving, MOTION, corner=3.0 * unit)
+    for low, high in law_table(scene.motion_law, scene.stations, scene.motion_share).motions:
+        for begin, end in ((low, min(high, 1.0)), (0.0, high - 1.0)):
+            if begin < end:
+                moving = Box(bar.x + begin * bar.width, bar.y, bar.width * (end - begin), bar.height)
+                canvas.rectangle(moving, MOTION, corner=3.0 * unit)
     canvas.circle(bar.x + phase * bar.width, bar.y + bar.height / 2.0, 5.0 * unit, INK)

@@ -198,13 +198,13 @@ def scene_from(
         half_plays=(_half_play(numbers, 1), _half_play(numbers, 2), _half_play(numbers, 3)),
         cracked_stations=_cracked_stations(machine, numbers),
         loose_screws=any(effect.name == "base.looseness" and not effect.is_null for effect in machine.effects),
-        dwell=cam_turns - math.floor(cam_turns) >= machine.motion_share,
+        dwell=_dwells(cam_turns - math.floor(cam_turns), numbers),
         time=time,
         history_time=past,
         acceleration=acceleration,
         theoretical_acceleration=theory,
         window=window,
-        acceleration_scale=_ROOM * _theoretical_peak(machine, point),
+        acceleration_scale=_ROOM * _theoretical_peak(machine, point, numbers),
         exaggeration=exaggeration,
     )
 
@@ -223,14 +223,16 @@ def _half_play(numbers: Coefficients, joint: int) -> float:
     return numbers[f"edge_{joint}"] if numbers.features & (HAS_EDGES_1 << (joint - 1)) else 0.0
 
 
-def _theoretical_peak(machine: Machine, point: OperatingPoint) -> float:
-    """Largest theoretical acceleration, Ca h (α̇ / 2πf)² [rad/s²]."""
+def _dwells(phase: float, numbers: Coefficients) -> bool:
+    moves = (low <= place < high for low, high in numbers.law.motions for place in (phase, phase + 1.0))
+    return not any(moves)
+
+
+def _theoretical_peak(machine: Machine, point: OperatingPoint, numbers: Coefficients) -> float:
+    """Largest theoretical acceleration, Ca h (α̇ / 2πf)² [rad/s²]; f is the law's own share of motion."""
     cam_rate = machine.reduction * point.motor_speed
-    return (
-        machine.motion_law.peaks().acceleration
-        * machine.advance
-        * (cam_rate / (2.0 * math.pi * machine.motion_share)) ** 2
-    )
+    share = sum(high - low for low, high in numbers.law.motions)
+    return machine.motion_law.peaks().acceleration * machine.advance * (cam_rate / (2.0 * math.pi * share)) ** 2
 
 
 def _cracked_stations(machine: Machine, numbers: Coefficients) -> tuple[int, ...]:

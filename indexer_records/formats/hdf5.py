@@ -1,7 +1,8 @@
 """HDF5 files and, with them, MAT 7.3: every numeric data set of one or two dimensions, as "group/name".
 
-Unit and rate are attributes (UNIT_NAMES, RATE_NAMES) of the data set or of a group above it; the rate may also be a
-scalar data set of such a name. Links to other files are not followed.
+The unit is an attribute (UNIT_NAMES) of the data set. The rate is one (RATE_NAMES) of the data set or of a group above
+it, or a scalar data set of such a name; the nearest counts, and else the one rate that such scalars state anywhere.
+Links to other files are not followed.
 """
 
 from __future__ import annotations
@@ -15,7 +16,15 @@ import numpy as np
 
 from indexer_records.formats.gate import damaged, library, reading
 from indexer_records.formats.kind import Format
-from indexer_records.formats.table import RATE_NAMES, UNIT_NAMES, Column, MeasuredTable, check_content, columns_of
+from indexer_records.formats.table import (
+    RATE_NAMES,
+    UNIT_NAMES,
+    Column,
+    MeasuredTable,
+    check_content,
+    columns_of,
+    nearest_rate,
+)
 
 _NAME = "HDF5"
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -30,13 +39,14 @@ def read(path: Path) -> MeasuredTable:
     total = 0
     with reading(path, _NAME), h5py.File(path, "r") as file:
         found = _data_sets(path, file, h5py)
-        rate = next((_scalar(path, item, h5py) for item in found if _is_rate(item)), None)
+        scalars = [(_group(item), _scalar(path, item, h5py)) for item in found if _is_rate(item)]
         for item in filter(_is_samples, found):
             total += item.size * item.dtype.itemsize
             check_content(path, total)
             _check_written(path, item, h5py)
             unit = str(_attribute(item, UNIT_NAMES) or "") or None
-            columns += columns_of(path, item.name.lstrip("/"), item[()], unit=unit, rate=_rate_of(item) or rate)
+            stated = {"unit": unit, "rate": _rate_of(item, scalars), "group": _group(item)}
+            columns += columns_of(path, item.name.lstrip("/"), item[()], **stated)
     return MeasuredTable(path, tuple(columns))
 
 
@@ -94,9 +104,21 @@ def _is_rate(item: Any) -> bool:
     return item.name.rpartition("/")[2].lower() in RATE_NAMES and item.size == 1 and item.dtype.kind in "iuf"
 
 
-def _rate_of(item: Any) -> float | None:
-    written = _attribute(item, RATE_NAMES) or _attribute(item.parent, RATE_NAMES)
-    return float(written or _attribute(item.file, RATE_NAMES) or 0.0) or None
+def _rate_of(item: Any, scalars: list[tuple[str, float]]) -> float | None:
+    """The rate of a data set: its own, else the nearest of groups' attributes and scalars."""
+    if own := _attribute(item, RATE_NAMES):
+        return float(own)
+    stated, group = list(scalars), item
+    while group.name != "/":
+        group = group.parent
+        if rate := _attribute(group, RATE_NAMES):
+            stated.append((group.name.lstrip("/"), float(rate)))
+    return nearest_rate(_group(item), stated, scalars)
+
+
+def _group(item: Any) -> str:
+    """The group that a data set stands in, "" for the root."""
+    return item.name.rpartition("/")[0].lstrip("/")
 
 
 def _attribute(item: Any, names: tuple[str, ...]) -> Any:

@@ -1,7 +1,8 @@
 """MAT files up to version 7 (MATLAB, Octave, SciPy): numeric vectors and matrices, those in structures as "s.x".
 
-The rate is taken from a scalar whose name is one of RATE_NAMES; units stand in the name, if anywhere. Source of the
-layout: The MathWorks, "MAT-File Format", level 5.
+The rate is taken from a scalar whose name is one of RATE_NAMES: in the variable's own structure, else in the nearest
+above it, else the one rate that the file has anywhere. Units stand in the name, if anywhere. Source of the layout: The
+MathWorks, "MAT-File Format", level 5.
 """
 
 from __future__ import annotations
@@ -16,7 +17,15 @@ import numpy as np
 
 from indexer_records.formats.gate import damaged, library, reading
 from indexer_records.formats.kind import Format
-from indexer_records.formats.table import LARGEST_CONTENT, RATE_NAMES, Column, MeasuredTable, check_content, columns_of
+from indexer_records.formats.table import (
+    LARGEST_CONTENT,
+    RATE_NAMES,
+    Column,
+    MeasuredTable,
+    check_content,
+    columns_of,
+    nearest_rate,
+)
 
 _NAME = "MAT"
 _HEADER = 128
@@ -47,10 +56,11 @@ def read(path: Path) -> MeasuredTable:
         variables = scipy_io.loadmat(io.BytesIO(plain), simplify_cells=True)
     variables = {name: value for name, value in variables.items() if not name.startswith("__")}
     named = dict(_flat("", variables, _DEEPEST))
-    rate = next((float(value) for name, value in named.items() if _is_rate(name, value)), None)
+    rates = [(_group(name), float(value.item())) for name, value in named.items() if _is_rate(name, value)]
     columns: list[Column] = []
     for name, value in named.items():
-        columns += columns_of(path, name, value, rate=rate)
+        group = _group(name)
+        columns += columns_of(path, name, value, rate=nearest_rate(group, rates, rates), group=group)
     return MeasuredTable(path, tuple(columns))
 
 
@@ -140,6 +150,11 @@ def _flat(owner: str, variables: Mapping[str, object], depth: int) -> Iterator[t
             yield from _flat(full, value, depth - 1)
         elif isinstance(value, np.ndarray | int | float | np.number):
             yield full, np.asarray(value)
+
+
+def _group(name: str) -> str:
+    """The structure that a variable stands in, "" for none."""
+    return name.rpartition(".")[0].replace(".", "/")
 
 
 def _is_rate(name: str, value: np.ndarray) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,6 +15,11 @@ from indexer_env.errors import SignalError
 
 RATE_NAMES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency")
 """Names, in lower case, under which files keep their sampling rate [Hz] beside the samples."""
+
+TIME_UNITS = {
+    "s": 1.0, "sec": 1.0, "seconds": 1.0, "min": 60.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
+}  # fmt: skip
+"""Time unit as written -> seconds."""
 
 UNIT_NAMES = ("unit", "units")
 """Names, in lower case, of attributes that hold a unit."""
@@ -25,6 +31,8 @@ LARGEST_CONTENT = 2**30
 """Bytes that the samples of one file may take once unpacked; a longer measurement is cut into files."""
 
 _TITLE = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,9 @@ class Column:
         Sampling rate as the file states it [Hz].
     full_scale : bool
         The numbers are shares of an unknown full scale, not a quantity.
+    group : str
+        What it stands in with the columns that belong to it, by slashes from the outermost on: the group of HDF5 or
+        TDMS, the structure of MAT, the data set of UFF. "" in none.
     """
 
     name: str
@@ -56,6 +67,7 @@ class Column:
     decimals: int | None = None
     rate: float | None = None
     full_scale: bool = False
+    group: str = ""
 
 
 @dataclass(frozen=True)
@@ -98,11 +110,12 @@ def column_of(
     unit: str | None = None,
     rate: float | None = None,
     full_scale: bool = False,
+    group: str = "",
 ) -> Column:
     """A column of binary numbers; `unit` where the file states it apart from the title."""
     name, written = split_title(title)
     numbers = partial(finite, values, path, name, "sample", 0)
-    return Column(name, unit or written, len(values), numbers, rate=rate, full_scale=full_scale)
+    return Column(name, unit or written, len(values), numbers, rate=rate, full_scale=full_scale, group=group)
 
 
 def columns_of(path: Path, title: str, values: np.ndarray, **stated: object) -> list[Column]:
@@ -120,6 +133,34 @@ def columns_of(path: Path, title: str, values: np.ndarray, **stated: object) -> 
         column_of(path, f"{title} {index + 1}", np.ascontiguousarray(tall[:, index]), **stated)  # type: ignore[arg-type]
         for index in range(tall.shape[1])
     ]
+
+
+def nearest(group: str, stated: Iterable[tuple[str, _T]]) -> list[_T]:
+    """What is stated in a group itself, else in the nearest group above it; `stated` are pairs of group and what."""
+    stated = list(stated)
+    while True:
+        found = [what for place, what in stated if place == group]
+        if found or not group:
+            return found
+        group = group.rpartition("/")[0]
+
+
+def nearest_rate(
+    group: str, stated: Iterable[tuple[str, float]], anywhere: Iterable[tuple[str, float]] = ()
+) -> float | None:
+    """The rate that the file states in a group or the nearest above it, else the one that it states anywhere [Hz]; None
+    where those differ."""
+    found = set(nearest(group, stated) or [rate for _, rate in anywhere])
+    return found.pop() if len(found) == 1 else None
+
+
+def seconds_in(path: Path, place: str, unit: str) -> float:
+    """Seconds in a unit of time as written; raises SignalError for one that is not known."""
+    if unit.lower() not in TIME_UNITS:
+        raise SignalError(
+            f"{path}, {place}: the unit of time must be one of s, ms, us, min, got {unit!r}; correct the header."
+        )
+    return TIME_UNITS[unit.lower()]
 
 
 def check_content(path: Path, size: int, columns: int = 0) -> None:

@@ -41,7 +41,7 @@ def read(path: Path) -> MeasuredTable:
             values = np.asarray(channel[:])
             if values.shape != (len(channel),):
                 raise damaged(path, _NAME, f"channel {channel.name} must have {len(channel)} samples")
-            stated = {"unit": _unit(channel), "rate": _rate(channel)}
+            stated = {"unit": _unit(channel), "rate": _rate(channel), "group": channel.group_name}
             columns += columns_of(path, f"{channel.group_name}/{channel.name}", values, **stated)
     return MeasuredTable(path, tuple(columns))
 

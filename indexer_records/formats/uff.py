@@ -1,7 +1,7 @@
 """Universal files (UFF, UNV): every real time history of the data sets 58 and 58b, named by its first ID line.
 
-Even spacing gives the rate, uneven spacing a column of time beside the record. The units are the axis labels of the
-file. Source of the layout: SDRC, Universal Dataset Number 58.
+Even spacing gives the rate, uneven spacing a column of time beside the record. The units, that of time among them, are
+the axis labels of the file. Source of the layout: SDRC, Universal Dataset Number 58.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from indexer_records.formats.gate import damaged, library, reading
 from indexer_records.formats.kind import Format
-from indexer_records.formats.table import Column, MeasuredTable, column_of, distinct
+from indexer_records.formats.table import Column, MeasuredTable, column_of, distinct, seconds_in
 
 _NAME = "UFF"
 _MARK = b"    -1"
@@ -83,11 +83,11 @@ def _columns(path: Path, entry: dict[str, Any], title: str) -> list[Column]:
     if len(values) != entry["num_pts"]:
         raise damaged(path, _NAME, f"{title} must have {entry['num_pts']} samples, got {len(values)}")
     unit = _label(entry.get("ordinate_axis_units_lab"))
+    unit_of_time = _label(entry.get("abscissa_axis_units_lab")) or "s"
     if entry["abscissa_spacing"] == _UNEVEN:
-        unit_of_time = _label(entry.get("abscissa_axis_units_lab")) or "s"
-        time = column_of(path, f"time of {title}", np.asarray(entry["x"]), unit=unit_of_time)
-        return [time, column_of(path, title, values, unit=unit)]
-    step = float(entry["abscissa_inc"])
+        time = column_of(path, f"time of {title}", np.asarray(entry["x"]), unit=unit_of_time, group=title)
+        return [time, column_of(path, title, values, unit=unit, group=title)]
+    step = float(entry["abscissa_inc"]) * seconds_in(path, f"abscissa of {title!r}", unit_of_time)
     if not step > 0.0:
         raise damaged(path, _NAME, f"the step of {title} must be > 0 s, got {step:g}")
     return [column_of(path, title, values, unit=unit, rate=1.0 / step)]

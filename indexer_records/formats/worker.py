@@ -46,6 +46,7 @@ class Worker:
     """A process that reads files with `indexer_records.formats`; not to be used by two threads at once."""
 
     def __init__(self, time_limit: float = TIME_LIMIT) -> None:
+        """Start the process; raises SignalError where it does not start."""
         self.time_limit = time_limit
         code = f"import sys; sys.path[:] = {sys.path!r}; from indexer_records.formats.worker import serve; serve()"
         # One thread: the worker's address space is limited, and each thread of a linear algebra library takes a share.
@@ -63,7 +64,10 @@ class Worker:
             self._answer(started=True)
         except (EOFError, _Stuck):
             self.close()
-            raise RuntimeError("the process that reads measured files did not start") from None
+            raise SignalError(
+                "The process that reads measured files did not start; give it more memory (ulimit -v), or export the "
+                "measurement as CSV."
+            ) from None
 
     def read(self, path: Path, kind: str) -> MeasuredTable:
         """Read a file as a format by its name.
@@ -149,8 +153,8 @@ def serve() -> None:
     # Libraries print; what they print must not stand between the answers.
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _limit(resource.RLIMIT_AS, MEMORY_LIMIT)
+    _limit(resource.RLIMIT_CORE, 0)
     _send(answers, "ready")
     while question := _question(sys.stdin.buffer):
         path, kind = question
@@ -163,6 +167,14 @@ def serve() -> None:
             # A defect of the project itself: told in full on the other side, where it is raised.
             answer = traceback.format_exc()
         _send(answers, answer)
+
+
+def _limit(kind: int, most: int) -> None:
+    """Lower a limit of this process, where the system lets it be set; a lower one that it has already stays."""
+    hard = resource.getrlimit(kind)[1]
+    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(kind, (least, least))
 
 
 def _question(stream: BinaryIO) -> tuple[str, str] | None:

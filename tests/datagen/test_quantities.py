@@ -14,7 +14,7 @@ from omegaconf import OmegaConf
 
 from datagen.order import order_from
 from datagen.produce import produce
-from datagen.quantities import FIELDS, path_of
+from datagen.quantities import FIELDS, laws_by_path, path_of
 from datagen.remake import remake
 from datagen.rows import machine_columns
 from indexer_env.coefficients import coefficients
@@ -208,3 +208,9 @@ def test_the_total_play_is_that_of_the_simulated_joint():
     values = coefficients(machine, OperatingPoint())
     assert columns["input_joint_backlash_total"] == pytest.approx(2.0 * values["edge_1"], rel=1e-12)
     assert columns["output_joint_backlash_total"] == pytest.approx(3e-3) == 2.0 * values["edge_2"]
+
+
+def test_an_effects_angle_may_be_in_degrees_by_the_unit_that_it_states():
+    laws = laws_by_path({"effects": {"cam.station_spacing": {"error_deg": {"uniform": [0.0, 1.0]}}}}, "campaign.draws")
+    (law,) = laws.values()
+    assert list(laws) == ["effects.cam.station_spacing.error"] and max(law.extremes) == pytest.approx(math.pi / 180.0)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from indexer_env.coefficients import coefficients
 from indexer_env.effects import make_effect
 from indexer_env.effects.base import EFFECTS, MachineEffect
 from indexer_env.machine import CONTACT_LAWS, MODELS, Machine
@@ -130,6 +131,19 @@ def test_motion_laws(law: MotionLaw) -> None:
     """From mid-motion through the dwell into the next cam turn."""
     one = dataclasses.replace(HEALTHY, motion_law=law)
     assert difference(one, OperatingPoint(start_angle=1.0), samples=1000) <= SMOOTH
+
+
+@pytest.mark.parametrize("centre", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("name", ["load.process", "cam.profile_error"])
+def test_a_table_says_itself_where_a_bump_meets_its_dwell(name: str, centre: float) -> None:
+    """The table moves from 90 to 270 degrees, which `motion_share` does not say; nor does the table read it."""
+    angles = np.radians(np.arange(361.0))
+    law = TableLaw(tuple(angles), tuple(Cycloidal().evaluate(angles - 0.5 * math.pi, 8, 0.5)[0]))
+    size = {"load.process": {"torque": 5.0}, "cam.profile_error": {"height": 1e-4}}[name]
+    bump = make_effect(name, centre=centre, half_width=0.05, **size)
+    one = dataclasses.replace(HEALTHY, motion_law=law).with_effects(bump)
+    assert difference(one, samples=800) <= SMOOTH
+    assert coefficients(one, OperatingPoint())["linear_dwell"] == (1.0 if centre == 0.5 else 0.0)
 
 
 @pytest.mark.parametrize(

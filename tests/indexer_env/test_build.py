@@ -6,10 +6,14 @@ import math
 import pytest
 
 from indexer_env.build import from_mapping
+from indexer_env.effects import make_effect
 from indexer_env.errors import ParameterError
+from indexer_env.fault_law import fault_law
 from indexer_env.faults import Faults
+from indexer_env.law_reader import law_of_field
 from indexer_env.machine import Joint
 from indexer_env.operating_point import OperatingPoint
+from indexer_env.sensors import Sensor
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,6 +49,29 @@ def test_a_field_that_itself_ends_like_a_unit_is_left_alone():
         cam_angle_deg: float
 
     assert from_mapping(Table, {"cam_angle_deg": 90.0}).cam_angle_deg == 90.0
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [
+        (lambda: from_mapping(Joint, {"stiffness_deg": 139.6}), "did you mean 'stiffness', which is in"),
+        (lambda: from_mapping(Joint, {"stiffness_nm_per_deg": 1}), "did you mean 'stiffness', which is in SI units."),
+        (lambda: from_mapping(OperatingPoint, {"load_torque_rpm": 1}), "did you mean 'load_torque', which is in SI"),
+        (lambda: from_mapping(OperatingPoint, {"motor_speed_deg": 1}), "'motor_speed', .* units, or an ending of _rpm"),
+        (lambda: from_mapping(Sensor, {"radius_deg": 0.4}), "has no parameter 'radius_deg'"),
+        (lambda: make_effect("cam.station_spacing", error_rpm=1, station=0), "did you mean 'error', .* ending of _deg"),
+        (lambda: make_effect("drive.slip", compliance_deg=1), "did you mean 'compliance', which is in SI units."),
+        (lambda: fault_law({"roller_crack_rpm": 5}), "has no parameter 'roller_crack_rpm'"),
+        (lambda: law_of_field("owner", "damping_deg", 1, ("damping",)), "did you mean 'damping', which is in SI."),
+    ],
+)  # fmt: skip
+def test_an_ending_acts_only_where_it_measures(build, said):
+    with pytest.raises(ParameterError, match=said):
+        build()
+
+
+def test_an_effect_states_which_of_its_fields_take_an_ending():
+    assert make_effect("cam.station_spacing", error_deg=1, station=0).error == pytest.approx(math.radians(1.0))
 
 
 @pytest.mark.parametrize(

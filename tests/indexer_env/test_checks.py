@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+import yaml
 
 from indexer_env.checks import check_choice, check_integer, check_number, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, SignalError, SimulationError, refuse
@@ -50,6 +51,19 @@ def test_real_finite_numbers_pass(value):
 )
 def test_what_is_not_a_real_finite_number_is_refused(value):
     assert sentence(check_number, "A", "b", value) == f"A.b must be a finite number, got {value!r}."
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("8e3", "; write 8000.0 or 8.0e+3."), ("-2.5E1", "; write -25.0 or -2.5e+1."), ("1e-7", "; write 1.0e-7."),
+        ("8000", "got '8000'."), ("1e999", "got '1e999'."), ("one", "got 'one'."),
+    ],
+)  # fmt: skip
+def test_an_exponent_that_yaml_takes_for_a_text_is_told_with_its_remedy(text, remedy):
+    assert sentence(check_number, "Joint", "stiffness", text, low=0.0).endswith(remedy)
+    if "write" in remedy:
+        assert yaml.safe_load(remedy.rpartition(" ")[2].rstrip(".")) == float(text) != yaml.safe_load(text)
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,16 @@
 
 import copy
 import dataclasses
+import math
 import pickle
 
+import numpy as np
 import pytest
+import yaml
 
 from indexer_env.errors import ParameterError
 from indexer_env.machine import Machine
+from indexer_env.motion_law import Cycloidal
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import config_dir, load_machine, load_operating_point, load_sensor, load_yaml
 from indexer_env.sensors import Sensor
@@ -29,6 +33,23 @@ def test_a_preset_loads_the_same_by_name_and_by_path(group, name):
     assert pickle.loads(pickle.dumps(preset)) == preset == copy.deepcopy(preset)
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(preset, dataclasses.fields(preset)[0].name, None)
+
+
+def test_a_table_of_cam_angles_lies_beside_its_machine(tmp_path, monkeypatch):
+    """What lies in the working directory serves only where none does."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder, lift in ((here, 0.0), (there, 1.0)):
+        folder.mkdir()
+        angles = np.arange(361.0)
+        rise = np.degrees(Cycloidal().evaluate(np.radians(angles), 8, 0.5)[0])
+        rows = [f"{angle},{lift + follower}" for angle, follower in zip(angles, rise, strict=True)]
+        (folder / "cam.csv").write_text("\n".join(["cam_angle_deg,follower_angle_deg", *rows, ""]))
+    machine = load_yaml("machine", "reference") | {"motion_law": {"name": "table", "file": "cam.csv"}}
+    (there / "mine.yaml").write_text(yaml.safe_dump(machine))
+    monkeypatch.chdir(here)
+    assert load_machine(there / "mine.yaml").motion_law.follower_angle[0] == pytest.approx(math.radians(1.0))
+    (there / "cam.csv").unlink()
+    assert load_machine(there / "mine.yaml").motion_law.follower_angle[0] == 0.0
 
 
 def test_there_are_presets_of_every_group():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from indexer_env import Faults, OperatingPoint, ParameterError, Run, make_effect, simulate
+from indexer_env.motion_law import Cycloidal, TableLaw
 from indexer_env.render import SCENE_CHANNELS, Scene, scene_from
 
 INDEX = 1025
@@ -35,6 +36,21 @@ def test_angles_deflections_and_time_are_those_of_the_sample(smooth, smooth_reco
 def test_the_dwell_follows_the_motion(smooth, smooth_record, turns, dwell, station):
     scene = scene_from(smooth, at(smooth_record, round(turns * INDEX)))
     assert (scene.dwell, scene.station % 8) == (dwell, station)
+
+
+def test_a_table_says_itself_where_it_dwells_and_how_fast_it_moves(smooth, smooth_record):
+    """Two thirds of a turn beside a motion_share of a half: from 270 over 0 to 150 degrees."""
+    angles = np.radians(np.arange(361.0))
+    rise = Cycloidal().evaluate(angles + 0.5 * math.pi, smooth.stations, 2.0 / 3.0)[0]
+    table = dataclasses.replace(smooth, motion_law=TableLaw(tuple(angles), tuple(rise)))
+    sample = at(smooth_record, 2300)
+    dwells = [
+        scene_from(table, sample | {"cam_angle": math.radians(a)}).dwell for a in (-80.0, 10.0, 149.0, 151.0, 269.0)
+    ]
+    assert dwells == [False, False, False, True, True]
+    named = dataclasses.replace(smooth, motion_law=Cycloidal(), motion_share=2.0 / 3.0)
+    scales = [scene_from(one, sample).acceleration_scale for one in (table, named)]
+    assert scales[0] == pytest.approx(scales[1], rel=1e-3)
 
 
 def test_theory_is_the_rigid_machine_at_nominal_speed(smooth, smooth_record):

@@ -57,6 +57,23 @@ def test_the_station_of_no_crack_is_refused(given):
     assert fault_law({"cracked_station": 3, "roller": "cracked"}).cracked_station.value == 3
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"crack_at": 3.0},
+            r"faults\.crack_at must be left out where no roller is cracked, .*; add faults\.roller=cracked",
+        ),
+        ({"loose_at": 3.0, "screws": "tight"}, r"faults\.loose_at must be left out where .*; add faults\.screws=loose"),
+    ],
+)
+def test_the_time_of_no_fault_is_refused(given, said):
+    with pytest.raises(ParameterError, match=said):
+        fault_law(given)
+    law = fault_law({**given, "screws": {"choice": ["tight", "loose"]}, "roller": "cracked", "loose_at": 0})
+    assert law.loose_at.value == 0
+
+
 def test_a_fault_given_twice_is_told_by_both_keys():
     with pytest.raises(ParameterError, match=r"faults\.roller_crack must be left out where faults\.roller is given"):
         faults_from_mapping({"roller": "cracked", "roller_crack": 0.3})

@@ -47,6 +47,16 @@ def test_native_is_sync(mode, arguments):
     assert data_equivalence(sync.reset(**again), native.reset(**again), exact=True)
 
 
+def test_the_first_reset_may_be_of_some_items_and_tell_the_truth():
+    env = IndexerDiagnosisVectorEnv(3, **SMALL, reveal=True)
+    mask = np.array([False, True, True])
+    _, infos = env.reset(seed=3, options={"reset_mask": mask, "hypothesis": "cracked roller"})
+    truth = infos["truth"]
+    assert all(values.shape == (3,) for values in truth.values())
+    assert truth["roller_crack"][0] == 0.0 and truth["roller_crack"][1:].all()
+    np.testing.assert_array_equal(truth["_hypothesis"], mask)
+
+
 def test_a_copy_goes_on_with_the_same_bits_and_shares_nothing():
     env = IndexerDiagnosisVectorEnv(3, **SMALL)
     env.reset(seed=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import os
+import resource
 import signal
 import struct
 import zlib
@@ -200,6 +201,29 @@ def test_a_worker_that_ends_while_it_reads(worker, tmp_path):
     os.kill(worker._process.pid, signal.SIGSEGV)
     with pytest.raises(SignalError, match="the WAV library crashed over it"):
         worker.read(tmp_path / "a.wav", "WAV")
+
+
+@pytest.mark.parametrize(("hard", "set_to"), [(2**30, 2**30), (resource.RLIM_INFINITY, 2**32), (2**40, 2**32)])
+def test_a_lower_limit_of_memory_is_kept(hard, set_to, monkeypatch):
+    """macOS refuses some limits; a process that is not root may not raise one."""
+    import indexer_records.formats.worker as module
+
+    asked = []
+
+    def setrlimit(kind: int, limits: tuple[int, int]) -> None:
+        asked.append(limits)
+        raise ValueError("not allowed to raise maximum limit")
+
+    monkeypatch.setattr(module.resource, "getrlimit", lambda kind: (hard, hard))
+    monkeypatch.setattr(module.resource, "setrlimit", setrlimit)
+    module._limit(resource.RLIMIT_AS, 2**32)
+    assert asked == [(set_to, set_to)]
+
+
+def test_a_worker_that_does_not_start(monkeypatch):
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    with pytest.raises(SignalError, match=r"did not start; give it more memory \(ulimit -v\), or export"):
+        Worker()
 
 
 def test_a_defect_of_our_own_is_not_hidden(worker, tmp_path):
