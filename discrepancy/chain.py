@@ -60,6 +60,8 @@ class Outcome:
         shows, or the subject cannot tell.
     of_records : tuple of str
         What is accepted says of single records, a sentence each.
+    asked : bool
+        False where the stage failed before the question was formed, so that something may be open.
     """
 
     subject: Subject
@@ -74,6 +76,7 @@ class Outcome:
     table: Table | None = None
     origin: Origin | None = None
     of_records: tuple[str, ...] = ()
+    asked: bool = True
 
     @property
     def extended(self) -> bool:
@@ -118,10 +121,14 @@ def run_chain(
     begin(STAGES[3])
     table = attempted(STAGES[3], lambda: tabulate(answer, subject.forms()), None)
     begin(STAGES[4])
+    before = len(failures)
     question = attempted(STAGES[4], lambda: question_of(answer), None)
+    asked = len(failures) == before
     following = attempted(STAGES[4], lambda: separations(subject, answer, question) if question else (), ())
     told = tuple(dict.fromkeys(failures))
-    return Outcome(subject, answer, where, left, gap, question, following, told, seed, table, origin, of_records)
+    return Outcome(
+        subject, answer, where, left, gap, question, following, told, seed, table, origin, of_records, asked
+    )  # fmt: skip
 
 
 def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap:

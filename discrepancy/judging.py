@@ -174,8 +174,11 @@ class Judge:
         """Share of what a free function closes that the law of the k-th effect, or of one that the records cannot tell
         from it, leaves, both beside the whole set: what stands in for something else takes up its part of it; and the
         function's variable."""
-        others = (one for _, one in self._alike(k, effect.name))
-        forms = {one.over: self.forms[one.over] for one in (effect, *others) if one.over in self.forms}
+        laws = (effect, *(one for _, one in self._alike(k, effect.name)))
+        # a table stands at one joint, and says nothing of a law at another one
+        joints = {name: form.hypothesis.fixed.get("joint", 0.0) for name, form in self.forms.items()}
+        over = [one.over for one in laws if joints.get(one.over) == one.fixed.get("joint", 0.0)]
+        forms = {name: self.forms[name] for name in over}
         return max(((self._missed_by_table(k, form), form.over) for form in forms.values()), default=(0.0, ""))
 
     def _found_elsewhere(self, k: int) -> str:

@@ -66,7 +66,9 @@ class FormSubject(Subject):
 
 
 def axis_of(name: str, values: np.ndarray, whole: np.ndarray, unit: str, inside: np.ndarray) -> Axis:
-    """Values (w, n) in even cells over the range of `whole`."""
+    """Values (w, n) in even cells over the range of `whole`, named by their middles; those of time by their beginnings,
+    as sentences say from when on."""
     edges = np.linspace(float(whole.min()), float(whole.max()), _CELLS + 1)
-    labels = tuple(f"{(low + high) / 2.0:.2g} {unit}" for low, high in itertools.pairwise(edges))
+    share = 0.0 if name == "time" else 0.5
+    labels = tuple(f"{low + share * (high - low):.2g} {unit}" for low, high in itertools.pairwise(edges))
     return Axis(name, labels, binned(values, edges, inside))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from discrepancy.drives.description import LOAD, Channel, Drive
-from discrepancy.records.conditions import FLAGS, written
+from discrepancy.records.conditions import FLAGS, TABLES, table_beside, written
 from discrepancy.records.reading import measured_paths
 from indexer_cli.words import joined
 from indexer_env.checks import check_number, did_you_mean
@@ -20,9 +20,8 @@ from indexer_env.errors import SignalError, refuse
 from indexer_records.file_table import FILE, table_rows
 from indexer_records.formats import read_table
 from indexer_records.formats.table import Column, MeasuredTable
-from indexer_records.time_grid import even_rate
+from indexer_records.time_grid import TIME_UNITS, even_rate
 
-TABLES = ("records.csv",)
 LEAST_SAMPLES = 200
 """Samples below which a record says nothing of twenty effects."""
 
@@ -64,6 +63,7 @@ class Record:
     motion : str
         Which motion it is of; "" where nothing says it.
     noise : float or None
+        Standard deviation of what is predicted, in its unit in `units`.
     """
 
     name: str
@@ -85,31 +85,37 @@ def read_drive_records(
     SignalError, ParameterError
     """
     paths, root = measured_paths(measured)
-    table = table or next((root / name for name in TABLES if (root / name).is_file()), None)
+    table = table or table_beside(paths, root)
+    if table is not None and table.suffix.lower() in (".yaml", ".yml"):
+        raise refuse("discrepancy", "records", "a CSV table for a drive", str(table), "write it as records.csv")
     paths = [path for path in paths if path.name not in TABLES and (table is None or path.resolve() != table.resolve())]
     if not paths:
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
-    rows = {} if table is None else _rows(table, drive, root)
+    rows = {} if table is None else _rows(table, drive, root, {path.resolve() for path in paths})
     records = []
     for path in paths:
         name = path.relative_to(root).as_posix()
-        told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(name, {})}
+        told = {**{k: v for k, v in known.items() if v is not None}, **rows.get(path.resolve(), {})}
         records.append(_record(drive, path, name, told))
     return _kept(records, held_out)
 
 
-def _rows(table: Path, drive: Drive, root: Path) -> dict[str, dict[str, Any]]:
-    """Cells by file: of `_KEYS`, and columns of channels by their roles."""
-    found: dict[str, dict[str, Any]] = {}
+def _rows(table: Path, drive: Drive, root: Path, measured: Collection[Path]) -> dict[Path, dict[str, Any]]:
+    """Cells by file, which a row names as below the table's folder or as below `root`: of `_KEYS`, and columns of
+    channels by their roles."""
+    found: dict[Path, dict[str, Any]] = {}
     for line, row in table_rows(table, "table of records", (FILE,)):
         name = written(row.pop(FILE))
-        if not (root / name).is_file():
+        places = [(folder / name).resolve() for folder in (table.parent, root)]
+        there = [place for place in places if place.is_file()]
+        if not there:
             raise SignalError(
                 f"{table}, line {line}: file must be one of those beside it, got {name!r}; correct the cell."
             )
-        if name in found:
+        path = next((place for place in there if place in measured), there[0])
+        if path in found:
             raise SignalError(f"{table}, line {line}: a file must have one row, got a second for {name}; keep one.")
-        cells = found[name] = {}
+        cells = found[path] = {}
         for key, cell in row.items():
             if key not in _KEYS and key not in drive.channels:
                 hint = (
@@ -135,33 +141,47 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
         role: Channel(told[role], c.factor, c.unit) if role in told else c for role, c in drive.channels.items()
     }
     columns = {role: _column(table, channel.column, role) for role, channel in channels.items()}
-    rows, units = {}, {}
+    time = _time(path, columns.pop("time"), channels["time"]) if "time" in columns else None
+    rows, units, factors = {}, {}, {}
     for role, column in columns.items():
-        if role == "time":
-            continue
-        rows[role], units[role] = _values(table, column, channels[role], role)
+        rows[role], units[role], factors[role] = _values(table, column, channels[role], role)
     _check_units(drive, path, units)
     lengths = {len(row) for row in rows.values()}
     if len(lengths) > 1:
         raise SignalError(f"{path}: all channels must be sampled together, got {sorted(lengths)} samples.")
     first = next(iter(rows))
-    rate = _rate(table, columns.get("time"), columns[first], rows[first], told.get("sample_rate"))
+    rate = _rate(table, time, columns[first], rows[first], told.get("sample_rate"))
     size = lengths.pop()
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
     _check_speed(drive, path, rows, rate)
     if not drive.forward and LOAD[0] in rows:
         _check_load(path, rows)
-    if told.get("noise") is not None:
-        check_number("known", "noise", told["noise"], low=0.0, low_open=True, unit="of the record")
-    return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), told.get("noise"))
+    noise = told.get("noise")
+    if noise is not None:
+        check_number("known", "noise", noise, low=0.0, low_open=True, unit="in the numbers of the file")
+        noise = float(noise) * _worth(drive, units, factors, noise)
+    return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), noise)
+
+
+def _worth(drive: Drive, units: Mapping[str, str], factors: Mapping[str, float], noise: float) -> float:
+    """What one of the file's numbers is worth in the channels that are predicted."""
+    predicted = [r for r in units if r in drive.states or r == "a"] if drive.forward else ["force"]
+    worth = {(units[role], abs(factors[role])) for role in predicted}
+    if len(worth) > 1:
+        rule = f"left out where {joined(predicted)} are not measured in one unit"
+        raise refuse("known", "noise", rule, noise, f"state noise by role in {drive.path.name}")
+    return worth.pop()[1]
 
 
 def _motion_of(drive: Drive) -> list[dict[str, str]]:
     """For each joint the roles of its motion: {"q": role of the position, ...}."""
     if not drive.forward:
         return [{"q": "q", "v": "v", "a": "a", LOAD[0]: LOAD[0]}]
-    return [{"q": joint.position, "v": joint.speed} for joint in drive.joints]
+    found = [{"q": joint.position, "v": joint.speed} for joint in drive.joints]
+    if "a" not in drive.states:
+        found[0]["a"] = "a"
+    return found
 
 
 def _check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
@@ -174,7 +194,7 @@ def _check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
         for kind, role in there.items():
             first = next(iter(there))
             known = _MOTION[kind]
-            if units[role] in known and units[there[first]] in _MOTION[first]:
+            if units[there[first]] in _MOTION[first]:
                 known = (known[_MOTION[first].index(units[there[first]])],)
             if units[role] not in known:
                 raise refuse(str(path), role, f"in {' or '.join(known)}", units[role], remedy.format(role, known[0]))
@@ -214,18 +234,30 @@ def _column(table: MeasuredTable, name: str, role: str) -> Column:
     return found[0]
 
 
-def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -> tuple[np.ndarray, str]:
+def _time(path: Path, column: Column, channel: Channel) -> Column:
+    """The column of time with the factor and the unit that the drive's file gives it."""
+    if channel.unit is not None and channel.unit.lower() not in TIME_UNITS:
+        raise refuse(str(path), "time", "in s, ms, us or min", channel.unit, "correct it in channels")
+    factor = 1.0 if channel.factor is None else channel.factor
+    decimals = None if column.decimals is None else math.floor(column.decimals - math.log10(abs(factor)))
+    unit = channel.unit or column.unit
+    return dataclasses.replace(column, unit=unit, decimals=decimals, numbers=lambda: factor * column.numbers())
+
+
+def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -> tuple[np.ndarray, str, float]:
+    """Samples in the unit that is used here, that unit, and what one of the file's numbers is worth in it."""
     stated = channel.unit or column.unit
     if stated is None:
         remedy = f"write channels = {{{role!r}: ({column.name!r}, 1.0, 'm')}} with the unit that it has"
         raise SignalError(f"{table.path}: the channel {column.name!r} ({role}) must have a unit; {remedy}.")
     factor, unit = _FACTORS.get(stated, (1.0, stated.replace("²", "^2")))
-    values = column.numbers() * (factor * (1.0 if channel.factor is None else channel.factor))
+    factor *= 1.0 if channel.factor is None else channel.factor
+    values = column.numbers() * factor
     if not np.ptp(values) and role in ("q", "v", "force", LOAD[0]):
         raise SignalError(
             f"{table.path}: the channel {column.name!r} ({role}) must vary, got {values[0]:g} throughout."
         )
-    return values, unit
+    return values, unit, factor
 
 
 def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:

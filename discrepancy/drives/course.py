@@ -13,7 +13,9 @@ from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive
 from discrepancy.drives.scales import Scales
 from discrepancy.drives.windows import WINDOWS
-from indexer_env.errors import ParameterError, SignalError
+from indexer_cli.words import joined
+from indexer_env.checks import check_choice, check_number
+from indexer_env.errors import ParameterError, SignalError, refuse
 
 _WINDOW = 20.0
 """Length of a window in T = V/A: some three swings."""
@@ -56,7 +58,16 @@ class Course:
 
 
 def courses_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Course], list[Scales], np.ndarray]:
-    """Records in the forward form, the scales of each joint, and what is measured."""
+    """Records in the forward form, the scales of each joint, and what is measured.
+
+    Raises
+    ------
+    SignalError, ParameterError
+        Units that differ between records, a joint that never moves, a state that nothing tells of, a wrong noise.
+    """
+    for role in records[0].rows:
+        if len(units := {r.units.get(role, "") for r in records}) > 1:
+            raise SignalError(f"All records must have {role!r} in the same unit, got {joined(sorted(units))}.")
     roles = [role for role in records[0].rows if role in drive.states or role == "a"]
     measured = np.array([drive.states.index(r) if r in drive.states else -1 for r in roles], dtype=np.int64)
     inputs = [role for role in records[0].rows if role not in roles]
@@ -73,8 +84,8 @@ def courses_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Course], l
         rms = [float(np.sqrt(np.mean(row**2))) for row in (v, a)]
         if not all(rms) or not np.ptp(q):
             raise SignalError(f"{records[0].name}: the joint {joint.name} must move, got none; measure a motion.")
-        unit = records[0].units.get(joint.position, records[0].units.get(roles[0], ""))
-        unit = unit.partition("/")[0]
+        told = next((role for role in (joint.position, joint.speed, *roles) if role in records[0].units), "")
+        unit = records[0].units.get(told, "").partition("/")[0]
         force = "N m" if unit == "rad" else "N"
         middle = 0.5 * float(q.min() + q.max())
         scales.append(Scales(mass * rms[1], 0.5 * float(np.ptp(q)), rms[0], rms[1], middle, force, unit))
@@ -83,12 +94,12 @@ def courses_of(drive: Drive, records: Sequence[Record]) -> tuple[list[Course], l
 
 def _course(drive: Drive, record: Record, roles: Sequence[str], inputs: Sequence[str]) -> Course:
     rate, n = record.rate, len(record.rows[roles[0]])
-    rows, noise = [], []
+    rows, noise, stated = [], [], _noise_stated(drive, record, roles)
     for role in roles:
         row = record.rows[role]
-        cutoff = _cutoff(row, rate)
-        stated = record.noise if record.noise is not None else drive.noise
-        white = math.sqrt(0.5 * rate * smoothing.density(row, rate, cutoff)) if stated is None else float(stated)
+        white = stated.get(role)
+        if white is None:
+            white = math.sqrt(0.5 * rate * smoothing.density(row, rate, _cutoff(row, rate)))
         rows.append(row)
         noise.append(max(white, _LEAST_NOISE * float(np.std(row))))
     states, spread = np.zeros((n, len(drive.states))), np.zeros(len(drive.states))
@@ -96,6 +107,23 @@ def _course(drive: Drive, record: Record, roles: Sequence[str], inputs: Sequence
         states[:, k], spread[k] = _estimate(drive, record, state, dict(zip(roles, noise, strict=True)))
     u = np.column_stack([record.rows[i] for i in inputs]) if inputs else np.zeros((n, 0))
     return Course(record.name, rate, np.array(rows), np.array(noise), u, states, spread)
+
+
+def _noise_stated(drive: Drive, record: Record, roles: Sequence[str]) -> Mapping[str, float]:
+    """Standard deviations of measured channels by their roles, of those of which one is stated."""
+    given = drive.noise if record.noise is None else record.noise
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        for role, value in given.items():
+            check_choice(drive.path.name, "noise", role, roles)
+            unit = record.units.get(role, "")
+            check_number(drive.path.name, f"noise[{role!r}]", value, low=0.0, low_open=True, unit=unit)
+        return given
+    if len({record.units.get(role) for role in roles}) > 1:
+        remedy = f"write noise = {{{roles[0]!r}: NUMBER, {roles[1]!r}: NUMBER}}"
+        raise refuse(drive.path.name, "noise", "given by role where channels differ in their unit", given, remedy)
+    return dict.fromkeys(roles, float(given))
 
 
 def _acceleration(v: np.ndarray, rate: float) -> np.ndarray:

@@ -72,11 +72,12 @@ class Drive:
     channels : mapping of str to Channel
         By role: `time`, `q`, `v`, `a`, `force`; any other name is an input.
     effects : tuple of DriveEffect
-        That may be missing.
+        That may be missing, and those that are known.
     cutoff : float or None
         Where the comparison's low-pass is down by 3 dB [Hz]; None: by the record.
-    noise : float or None
-        Standard deviation of the measured force [F], or of each measured state; None: by the record.
+    noise : float, mapping of str to float, or None
+        Standard deviation of the measured force [F]; in the forward form of each measured channel, by its role where
+        their units differ; None: by the record.
     held_out : float
         Share of each record, its end, that is held out where no whole record is.
     states : tuple of str
@@ -98,7 +99,7 @@ class Drive:
     channels: Mapping[str, Channel]
     effects: tuple[DriveEffect, ...]
     cutoff: float | None = None
-    noise: float | None = None
+    noise: float | Mapping[str, float] | None = None
     held_out: float = 1.0 / 3.0
     states: tuple[str, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -145,14 +146,17 @@ def load_drive(path: Path) -> Drive:
     states, joints = _states(name, form, found)
     share = found.get("held_out", 1.0 / 3.0)
     check_number(name, "held_out", share, low=0.05, high=0.8, unit="of each record")
-    for key, unit in (("cutoff", "Hz"), ("noise", "of the force"), ("windows", "s")):
-        if found.get(key) is not None:
+    of = "of the force" if form == "force" else "of the measured channels, or such numbers by their roles"
+    for key, unit in (("cutoff", "Hz"), ("noise", of), ("windows", "s")):
+        by_role = key == "noise" and form == "rates" and isinstance(found.get(key), Mapping)
+        if found.get(key) is not None and not by_role:
             check_number(name, key, found[key], low=0.0, low_open=True, unit=unit)
+    known = effects_stated(name, "known", found.get("known", {}))
     return Drive(
         path, str(found.get("name", path.stem)), found[form], _parameters(name, found.get("parameters")),
-        _channels(name, form, found.get("channels"), states), _effects(name, found), found.get("cutoff"),
+        _channels(name, form, found.get("channels"), states), _effects(name, found, known), found.get("cutoff"),
         found.get("noise"), float(share), states, joints, found.get("windows"),
-        effects_stated(name, "known", found.get("known", {})), _sessions(name, found.get("sessions", False)),
+        known, _sessions(name, found.get("sessions", False)),
     )  # fmt: skip
 
 
@@ -272,7 +276,8 @@ def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str
     return given
 
 
-def _effects(name: str, found: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
+def _effects(name: str, found: Mapping[str, Any], known: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
+    """Effects that may be missing, and those known: these are not looked for."""
     own = found.get("own_effects", ())
     if not isinstance(own, list | tuple) or not all(isinstance(one, DriveEffect) for one in own):
         raise refuse(name, "own_effects", "a tuple of discrepancy.drives.DriveEffect", own)
@@ -286,5 +291,5 @@ def _effects(name: str, found: Mapping[str, Any]) -> tuple[DriveEffect, ...]:
     for one in own:
         if one.name in EFFECTS:
             raise refuse(name, "own_effects", "effects with names of their own", one.name)
-    standard = [e for key, e in EFFECTS.items() if any(fnmatch.fnmatch(key, pattern) for pattern in patterns)]
+    standard = [e for key, e in EFFECTS.items() if any(fnmatch.fnmatch(key, one) for one in (*patterns, *known))]
     return (*standard, *own)

@@ -21,6 +21,7 @@ from discrepancy.drives.second_look import known_effects
 from discrepancy.drives.sessions import check_sessions
 from discrepancy.drives.windows import Windows, split
 from discrepancy.form import Form
+from discrepancy.locate.statistics import CHANNEL
 from discrepancy.model import NONE, Model
 from discrepancy.subjects.base import Axis, Measurement, View
 from indexer_env.errors import ParameterError
@@ -82,7 +83,7 @@ class ForwardSubject(FormSubject):
         ):
             axes.append(axis_of(name, values, values[inside], unit, inside))
         if channels > 1:
-            axes.append(Axis("channel", self.roles, np.where(inside, over["c"].astype(int), -1)))
+            axes.append(Axis(CHANNEL, self.roles, np.where(inside, over["c"].astype(int), -1)))
         courses = [model.courses[k] for k in windows.tracks]
         return View(
             names=tuple(c.name for c in courses), unit=self.unit, groups=model.groups, inside=inside, time=over["t"],

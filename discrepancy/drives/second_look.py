@@ -6,13 +6,11 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from discrepancy.drives.description import LOAD, Drive, effects_stated, known_parameter
-from discrepancy.drives.effects import TABLES, DriveEffect
+from discrepancy.drives.effects import EFFECTS, TABLES, DriveEffect, Size
 from discrepancy.drives.effects.tabulated import ends_of
 from discrepancy.drives.sessions import Slots, stated
-from discrepancy.model import Hypothesis
+from discrepancy.model import Hypothesis, Parameter
 from discrepancy.place import Point
 from indexer_env.checks import check_choice, check_number
 from indexer_env.errors import refuse
@@ -44,8 +42,8 @@ def machine_yaml(drive: Drive, slots: Slots, known: tuple[Hypothesis, ...], plac
 
 
 def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
-    """The drive with its parameters' values as a machine.yaml has them; their uncertainties stay, as shares of the
-    value.
+    """The drive with its parameters' values as a machine.yaml has them, and with the effects that this names; their
+    uncertainties stay, as shares of the value.
 
     Raises
     ------
@@ -59,7 +57,8 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
     if not isinstance(given, Mapping):
         remedy = "write parameters: {NAME: {value: NUMBER}}"
         raise refuse("machine", "parameters", "a mapping of names to values", given, remedy)
-    effects_stated("machine", "effects", mapping.get("effects") or {})
+    stated = effects_stated("machine", "effects", mapping.get("effects") or {})
+    more = tuple(effect for name, effect in EFFECTS.items() if name in stated and effect not in drive.effects)
     parameters = []
     for p in drive.parameters:
         row = given.get(p.name, {"value": p.nominal})
@@ -72,7 +71,7 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
         parameters.append(known_parameter(p.name, p.unit, value, spread))
     for name in given:
         check_choice("machine", "parameters", name, [p.name for p in drive.parameters])
-    return dataclasses.replace(drive, parameters=tuple(parameters))
+    return dataclasses.replace(drive, parameters=tuple(parameters), effects=(*drive.effects, *more))
 
 
 def known_effects(
@@ -84,7 +83,7 @@ def known_effects(
     Raises
     ------
     ParameterError
-        An effect or a parameter that the drive does not have.
+        An effect or a parameter that the drive does not have, or a value that it cannot have.
     """
     given = machine.get("effects") or {}
     own = {name: values for name, values in drive.known.items() if name not in given}
@@ -105,8 +104,12 @@ def _known(
                 raise refuse(owner, key, rule, name, "it needs the inverse form with the role 'q_load'")
             found.append(_table(name, values, owner))
             continue
+        effect = next((e for e in drive.effects if e.name == name), None)
+        if effect is not None and name not in library:
+            rule = "effects that this form has, the records can show and the drive's own parameters do not describe"
+            raise refuse(owner, key, rule, name, "leave it out")
         check_choice(owner, key, name, library)
-        effect = next(e for e in drive.effects if e.name == name)
+        assert effect is not None
         found.append(_stated(effect, library[name], values, owner))
     return tuple(found)
 
@@ -124,15 +127,25 @@ def _table(name: str, values: Mapping[str, Any], owner: str) -> Hypothesis:
 
 
 def _stated(effect: DriveEffect, choices: tuple[Hypothesis, ...], values: Mapping[str, Any], owner: str) -> Hypothesis:
-    own = {p.name.removeprefix(f"{effect.name}."): p for p in choices[0].parameters}
+    names = (*(size.name for size in effect.sizes), *choices[0].fixed)
     for key, value in values.items():
-        check_choice(owner, effect.name, key, (*own, *choices[0].fixed))
+        check_choice(owner, effect.name, key, names)
         check_number(owner, f"{effect.name}.{key}", value)
     chosen = next((c for c in choices if all(values.get(k) == v for k, v in c.fixed.items())), None)
-    missing = [key for key in own if key not in values]
-    if chosen is None or missing:
-        raise refuse(owner, effect.name, f"given with {', '.join((*own, *choices[0].fixed))}", dict(values))
+    if chosen is None or not set(names) <= set(values):
+        raise refuse(owner, effect.name, f"given with {', '.join(names)}", dict(values))
     parameters = tuple(
-        dataclasses.replace(p, nominal=float(np.clip(values[key], p.low, p.high))) for key, p in own.items()
+        _nominal(p, size, float(values[size.name]), owner)
+        for p, size in zip(chosen.parameters, effect.sizes, strict=True)
     )
     return dataclasses.replace(chosen, parameters=parameters, starts=((),), effects=())
+
+
+def _nominal(p: Parameter, size: Size, value: float, owner: str) -> Parameter:
+    """A parameter at the value stated. Bounds that a search takes from the record give way to it; a sign, and the range
+    of a plain number, do not."""
+    if not size.dimension:
+        check_number(owner, p.name, value, low=p.low, high=p.high)
+    elif p.low >= 0.0:
+        check_number(owner, p.name, value, low=0.0, low_open=p.low > 0.0, unit=p.unit)
+    return dataclasses.replace(p, nominal=value, low=min(p.low, value), high=max(p.high, value))

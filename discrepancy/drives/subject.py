@@ -72,7 +72,7 @@ class DriveSubject(FormSubject):
             measured=np.array([np.where(i, model.measured[g][a], 0.0)
                                for g, a, i in zip(model.groups, at, inside, strict=True)]),
             noise=model.noise, estimated=tuple(False for _ in records), axes=tuple(axes),
-            map_axes=("speed", "position"), lines=_lines(records),
+            map_axes=("speed", "position"), lines=_lines(records), colour=np.array([t.colour for t in records]),
             torque=Torque(f"missing force [{scales.force_unit}]", 1.0, {**force_over, "time [s]": time}),
         )  # fmt: skip
 

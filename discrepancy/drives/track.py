@@ -44,6 +44,9 @@ _AT_REST = 3.0
 """Standard deviations of the speed's noise below which the drive counts as standing; never less than a thousandth of
 the rms speed."""
 
+_FEWEST = 40
+"""Compared samples of a record below which nothing is told: a window of twenty to fit and one to hold out."""
+
 _STANDING = 3
 """Samples below that speed that make a standstill, and not a reversal."""
 
@@ -146,6 +149,15 @@ class Track:
         """The force as it is compared (m,)."""
         return self.thinned(self.force)
 
+    @property
+    def colour(self) -> float:
+        """Coefficient ρ of the first-order autoregression whose correlations have the sum of squares, ρ²/(1 - ρ²), of
+        those of white noise behind both kernels, exp(-τ²/(4 s²)): the levels of cells then spread alike."""
+        s = math.hypot(smoothing.deviation(self.cutoff), smoothing.deviation(_WIDER * self.cutoff))
+        lags = self.step * self.every * np.arange(1, len(self.measured))
+        squares = float(np.exp(-(lags**2) / (2.0 * s**2)).sum())
+        return math.sqrt(squares / (1.0 + squares))
+
     @functools.cached_property
     def at(self) -> np.ndarray:
         """Samples (m,) that the compared ones are centred on."""
@@ -210,10 +222,14 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     edge = smoothing.margin(wide, rate)
     inner = max(1, int(rate / (_INNER * cutoff)))
     part = slice(edge, -edge, inner)
-    if len(rows["force"]) - 2 * edge < 20 * inner:
+    step = inner / rate
+    every = max(1, int(1.0 / (step * _PER_CUTOFF * cutoff)))
+    seen = len(range(edge, len(rows["force"]) - edge, inner)) - 2 * smoothing.margin(cutoff, 1.0 / step)
+    compared = max(0, math.ceil(seen / every))
+    if compared < _FEWEST:
         raise SignalError(
-            f"{record.name} must be longer than its low-pass at {cutoff:.3g} Hz, got {len(rows['force'])} samples; "
-            "record longer or set a higher cutoff."
+            f"{record.name} must leave at least {_FEWEST} samples to compare below {cutoff:.3g} Hz, got {compared} of "
+            f"{len(rows['force'])}; set a higher cutoff or record longer."
         )
 
     def through(role: str, order: int = 0) -> np.ndarray:
@@ -230,11 +246,10 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     density = smoothing.density(rows["force"], rate, wide)
     force = through("force")
     stated = record.noise if record.noise is not None else drive.noise
+    assert not isinstance(stated, Mapping), "which the forward form alone has"
     # white noise of σ a sample has the density 2 σ²/rate
     own = smoothing.passed_noise(density if stated is None else 2.0 * stated**2 / rate, total)
     own = max(own, _LEAST_NOISE * float(np.sqrt(np.mean(force**2))))
-    step = inner / rate
-    every = max(1, int(1.0 / (step * _PER_CUTOFF * cutoff)))
     still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
     t = (edge + inner * np.arange(len(force))) / rate
     return Track(record.name, step, t, q, v, a, _inputs(inputs), force, cutoff, every, own, noise, load_noise, still)

@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 
 from discrepancy.indexer.lines import lines
+from discrepancy.locate.statistics import parts_of
 from discrepancy.subjects.base import Line, View
 
 _MOTOR, _CAM = "motor shaft", "cam"
@@ -20,14 +21,15 @@ _SAME = 1.5
 
 
 def with_found_lines(view: View, residual: np.ndarray) -> View:
-    """The view with the lines that stand out of residuals (w, n) in every record added to its own."""
-    records = range(len(view.noise))
-    parts = [(view.groups == k)[:, None] & view.inside for k in records]
-    steps = [float(np.median(np.diff(view.time[part]))) for part in parts]
-    width = np.array([1.0 / float(np.ptp(view.time[part])) for part in parts])
-    motor = view.shafts.get(_MOTOR, np.ones(len(parts)))
-    orders, hums = lines([residual[part] for part in parts], 1.0 / steps[0], motor.tolist())
-    found = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(parts), f)) for f in hums]
+    """The view with the lines that stand out of residuals (w, n) in every record, and in each of its channels, added to
+    its own."""
+    numbers, parts = zip(*parts_of(view), strict=True)
+    step = float(np.median(np.diff(view.time[parts[0]])))
+    spans = dict(zip(numbers, (float(np.ptp(view.time[part])) for part in parts), strict=True))
+    width = np.array([1.0 / spans[number] for number in range(len(view.noise))])
+    motor = view.shafts.get(_MOTOR, np.ones(len(width)))
+    orders, hums = lines([residual[part] for part in parts], 1.0 / step, motor[list(numbers)].tolist())
+    found = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(width), f)) for f in hums]
     if _MOTOR in view.shafts:
         found += [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]
     new = [line for line in found if not _cam_repeats(line, view, width)]

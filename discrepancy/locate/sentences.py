@@ -142,7 +142,10 @@ def _of_lines(spots: Sequence[Spot]) -> list[str]:
             return []
         at = [f" ({s.frequency[0]:.4g} Hz)" if s.kind != "fixed frequency" else "" for s in strong]
         names = joined([s.name + hertz for s, hertz in zip(strong, at, strict=True)])
-        return [f"Lines stand at {names}; at one speed an order of a shaft is not told from a fixed frequency."]
+        unsure = "; at one speed an order of a shaft is not told from a fixed frequency"
+        shafts = any(spot.kind != "fixed frequency" for spot in spots)
+        stand = "Lines stand" if shafts or len(strong) > 1 else "A line stands"
+        return [f"{stand} at {names}{unsure if shafts else ''}."]
     for kind in dict.fromkeys(spot.kind for spot in spots):
         strong = sorted((s for s in spots if s.kind == kind and s.significant), key=lambda s: -s.prominence)
         if not strong:

@@ -2,7 +2,7 @@
 
 The level of a cell is the rms of its residuals over its windows, the worst window left out where three or more hold it:
 a start state that the fit has missed spoils one window, an effect shows again in the next ones.
-A line's prominence is the least over the records of its power over that of its surroundings.
+A line's prominence is the least over the records, and over their channels, of its power over that of its surroundings.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ _AROUND = (2.0, 12.0)
 
 _PADDING = 4
 """Zeros are added up to this many times the record's length or more: a line lies an eighth of a width off at most."""
+
+CHANNEL = "channel"
+"""The axis of records with several channels, which are sampled at the same times."""
 
 _LEAST_WIDTHS = 3.0
 """Widths above zero below which a line cannot be told from a constant, and below half the sampling rate above which
@@ -88,9 +91,10 @@ class Prominence:
     """
 
     def __init__(self, view: View) -> None:
-        self._records = [_Spectrum(view, number) for number in range(len(view.noise))]
-        slowest = max((_LEAST_WIDTHS / record.span for record in self._records), default=0.0)
-        fastest = min((0.5 / record.step - _LEAST_WIDTHS / record.span for record in self._records), default=math.inf)
+        self._spectra = [(number, _Spectrum(view, part)) for number, part in parts_of(view)]
+        every = [spectrum for _, spectrum in self._spectra]
+        slowest = max((_LEAST_WIDTHS / one.span for one in every), default=0.0)
+        fastest = min((0.5 / one.step - _LEAST_WIDTHS / one.span for one in every), default=math.inf)
         self.lines = tuple(
             line for line in view.lines if line.frequency.min() > slowest and line.frequency.max() < fastest
         )
@@ -100,17 +104,25 @@ class Prominence:
         if not self.lines:
             return np.zeros((len(residual), 0))
         found = []
-        for number, record in enumerate(self._records):
+        for number, spectrum in self._spectra:
             frequencies = np.array([line.frequency[number] for line in self.lines])
-            found.append(record.prominence(residual, frequencies))
+            found.append(spectrum.prominence(residual, frequencies))
         return np.min(found, axis=0)
 
 
-class _Spectrum:
-    """Hann-windowed spectrum of one record's residuals, its windows put end to end."""
+def parts_of(view: View) -> list[tuple[int, np.ndarray]]:
+    """Each record's number with the samples (w, n) of it, channel by channel where it has several."""
+    parts = [(number, (view.groups == number)[:, None] & view.inside) for number in range(len(view.noise))]
+    channels = next((axis for axis in view.axes if axis.name == CHANNEL), None)
+    if channels is None:
+        return parts
+    return [(number, part & (channels.cells == k)) for number, part in parts for k in range(len(channels.labels))]
 
-    def __init__(self, view: View, number: int) -> None:
-        part = (view.groups == number)[:, None] & view.inside
+
+class _Spectrum:
+    """Hann-windowed spectrum of the residuals of a part (w, n) of the samples, its windows put end to end."""
+
+    def __init__(self, view: View, part: np.ndarray) -> None:
         self._part, time = np.flatnonzero(part), view.time[part]
         self.span = float(np.ptp(time))
         self.step = float(np.median(np.diff(np.sort(time))))

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from discrepancy.chain import Outcome
 from discrepancy.locate import Map, Spot, Where
+from discrepancy.locate.statistics import CHANNEL
 from discrepancy.problem import Problem
 from discrepancy.subjects.base import binned
 
@@ -69,7 +70,8 @@ def _svg(figure: Figure) -> str:
 
 
 def _records(outcome: Outcome) -> Figure:
-    """The cam turn held out on which the base model is worst: both models beside the record, and what each leaves."""
+    """The cam turn held out on which the base model is worst: both models beside the record, and what each leaves; of
+    several channels the first one, whose unit the view has."""
     answer = outcome.answer
     view = outcome.subject.view(outcome.subject.held_out)
     held = answer.held[answer.base.name]
@@ -77,6 +79,10 @@ def _records(outcome: Outcome) -> Figure:
     old, new = (Problem(answer.held_out, place.hypothesis).left(place) for place in places)
     window = int((held.squares / view.inside.sum(axis=1)).argmax())
     inside, noise = view.inside[window], float(view.noise[view.groups[window]])
+    channel = ""
+    for axis in view.axes:
+        if axis.name == CHANNEL:
+            inside, channel = axis.cells[window] == 0, f" ({axis.labels[0]})"
     every = max(1, int(inside.sum()) // _MOST_POINTS)
     time, measured = view.time[window, inside][::every], view.measured[window, inside][::every]
     left_old, left_new = (noise * r[window, inside][::every] for r in (old, new))
@@ -90,7 +96,7 @@ def _records(outcome: Outcome) -> Figure:
         above.plot(time, measured + left_new, color=AFTER, label="with what was found")
         below.plot(time, left_new, color=AFTER, label="with what was found")
     above.set_title(
-        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst",
+        f"{view.names[view.groups[window]]}, not fitted: the {view.window} on which the base model is worst{channel}",
         parse_math=False,
     )
     below.set_title("simulated - measured")

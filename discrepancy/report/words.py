@@ -159,7 +159,8 @@ def to_do(outcome: Outcome) -> str:
     question = outcome.question
     if question is None:
         which = "nominal machine" if outcome.answer.written.held_back else "machine as the records show it"
-        return f"Nothing is open. machine.yaml is the {which}."
+        opened = "Nothing is open" if outcome.asked else "Whether anything is open is not known, as that stage failed"
+        return f"{opened}. machine.yaml is the {which}."
     grows = "Record at another speed and under another load, and see with which of them the remainder grows"
     if len(question.rivals) < 2:
         return f"{grows}: no effect of the library predicts it, so no measurement could be chosen by simulation."

@@ -342,6 +342,17 @@ def test_a_law_is_held_to_its_table_also_where_little_is_left(hidden: dict, grad
     assert finding.grade == grade and ("table over the place" in finding.why) == (grade == "stands in")
 
 
+@pytest.mark.parametrize(("joint", "grade"), [(0.0, "stands in"), (1.0, "established")])
+def test_a_law_is_held_to_a_table_at_its_own_joint_alone(joint: float, grade: str) -> None:
+    """The table stands at the first joint."""
+    models = [Chord({"tone": 10.0, "rest": 3.0}, seed, ("tone",)) for seed in (5, 6)]
+    for model in models:
+        (one,) = model.library["tone"]
+        model.library["tone"] = (dataclasses.replace(one, over="rest", fixed={"joint": joint}, effects=()),)
+    (finding,) = explain(models[0], models[1], forms=[PLACE]).findings
+    assert finding.grade == grade
+
+
 @pytest.mark.parametrize(("over", "grade"), [("", "family"), ("rest", "stands in")])
 def test_a_family_is_held_to_the_tables_of_all_its_members(over: str, grade: str) -> None:
     """`twin` has the shape of `tone`, but comes second, as two choices of it must be paid for."""

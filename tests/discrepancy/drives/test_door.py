@@ -137,7 +137,7 @@ def test_units_and_the_table_beside_the_files_are_read(tmp_path: Path) -> None:
         read_drive_records(drive(tmp_path), str(folder), None, {}, ["quick"])
     records = read_drive_records(drive(tmp_path), str(folder), None, {}, [])
     assert [(r.name, r.held_out, r.noise, r.motion) for r in records] == [
-        ("a.csv", False, 2.0, "slow"), ("b.csv", True, None, "fast"),
+        ("a.csv", False, 2000.0, "slow"), ("b.csv", True, None, "fast"),
     ]  # fmt: skip
     assert records[0].rate == pytest.approx(1e5)
     assert records[0].units == {"q": "m", "force": "N"}

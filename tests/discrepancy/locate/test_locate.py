@@ -157,6 +157,13 @@ def test_at_one_speed_no_line_is_said_to_be_locked_or_not() -> None:
     assert _of_lines([dataclasses.replace(spots[0], significant=False)]) == []
 
 
+@pytest.mark.parametrize(("names", "begins"), [(("50 Hz",), "A line stands"), (("50 Hz", "60 Hz"), "Lines stand")])
+def test_shafts_are_not_spoken_of_where_there_are_none(names: tuple[str, ...], begins: str) -> None:
+    """As of a drive, whose lines are all at fixed frequencies."""
+    spots = [Spot(name, "fixed frequency", (float(name[:2]),), 9.0, 0.001, True) for name in names]
+    assert _of_lines(spots) == [f"{begins} at {' and '.join(names)}."]
+
+
 def test_ripple_shows_as_an_order_of_the_motor_shaft(where) -> None:
     found = where(23, make_effect("drive.speed_ripple", depth=0.01, phase=0.5))
     lines = {spot.name for spot in found.spots if spot.significant}

@@ -315,6 +315,8 @@ def test_nothing_behind_the_search_takes_its_answer_away(stop, monkeypatch) -> N
     outcome = run_chain(ChordSubject({"tone": 10.0}), 5)
     assert outcome.answer.names == ("tone",) and len(outcome.failures) == 1
     assert "the findings stand" in outcome.failures[0]
+    said = "Whether anything is open is not known, as that stage failed. machine.yaml is the machine"
+    assert to_do(outcome).startswith(said) and said in report_files(outcome)["report.html"]
 
 
 def test_a_page_that_cannot_be_drawn_costs_the_page_alone(monkeypatch) -> None:

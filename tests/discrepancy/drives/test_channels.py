@@ -1,0 +1,132 @@
+"""What a drive's files and the table beside them say of time, noise and units."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discrepancy.drives.channels import Record, read_drive_records
+from discrepancy.drives.course import courses_of
+from discrepancy.drives.description import Drive
+from indexer_env.errors import IndexerError
+from tests.discrepancy.drives.made import FILE, drive, motion
+from tests.discrepancy.drives.test_forward import FILE as PENDULUM
+
+BOTH = PENDULUM.replace('"q": "q"', '"q": "q", "v": "v"')
+"""The pendulum with its angle and its speed measured."""
+
+
+def _file(folder: Path, header: str = "t [s],q [m],f [N]", step: float = 0.01, name: str = "a.csv") -> Path:
+    t, q, v, a = motion(seconds=4.0, rate=100.0)
+    columns = {"t": step / 0.01 * t, "q": q, "v": v, "a": a, "f": 95.0 * a, "u": a}
+    named = [columns[title.partition(" ")[0]] for title in header.split(",")]
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = "\n".join(",".join(f"{x:.9g}" for x in row) for row in zip(*named, strict=True))
+    (folder / name).write_text(f"{header}\n{rows}\n")
+    return folder
+
+
+def _read(one: Drive, folder: Path, **known: float) -> list[Record]:
+    return read_drive_records(one, str(folder), None, known, [])
+
+
+@pytest.mark.parametrize(
+    ("header", "channel", "rate"),
+    [
+        ("t", '("t", 0.001, "s")', 2e4),
+        ("t [s]", '("t", 1.0, "ms")', 2e4),
+        ("t [ms]", '("t", 2.0)', 1e4),
+        ("t [ms]", '"t"', 2e4),
+    ],
+)
+def test_time_has_the_factor_and_the_unit_of_its_channel(
+    header: str, channel: str, rate: float, tmp_path: Path
+) -> None:
+    """Steps of 0.05."""
+    one = drive(tmp_path, FILE.replace('"time": "t"', f'"time": {channel}'))
+    (record,) = _read(one, _file(tmp_path / "runs", f"{header},q [m],f [N]", step=0.05))
+    assert record.rate == pytest.approx(rate)
+
+
+def test_a_unit_of_time_that_is_none_is_one_sentence(tmp_path: Path) -> None:
+    one = drive(tmp_path, FILE.replace('"time": "t"', '"time": ("t", 1.0, "m")'))
+    with pytest.raises(IndexerError, match=r"time must be in s, ms, us or min, got 'm'; correct it in channels\.$"):
+        _read(one, _file(tmp_path / "runs"))
+
+
+@pytest.mark.parametrize("above", [False, True])
+def test_a_table_beside_files_in_a_subfolder_is_read(above: bool, tmp_path: Path) -> None:
+    """The table stands beside the files, or above them in the folder of them all."""
+    folder = tmp_path / "runs"
+    _file(folder / "day")
+    _file(folder / "day", name="b.csv")
+    table = folder / "records.csv" if above else folder / "day" / "records.csv"
+    table.write_text(f"file,held_out\n{'day/' if above else ''}b.csv,yes\n")
+    found = _read(drive(tmp_path), folder)
+    assert [(record.name, record.held_out) for record in found] == [("day/a.csv", False), ("day/b.csv", True)]
+
+
+def test_a_table_that_a_drive_does_not_read_is_refused(tmp_path: Path) -> None:
+    (_file(tmp_path / "runs") / "records.yaml").write_text("a.csv: {noise: 2.0}\n")
+    with pytest.raises(IndexerError, match=r"records must be a CSV table for a drive.*; write it as records\.csv\.$"):
+        _read(drive(tmp_path), tmp_path / "runs")
+
+
+def test_noise_counts_in_the_numbers_of_the_file(tmp_path: Path) -> None:
+    one = drive(tmp_path, FILE.replace('"force": "f"', '"force": ("f", -2.0, "kN")'))
+    folder = _file(tmp_path / "runs")
+    assert _read(one, folder, noise=0.5)[0].noise == 1000.0
+    (folder / "records.csv").write_text("file,noise\na.csv,0.25\n")
+    assert _read(one, folder, noise=0.5)[0].noise == 500.0
+
+
+def test_noise_of_channels_in_one_unit_is_one_number(tmp_path: Path) -> None:
+    (record,) = _read(drive(tmp_path, PENDULUM), _file(tmp_path / "one", "t [s],q [deg],u [N m]"), noise=2.0)
+    assert record.noise == pytest.approx(np.pi / 90.0)
+    header = "t [s],q [rad],v [rad/s],u [N m]"
+    with pytest.raises(IndexerError, match=r"known.noise must be left out where q and v are not measured in one unit"):
+        _read(drive(tmp_path, BOTH), _file(tmp_path / "both", header), noise=2.0)
+
+
+def _courses(folder: Path, noise: str):
+    one = drive(folder, BOTH.replace("noise = 0.001", f"noise = {noise}"))
+    return courses_of(one, _read(one, _file(folder / "runs", "t [s],q [rad],v [rad/s],u [N m]")))[0]
+
+
+def test_noise_is_stated_channel_by_channel(tmp_path: Path) -> None:
+    assert _courses(tmp_path, '{"q": 0.001, "v": 0.02}')[0].noise.tolist() == [0.001, 0.02]
+    by_record = _courses(tmp_path, '{"v": 0.02}')[0].noise
+    assert by_record[0] < 1e-4 and by_record[1] == 0.02
+
+
+@pytest.mark.parametrize(
+    ("noise", "said"),
+    [
+        (
+            "0.001",
+            r"noise must be given by role where channels differ in their unit, got 0.001; write noise = {'q': NUM",
+        ),
+        ('{"u": 0.1}', "noise must be one of q, v, got 'u'"),
+        ('{"q": 0.0}', r"noise\['q'\] must be a finite number > 0 rad, got 0.0"),
+        ("-1.0", "noise must be a finite number > 0 of the measured channels"),
+    ],
+)
+def test_a_noise_that_fits_no_channel_is_one_sentence(noise: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(IndexerError, match=said) as raised:
+        _courses(tmp_path, noise)
+    assert "\n" not in str(raised.value) and str(raised.value).endswith(".")
+
+
+def test_an_acceleration_has_the_unit_of_its_joint(tmp_path: Path) -> None:
+    one = drive(tmp_path, PENDULUM.replace('"q": "q"', '"q": "q", "a": "a"'))
+    with pytest.raises(IndexerError, match=r"a must be in rad/s\^2, got 'g'; correct the header"):
+        _read(one, _file(tmp_path / "runs", "t [s],q [rad],a [g],u [N m]"))
+    assert len(_read(one, _file(tmp_path / "right", "t [s],q [rad],a [rad/s^2],u [N m]"))) == 1
+
+
+def test_records_in_different_units_are_refused_in_the_forward_form(tmp_path: Path) -> None:
+    folder = _file(tmp_path / "runs", "t [s],q [rad],u [N m]")
+    _file(folder, "t [s],q [m],u [N m]", name="b.csv")
+    one = drive(tmp_path, PENDULUM)
+    with pytest.raises(IndexerError, match=r"All records must have 'q' in the same unit, got m and rad\.$"):
+        courses_of(one, _read(one, folder))
