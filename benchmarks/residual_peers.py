@@ -30,6 +30,8 @@ from discrepancy.held_out import held_place
 from discrepancy.indexer import IndexerModel
 from discrepancy.place import Point
 from discrepancy.problem import Problem
+from discrepancy.subjects.indexer import IndexerSubject
+from indexer_env import Sensor
 from indexer_experiments.challenge.draw import KNOWN_TO, Order, draw
 from indexer_experiments.challenge.records import read_case, write_records
 
@@ -57,14 +59,14 @@ def samples_of(model: IndexerModel, place: Point) -> Samples:
     residual = Problem(model, NONE).left(place)
     w = model.windows
     rows = []
-    for k, (record, first, count, turn) in enumerate(zip(w.record, w.first, w.count, w.turn, strict=True)):
+    for k, (record, first, count) in enumerate(zip(w.record, w.first, w.count, strict=True)):
         experiment = model.experiments[record]
         point, signal = experiment.operating_point, experiment.signal
         measured, noise = signal.values[first : first + count], experiment.noise_level
         cam_rate = model.machine.reduction * point.motor_speed
         cam = point.start_angle + cam_rate * (first + np.arange(count)) / signal.sample_rate
         law = model.machine.motion_law.evaluate(cam, model.machine.stations, model.machine.motion_share)
-        table = turn * model.machine.advance + law[0] % model.machine.advance
+        table = law[0]
         simulated = measured + noise * residual[k, :count]
         columns = [cam, table, law[1] * cam_rate, law[2] * cam_rate**2, simulated, np.full(count, cam_rate)]
         columns += [np.full(count, point.load_torque), measured - simulated, np.full(count, k), np.full(count, noise)]
@@ -154,11 +156,13 @@ def case(order: Order, number: int) -> tuple[str, dict[str, float]]:
         records = read_case(Path(folder), drawn.nominal)
     parts = records.fitted, records.held_out
     model, held_out = (IndexerModel(drawn.nominal, part, uncertainty=KNOWN_TO) for part in parts)
-    answer = explain(model, held_out)
+    subject = IndexerSubject(drawn.nominal, Sensor(), records, KNOWN_TO)
+    answer = explain(model, held_out, None, subject.forms(), subject.elsewhere)
     base = answer.base.place
     learned, held = samples_of(model, base), samples_of(held_out, held_place(base, held_out))
     shares = {
-        "named": answer.closed_share if answer.names else 0.0,
+        # as the peers', over the noise stated, and below 0 where a name makes things worse
+        "named": (answer.before**2 - answer.after**2) / (answer.before**2 - 1.0),
         "sparse": closed(held, sparse(learned, held)),
         "Gaussian": closed(held, gaussian(learned, held, np.random.default_rng(number))),
     }

@@ -171,7 +171,7 @@ def _holes(turns: list[tuple[str, int, int]]) -> int:
     for machine in {turn[0] for turn in turns}:
         starts = sorted(start for name, _, start in turns if name == machine)
         steps = np.diff(starts) / NANO / TURN_S
-        holes += int(np.sum(np.round(steps) - 1))
+        holes += int(np.sum(np.maximum(np.round(steps) - 1, 0)))
     return holes
 
 

@@ -1,7 +1,7 @@
 """Machines run to failure: which alarm comes, when, and whether the interval of the remaining time holds the truth.
 
 `campaign=wear`: machines ±10 %, play growing from 0–1° to 20° by a law that is drawn for each. A right alarm is one of
-the play before any other fault's; in time is before the end of life.
+the play; in time is before the end of life.
 """
 
 from __future__ import annotations

@@ -41,6 +41,9 @@ DEFAULTS = {
 the stated smallest size, seed, noise over signal, spread of the drawing, turns that a twin simulates, folder, methods
 joined by commas."""
 
+OF_ROWS = ("records", "physics", "at_size", "seed", "simulated")
+"""Settings that a row is made with and its file's name does not tell."""
+
 OF_PAPER = "paper's network"
 """Row of the paper's network."""
 
@@ -52,7 +55,7 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
     """The rows of a machine and a method."""
     name = f"{settings['noise']:g}-{settings['spread']:g}-{number}"
     seed = settings["seed"] + number
-    records = records_of(truth, settings["records"], seed, out / "truth" / f"{name}.npz")
+    records = records_of(truth, settings["records"], seed, out / "truth" / f"{name}-{seed}.npz")
     if method == TRANSFER:
         rows = transferred(truth, records, seed)
         return {"kind": truth.kind, "rows": {name: [row.plain() for row in given] for name, given in rows.items()}}
@@ -97,9 +100,12 @@ def main(arguments: Sequence[str]) -> None:
         truth = machine_of(number, settings["seed"], settings["noise"], settings["spread"])
         for method in settings["methods"].split(","):
             file = out / "rows" / f"{law}-{number}-{method}.json"
+            own = {key: settings[key] for key in OF_ROWS}
             if file.exists():
+                if (held := json.loads(file.read_text()).get("settings", own)) != own:
+                    raise SystemExit(f"benchmarks.twin: {file} was made with {held}, not {own}; name another out.")
                 continue
-            found = done(truth, number, method, settings, out)
+            found = {**done(truth, number, method, settings, out), "settings": own}
             file.write_text(json.dumps(found))
             told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
             print(number, method, truth.kind, found.get("made_cpu_s"), told, flush=True)

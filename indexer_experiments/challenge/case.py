@@ -14,8 +14,10 @@ from discrepancy.explain import Explanation, explain
 from discrepancy.grades import NAMED
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import read
+from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env.effects import Effect
 from indexer_env.errors import ParameterError, SignalError
+from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.draw import HIDDEN, KNOWN_TO, Draw, Order, draw
 from indexer_experiments.challenge.records import read_case, write_records
 
@@ -44,7 +46,9 @@ def solve_case(order: Order, number: int) -> dict[str, Any]:
         else:
             told = {"uncertainty": KNOWN_TO, "without": drawn.removed}
             model, held_out = (IndexerModel(drawn.nominal, part, **told) for part in (given.fitted, given.held_out))
-            answered = _answered(drawn, explain(model, held_out), given.notes)
+            subject = IndexerSubject(drawn.nominal, Sensor(), given, KNOWN_TO)
+            answer = explain(model, held_out, None, subject.forms(), subject.elsewhere)
+            answered = _answered(drawn, answer, given.notes)
         spent = {"cpu_s": time.process_time() - made, "wall_s": time.perf_counter() - wall}
     return {**row, **answered, "truth_s": made - begin, **spent}
 

@@ -34,7 +34,7 @@ def criteria(cases: Sequence[Case]) -> str:
     empty, outside, two = ([c for c in cases if c["kind"] == kind] for kind in ("none", "outside", "two"))
     rows += [
         ("nothing hidden: a name is given", "≤ 1 %", *_counted(empty, _wrong)),
-        ("outside the library: `unexplained`", "≥ 90 %", *_counted(outside, _right)),
+        ("outside the library: no name, something remains", "≥ 90 %", *_counted(outside, _right)),
         ("outside the library: a wrong name", "≤ 5 %", *_counted(outside, _wrong)),
         ("two effects: both named", "≥ 80 %", *_counted(two, _right)),
     ]

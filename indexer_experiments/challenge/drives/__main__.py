@@ -1,4 +1,4 @@
-"""The messy challenge of drives: ``python -m indexer_experiments.challenge.drives [cases] [seed] [first]``."""
+"""The messy challenge of drives: ``python -m indexer_experiments.challenge.drives [cases] [--seed S] [--first N]``."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,8 +47,13 @@ class Judged:
 
     @property
     def right(self) -> tuple[str, ...]:
-        """Effects hidden that a finding names."""
-        return tuple(h for h in self.hidden if any(set(members) & {h, *ALSO.get(h, ())} for members in self.named))
+        """Effects hidden that a finding names, each finding one of them."""
+        for count in range(len(self.hidden), 0, -1):
+            for some in itertools.combinations(self.hidden, count):
+                for given in itertools.permutations(self.named, count):
+                    if all(set(g) & {h, *ALSO.get(h, ())} for h, g in zip(some, given, strict=True)):
+                        return some
+        return ()
 
     @property
     def wrong(self) -> tuple[tuple[str, ...], ...]:

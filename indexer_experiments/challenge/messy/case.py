@@ -48,8 +48,8 @@ def solve_messy(order: MessyOrder, number: int, method: Method = solved_by_expla
     before = judge.gap(nominal, Sensor())
     after = None if solved.machine is None else judge.gap(solved.machine, solved.sensor or Sensor())
     answer = dataclasses.asdict(solved.answer) | {"gap_before": before, "gap_after": after, "cpu_s": spent}
-    return {"case": number, "seed": order.seed, "half": order.half, **_told(case), "answer": answer,
-            "truth_s": made - begin}  # fmt: skip
+    order_told = {"case": number, "seed": order.seed, "half": order.half, "limit": order.limit}
+    return {**order_told, **_told(case), "answer": answer, "truth_s": made - begin}
 
 
 def answered(folder: Path, nominal: Machine, limit: float | None, method: Method) -> Solved:

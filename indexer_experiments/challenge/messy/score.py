@@ -163,9 +163,16 @@ def quantile_95(values: Iterable[float]) -> float:
 
 
 def messy_tables(rows: Sequence[Row]) -> str:
-    """The tables of each half that there are rows of."""
-    halves = [(half, [row for row in rows if row["half"] == half]) for half in HALVES]
-    return "\n".join(f"## Messy challenge, half `{half}`\n\n{messy_table(mine)}" for half, mine in halves if mine)
+    """The tables of each half, and of each limit of time in it, that there are rows of."""
+    texts = []
+    for half in HALVES:
+        mine = [row for row in rows if row["half"] == half]
+        limits = sorted({row.get("limit") or math.inf for row in mine})
+        for limit in limits:
+            told = f", at most {limit:g} s a case" if math.isfinite(limit) else ""
+            some = [row for row in mine if (row.get("limit") or math.inf) == limit]
+            texts.append(f"## Messy challenge, half `{half}`{told}\n\n{messy_table(some)}")
+    return "\n".join(texts)
 
 
 def messy_table(rows: Sequence[Row]) -> str:

@@ -82,6 +82,18 @@ def test_every_disturbance_moves_the_plant() -> None:
 
 
 def test_the_table_counts_right_and_wrong() -> None:
+    family = Judged(
+        0,
+        ("friction.coulomb", "friction.stribeck"),
+        (),
+        (("friction.coulomb", "friction.stribeck"),),
+        (),
+        9.0,
+        1.0,
+        1.0,
+        2.0,
+    )
+    assert family.right == ("friction.coulomb",), "one finding is one of the two"
     one = Judged(0, ("delay",), (), (("loop_lag", "compliance"),), (), 9.0, 1.0, 1.0, 2.0)
     assert one.right == ("delay",) and one.wrong == ()
     wrong = dataclasses.replace(one, named=(("cogging",),))

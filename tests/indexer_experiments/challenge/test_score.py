@@ -53,7 +53,7 @@ def test_every_number_that_must_be_shown_has_its_row() -> None:
     assert got["one effect, gap ≥ 3, play none: right name first"] == "no case"
     assert got["one effect, gap ≥ 3, play 20: right name first"] == "1 of 1 (100.0 %)"
     assert got["nothing hidden: a name is given"] == "1 of 2 (50.0 %)"
-    assert got["outside the library: `unexplained`"] == "1 of 3 (33.3 %)"
+    assert got["outside the library: no name, something remains"] == "1 of 3 (33.3 %)"
     assert got["outside the library: a wrong name"] == "1 of 3 (33.3 %)"
     assert got["two effects: both named"] == "0 of 1 (0.0 %)"
     assert got["closed share on the speed and load never fitted, median"] == "97.0 %"

@@ -175,3 +175,13 @@ def test_other_tables_name_disturbances_effects_and_verdicts() -> None:
     assert "| friction.coulomb | 0 of 1 | friction.viscous |" in text
     assert "| named | 0 | 1 | 0 |" in text
     assert text.index("half `tune`") < text.index("half `judge`")
+
+
+def test_cases_of_different_limits_are_not_counted_together() -> None:
+    case = {**row([], []), "disturbances": [DRAG], "disturbed": 1.5}
+    text = score.messy_tables([{**case, "limit": 60.0}, {**case, "limit": 300.0}, {**case, "limit": None}])
+    assert [line for line in text.splitlines() if line.startswith("## ")] == [
+        "## Messy challenge, half `tune`, at most 60 s a case", "## Messy challenge, half `tune`, at most 300 s a case",
+        "## Messy challenge, half `tune`",
+    ]  # fmt: skip
+    assert text.count("| drag.quadratic | 1 |") == 3
