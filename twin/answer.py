@@ -134,7 +134,7 @@ def answer_of(
     remains = f"{physics.level:.1f} times the noise remains"
     if physics.verdict == FAULTY:
         found = _by_physics(physics, seen, machine, matters, faults)
-        if network.verdict == UNKNOWN and physics.level > _MORE_THAN_NOISE:
+        if network.verdict == UNKNOWN and network.novelty > 1.0 and physics.level > _MORE_THAN_NOISE:
             said = joined([fault.told for fault in found])
             why = f"By physics {said}, beside which {remains}."
             return _with(UNKNOWN, (), (f"By the networks {network.reason}.", why), network, physics)

@@ -1,4 +1,5 @@
-"""The last stage: healthy turns that nothing was fitted to must come out healthy, not novel, and as predicted."""
+"""The last stage: healthy turns to which no size was fitted must come out healthy, not novel, and as predicted. Which
+effects are added, the range and how noisy a record usually is, these turns have a part in."""
 
 from __future__ import annotations
 
@@ -95,4 +96,5 @@ def checked(
     found = f"All {count} {where} come out healthy, not novel and as predicted."
     if sound < count:
         found = f"{sound} of {count} {where} come out healthy and not novel, as many as chance lets."
-    return Check(True, found + (" None was held out, so this proves little: record one more." if own else ""), rows)
+    none = " None of the records held out holds a whole turn, so this proves little: record a longer one."
+    return Check(True, found + (none if own else ""), rows)

@@ -14,7 +14,7 @@ from indexer_cli.json_values import finite
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.build import from_mapping
-from indexer_env.errors import IndexerError, SignalError
+from indexer_env.errors import IndexerError
 from indexer_records.conditions import Pulse
 from twin.__main__ import in_words
 from twin.answer import Answer, answer_of
@@ -42,7 +42,7 @@ def diagnosed(
                 for record, (_, one) in zip(records, each, strict=True)
                 if one.verdict != NOT_COMPARABLE
             ], network.suspected)  # fmt: skip
-        except SignalError as error:
+        except IndexerError as error:
             remarks = (f"Physics was left out: {error}",)
     answer = answer_of(network, found, twin.machine, twin.matters, twin.faults)
     left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)

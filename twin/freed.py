@@ -34,13 +34,18 @@ def freed(
 
 
 def _about(machine: Machine, row: Mapping[str, Any], without: Sequence[str]) -> Hypothesis:
-    """An effect that the machine has, its parameters free about what they were."""
+    """An effect that the machine has, its parameters free about what they were, and all else of it as it was."""
     seen = Seen(measures(machine, REFERENCE_MOTOR_SPEED), 1000.0)
     hypothesis = library(machine, tuple(without), seen)[row["effect"]][0]
-    fixed = {name: row["values"][name] for name in hypothesis.fixed}
+    start = f"{hypothesis.name}."
+    sought = {p.name.removeprefix(start) for p in hypothesis.parameters}
+    # twin.yaml holds whole numbers as floats
+    fixed = {n: type(hypothesis.fixed.get(n, v))(v) for n, v in row["values"].items() if n not in sought}
 
     def about(p: Parameter) -> Parameter:
-        value = float(row["values"][p.name.removeprefix(f"{hypothesis.name}.")])
+        if not p.name.startswith(start):
+            return p  # a number of the machine that the effect brings into play
+        value = float(row["values"][p.name.removeprefix(start)])
         return dataclasses.replace(
             p,
             nominal=min(max(value, p.low), p.high),

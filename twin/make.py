@@ -48,7 +48,7 @@ from twin.folder import (
     view_of,
 )  # fmt: skip
 from twin.judge import Judge
-from twin.moved import as_before, gone_on, moved_since
+from twin.moved import as_before, gone_on, moved_since, taught
 from twin.posterior import Uncertain
 from twin.settings import Settings
 from twin.teach import learned
@@ -145,16 +145,20 @@ class Maker:
         before = None if self.before is None else about_of(self.before)
         scale = 0.0 if before is None else before["calibration"]["scale_spread"]
         uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty, scale)
-        found = calibrated(self.bench.subject, uncertain, s.draws, s.seed, extend=self.extend)
-        if before is not None:
-            found = as_before(found, before["calibration"])
+        fresh = calibrated(self.bench.subject, uncertain, s.draws, s.seed, extend=self.extend)
+        found = fresh if before is None else as_before(fresh, before["calibration"])
         columns = {path: found.draws[:, k] for k, path in enumerate(found.paths)}
         pq.write_table(pa.table(columns), self.out / "posterior.parquet")
         (self.out / "machine.yaml").write_text(machine_yaml(found.machine), encoding="utf-8")
         values = {n: float(v) if isinstance(v, float) else v for n, v in dataclasses.asdict(found.sensor).items()}
         self.work.write("sensor", values)
         points = [e.operating_point for e in self.bench.experiments]
-        fastest = max(p.motor_speed for p in points)
+        # a twin that is brought up to date stays one for the range that it had
+        past = {"motor_speed_rpm": (), "load_torque": ()} if before is None else before["range"]
+        speeds = list(s.motor_speed_rpm or span([*(p.motor_speed / RPM for p in points), *past["motor_speed_rpm"]]))
+        loads = list(s.load_torque or span([*(p.load_torque for p in points), *past["load_torque"]]))
+        kept_speeds = () if s.motor_speed_rpm else past["motor_speed_rpm"]
+        fastest = max([*(p.motor_speed for p in points), *(rpm * RPM for rpm in kept_speeds)])
         cells = Cells.of(found.machine, self.bench.rate, fastest)
         healthy = Healthy(found.machine, found.sensor, cells, found.load_factor)
         turns = [turns_of(e, healthy) for e in self.bench.experiments]
@@ -164,8 +168,6 @@ class Maker:
         remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
         arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
         keep(self.out / "remains.safetensors", save(arrays))
-        speeds = list(s.motor_speed_rpm or span([p.motor_speed / RPM for p in points]))
-        loads = list(s.load_torque or span([p.load_torque for p in points]))
         told = {
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
@@ -175,7 +177,8 @@ class Maker:
             "start_compared": self.bench.start_compared,
         }  # fmt: skip
         if before is not None:
-            moved = moved_since(before["calibration"], self.bench.subject.machine, found)
+            noisier = told["sample_noise"] / before["sample_noise"]
+            moved = moved_since(before["calibration"], self.bench.subject.machine, fresh, noisier)
             told, kept = gone_on(before, told, moved)
             if kept:
                 self._take_over(before)
@@ -197,7 +200,7 @@ class Maker:
                 content = file.read_bytes()
             keep(self.out / file.name, content)
         keys = ("judge", "paper_judge", "weights", "records", "scores")
-        self.work.write("learned", {key: before[key] for key in keys})
+        self.work.write("learned", {**{key: before[key] for key in keys}, "taught": dict(taught(before))})
         self.work.write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:

@@ -34,7 +34,7 @@ from twin.faults import Fault
 _BEGUN = 0.03
 """Least share of the largest size from which a fault begins: at nothing its other numbers, as a phase, do not show."""
 
-_FINEST = 1e-3
+FINEST = 1e-3
 """Least standard deviation of a size: a bound may hold it."""
 
 
@@ -63,7 +63,7 @@ class Measured:
     @property
     def evidence(self) -> float:
         """ln B."""
-        spread = max((self.high - self.low) / SD_OF_95, _FINEST)
+        spread = max((self.high - self.low) / SD_OF_95, FINEST)
         fall = self.fall
         if self.low <= self.nothing <= self.high:
             fall = min(fall, ((self.size - self.nothing) / spread) ** 2)

@@ -16,6 +16,13 @@ from twin.gate import OUTSIDE
 _CHANCE = 0.01
 """Probability of so large a change, were it chance, below which the machine has moved."""
 
+_AT_BOUND = 2.99
+"""Standard deviations of a single change from which on the machine has moved: a fit keeps each parameter within three
+of what it was, so that a parameter there may have gone further."""
+
+_MORE = 1.5
+"""Times what the twin before left above which clearly more is left: what a fit cannot follow shows there."""
+
 _ALIKE = 0.1
 """Relative difference of noise, and of the pulse's accuracy, up to which thresholds taken from simulated turns hold."""
 
@@ -44,9 +51,9 @@ def as_before(found: Calibrated, before: Mapping[str, Any]) -> Calibrated:
     return dataclasses.replace(found, findings=(*kept, *again))
 
 
-def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) -> dict[str, Any]:
-    """Whether the machine has moved: `since`, `sentence`, and the change of each parameter and of each effect's size in
-    standard deviations of the posterior before, χ² of all together.
+def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated, noisier: float = 1.0) -> dict[str, Any]:
+    """Whether the machine has moved: `since`, `sentence`, and the change of each parameter in standard deviations of
+    the posterior before, of each effect's size in those of both estimates, χ² of all together.
 
     Parameters
     ----------
@@ -55,7 +62,9 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
     machine : Machine
         Its machine, from which the new fit began.
     found : Calibrated
-        The new calibration.
+        The new calibration alone: what was kept of the one before has not changed.
+    noisier : float
+        Noise of the new records over that of those before.
     """
     from scipy.stats import chi2
 
@@ -68,18 +77,26 @@ def moved_since(before: Mapping[str, Any], machine: Machine, found: Calibrated) 
     for finding in found.findings:
         row = known.get(finding.effect)
         if row is not None:
-            name, (low, high) = f"{finding.effect}.{finding.size}", row["interval"]
+            name = f"{finding.effect}.{finding.size}"
             now, then = finding.values[finding.size], row["values"][finding.size]
-            changes[name] = SD_OF_95 * (now - then) / max(high - low, 1e-300)
+            # two independent estimates
+            width = math.hypot(*(high - low for low, high in (row["interval"], finding.interval)))
+            changes[name] = SD_OF_95 * (now - then) / max(width, 1e-300)
             told[name] = f"{name} from {then:.3g} to {now:.3g}"
     new = [finding.effect for finding in found.findings if finding.effect not in known and finding.grade in NAMED]
     chance = float(chi2.sf(sum(change**2 for change in changes.values()), max(1, len(changes))))
     far = sorted((name for name in changes if abs(changes[name]) > _NAMED), key=lambda name: -abs(changes[name]))
-    since = bool(new) or chance < _CHANCE
+    at_bound = any(abs(change) >= _AT_BOUND for change in changes.values())
+    left = math.sqrt(1.0 + max(0.0, before["level"] ** 2 - 1.0) / noisier**2)
+    more = found.level > _MORE * left
+    since = bool(new) or chance < _CHANCE or at_bound or more
     if new:
         sentence = f"The machine has moved since: {' and '.join(new)} came in; if nobody changed it, diagnose it."
     elif since:
-        sentence = f"The machine has moved since: {', '.join(told[n] for n in far[:3]) or 'many parameters a little'}."
+        said = [told[name] for name in far[:3]]
+        if more:
+            said.append(f"{found.level:.1f} times the noise remains of the new records, {left:.1f} before")
+        sentence = f"The machine has moved since: {', '.join(said) or 'many parameters a little'}."
     else:
         sentence = f"{_STILL}."
     return {"since": since, "sentence": sentence, "chance": chance, "changes": changes}
@@ -99,14 +116,20 @@ def gone_on(
     return told if other else {**told, "range": before["range"]}, not other
 
 
+def taught(before: Mapping[str, Any]) -> Mapping[str, float]:
+    """Noise and accuracy of the cam angle that a twin's networks were taught with, however often the twin was brought
+    up to date since; of a twin that does not say it, its own."""
+    return before.get("taught") or {name: before[name] for name in ("noise", "shift")}
+
+
 def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    said = []
+    said, then = [], taught(before)
     if before["cells"] != now["cells"]:
         said.append("the sampling rate")
     if any(not _within(now["range"][name], before["range"][name]) for name in now["range"]):
         said.append("the range of speeds and loads")
     words = {"noise": "the noise", "shift": "the accuracy of the cam angle"}
-    return said + [w for name, w in words.items() if abs(now[name] - before[name]) > _ALIKE * before[name]]
+    return said + [w for name, w in words.items() if abs(now[name] - then[name]) > _ALIKE * then[name]]
 
 
 def _within(now: Sequence[float], before: Sequence[float]) -> bool:

@@ -24,11 +24,11 @@ from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from twin.calibrate import accepted, finding_of, left, told
+from twin.calibrate import SD_OF_95, accepted, finding_of, left, told
 from twin.diagnosis import FaultSeen
 from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
-from twin.measured import Measured, measured
+from twin.measured import FINEST, Measured, measured
 from twin.nuisance import Nuisance
 
 _SMALL = Criteria(span=None)
@@ -76,7 +76,7 @@ class Physics:
     sentence : str
     measured : tuple of Measured
         Faults that the networks think possible and physics does not find, as it measures them beside those that it
-        found.
+        found; of an effect that the healthy machine had, how much more there is.
     """
 
     verdict: str
@@ -154,15 +154,19 @@ def explained(
     model, held = (IndexerModel(plain, part, **given_model) for part in (given.fitted, given.held_out))
     answer = explain(model, held, _SMALL)
     table = by_effect(faults)
-    best = accepted(answer)
-    found_faults = [_as_fault(found, table.get(found.effects[0].name), machine) for found in told(answer, best)]
-    found_faults += [f for f in (_grown(answer, row, table[row["effect"]], machine) for row in grown) if f is not None]
+    changes = [c for c in (_change(answer, row, table[row["effect"]], machine) for row in grown) if c is not None]
+    more = [fault for fault in map(_grown, changes) if fault is not None]
+    # beside what has a name nothing is told that only stands in
+    best = answer.accepted if more else accepted(answer)
+    found_faults = [_as_fault(found, table.get(found.effects[0].name), machine) for found in told(answer, best)] + more
     verdict = "healthy" if answer.verdict == "nothing missing" else "unknown"
     if any(fault.grade in NAMED for fault in found_faults):
         verdict = "faulty"
     level = answer.held[best.name].level(held)
     named, by_name = {one.fault for one in found_faults}, {fault.name: fault for fault in faults}
-    beside = measured(answer, [one for one in suspected if one.name not in named], by_name, machine)
+    looked = [one for one in suspected if one.name not in named]
+    asked = {one.name for one in looked}
+    beside = (*measured(answer, looked, by_name, machine), *(c for c in changes if c.fault in asked))
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
 
 
@@ -184,9 +188,9 @@ def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFa
     )  # fmt: skip
 
 
-def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: Machine) -> PhysicalFault | None:
-    """The growth of an effect that the machine had when it was healthy; None where the 95 % interval of the change
-    holds nothing, and where there is less of what can only grow."""
+def _change(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: Machine) -> Measured | None:
+    """How much more there is of an effect that the machine had when it was healthy, as far as there can be; None where
+    it was not fitted."""
     name = f"{fault.effect}.{fault.parameter}"
     now = next((e for e in answer.calibration.estimates if e.name == name), None)
     if now is None:
@@ -195,7 +199,15 @@ def _grown(answer: Explanation, row: Mapping[str, Any], fault: Fault, machine: M
     # two independent estimates
     half = math.hypot(0.5 * (now.high - now.low), 0.5 * (most - least))
     grown = now.value - before
-    if abs(grown) <= half or (grown < 0.0 and not fault.signed):
+    size, low, high = (
+        fault.possible(fault.share(change, machine)) for change in (grown, grown - half, grown + half)
+    )  # fmt: skip
+    fall = (size / max(fault.share(2.0 * half, machine) / SD_OF_95, FINEST)) ** 2
+    return Measured(fault.name, size, low, high, fall)
+
+
+def _grown(change: Measured) -> PhysicalFault | None:
+    """A change as a fault; None where its 95 % interval holds nothing, or where there is less of what can only grow."""
+    if change.low <= change.nothing <= change.high:
         return None
-    size, low, high = (fault.share(change, machine) for change in (grown, grown - half, grown + half))
-    return PhysicalFault(fault.name, size, low, high, 0.95, ESTABLISHED)
+    return PhysicalFault(change.fault, change.size, change.low, change.high, 0.95, ESTABLISHED)

@@ -81,6 +81,7 @@ def learned(
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
         "weights": weights.plain(), "records": len(faulty.x),
+        "taught": {"noise": float(view.remains.noise), "shift": float(view.shift)},
         "scores": {
             "twin": scores(refined, few, faulty),
             "networks": scores(*looked_at(networks, faulty, view, control, s.seed + 2, 1), faulty),

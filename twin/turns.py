@@ -87,6 +87,11 @@ class Cells:
         cells = np.diff(np.interp(edges, angle, summed)) / width
         return np.roll(cells.reshape(number, whole), first % whole, axis=1).reshape(number, self.stations, self.count)
 
+    def along(self, turn: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """A turn (stations, cells) at cam angles (n,) [rad]: straight between the middles of cells, in a circle."""
+        whole = self.stations * self.count
+        return np.interp(angle * self.count / _TURN - 0.5, np.arange(whole), turn.ravel(), period=whole)
+
 
 @dataclass(frozen=True, eq=False)
 class Healthy:

@@ -274,14 +274,23 @@ class Twin:
             told, stations_known = right.conditions, stations_known and right.stations_known
             spread = told.start_uncertainty if right.stations_known else BY_COMPARISON
             noise = self.about["sample_noise"] if told.noise is None else told.noise
+            signal = self._without_remains(right.signal, told)
             load = self.healthy.load_factor * told.load_torque
             told = dataclasses.replace(told, start_uncertainty=spread, noise=noise, load_torque=load)
-            records.append(Record(name, right.signal, told))
+            records.append(Record(name, signal, told))
         given = physics.checked(records, self.machine, self.sensor)
         found = self.about["calibration"]["findings"]
         known = self.machine, self.sensor, found, self.draws, self.healthy.load_factor, self.faults
         said = physics.explained(given, *known, suspected if stations_known else [_anywhere(one) for one in suspected])
         return said if stations_known else said.without_stations()
+
+    def _without_remains(self, signal: Signal, told: Conditions) -> Signal:
+        """A record without what healthy records leave there, which no effect of the library explains."""
+        assert told.start_angle is not None, "found by comparison where it was not stated"
+        left = self.view.remains.at(OperatingPoint(told.motor_speed, told.load_torque))
+        step = self.machine.reduction * told.motor_speed / signal.sample_rate
+        angle = told.start_angle + step * np.arange(len(signal.values))
+        return dataclasses.replace(signal, values=signal.values - self.healthy.cells.along(left, angle))
 
 
 def _anywhere(seen: FaultSeen) -> FaultSeen:

@@ -1,10 +1,12 @@
 """A twin as the one who diagnoses: sizes, limits, speeds, and what keeps a turn from being compared."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
+from discrepancy.records.conditions import Conditions
 from indexer_env.errors import ParameterError, SignalError
 from indexer_env.signal import Signal
 from indexer_env.units import RPM
@@ -14,6 +16,7 @@ from indexer_records.stream import StreamedTurn
 from monitor.alarms import Limits
 from monitor.analysis.twin import DANGER, SHARE_UNIT, TwinDiagnoser, limits_of
 from tests.monitor.twins import LOAD, NAMES, RATE, saying, turns, twin_folder
+from tests.twin.builders import NOISE
 from twin.faults import FAULTS
 from twin.twin import Twin
 
@@ -148,3 +151,18 @@ def test_what_cannot_be_compared_is_a_state(twin):
     assert one.flaw(mode, StreamedTurn(0.0, 9.9, "must last 8.2 s"))[0] == "other_speed"
     with pytest.raises(SignalError, match="look like the twin's machine"):
         look(one, Signal(5.0 * record, RATE, unit="rad/s^2"))
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_physics_takes_out_what_healthy_records_leave(twin, known):
+    """A reading that bends with the cam's tenth order by three times the noise, as no effect of the library does."""
+    cells = twin.healthy.cells
+    wave = 3.0 * NOISE * np.sin(10.0 * 2.0 * np.pi * (np.arange(cells.count) + 0.5) / cells.count)
+    fixed = np.tile(wave, (4, cells.stations, 1)) if known else np.zeros((4, cells.stations, cells.count))
+    remains = dataclasses.replace(twin.view.remains, fixed=fixed)
+    one = dataclasses.replace(twin, view=dataclasses.replace(twin.view, remains=remains))
+    record = turns(2)
+    angle = 0.3 + twin.machine.reduction * 1500.0 * RPM / RATE * np.arange(len(record.values))
+    bent = dataclasses.replace(record, values=record.values + 3.0 * NOISE * np.sin(10.0 * angle))
+    said = one.explain([(bent, Conditions(motor_speed=1500.0 * RPM, load_torque=LOAD, start_angle=0.3))])
+    assert (said.verdict == "healthy") == known and (said.level < 1.1) == known

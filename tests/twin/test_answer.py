@@ -5,19 +5,19 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from indexer_env import Sensor, load_machine
+from indexer_env.errors import refuse
 from tests.twin import builders
 from twin.answer import answer_of
 from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
 from twin.faults import FAULTS
 from twin.measured import Measured
-from twin.physics import ESTABLISHED, PhysicalFault, Physics, _grown
+from twin.physics import ESTABLISHED, PhysicalFault, Physics
 from twin.twin import Twin
 
 MACHINE = load_machine("reference")
@@ -151,9 +151,16 @@ def test_physics_that_needs_no_fault_overrules_an_alarm_and_says_so():
 
 
 def test_a_turn_like_none_that_was_simulated_is_unknown_where_physics_leaves_more_than_noise():
-    answer = answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5), level=2.3))
+    unlike, found = dataclasses.replace(network(UNKNOWN), novelty=2.0), physics(FAULTY, ("crack", 0.5), level=2.3)
+    answer = answered(unlike, found)
     assert answer.verdict == UNKNOWN and answer.faults == () and "2.3 times the noise remains" in answer.remarks[1]
-    assert answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5))).verdict == FAULTY
+    assert answered(unlike, physics(FAULTY, ("crack", 0.5))).verdict == FAULTY
+
+
+def test_an_alarm_without_a_likely_fault_leaves_what_physics_establishes():
+    answer = answered(network(UNKNOWN), physics(FAULTY, ("crack", 0.5), level=2.3))
+    assert answer.verdict == FAULTY and [fault.name for fault in answer.faults] == ["crack"]
+    assert answer.remarks[-1] == "2.3 times the noise remains."
 
 
 def test_networks_are_believed_with_a_caution_where_physics_is_at_a_loss():
@@ -224,6 +231,9 @@ class OfRecords:
     def diagnose_turn(self, *record: object) -> TurnDiagnosis:
         return self.said.pop(0)
 
+    def explain(self, *records: object) -> Physics:
+        raise refuse("IndexerModel", "experiments", "records that hold a whole cam turn each", 0)
+
 
 def test_a_record_that_differs_from_the_others_is_told_by_name():
     from discrepancy.records.conditions import Conditions
@@ -237,6 +247,9 @@ def test_a_record_that_differs_from_the_others_is_told_by_name():
     answer, each = diagnosed(twin, records, physics=False)  # type: ignore[arg-type]
     assert answer.verdict == HEALTHY and len(each) == 3
     assert answer.remarks == ("b.csv by itself is faulty: because.", "c.csv was left out: because")
+    twin = OfRecords(turn(HEALTHY, -3.0), turn(HEALTHY, -2.0), turn(HEALTHY, -1.0))
+    answer, _ = diagnosed(twin, records, physics=True)  # type: ignore[arg-type]
+    assert answer.verdict == HEALTHY and answer.remarks[0].startswith("Physics was left out: IndexerModel.experiments")
 
 
 @pytest.mark.parametrize(("verdict", "code"), [(NOT_COMPARABLE, 2), (HEALTHY, 0), (UNKNOWN, 0)])
@@ -257,28 +270,6 @@ def test_a_record_that_cannot_be_compared_ends_with_its_own_code(
 def test_an_interval_of_physics_ends_where_there_is_no_more():
     found = Physics(FAULTY, (PhysicalFault("loose_base", 0.8, 0.1, 1.54, 0.99, ESTABLISHED, None),), 1.0, 5.0, "")
     assert answered(network(FAULTY), found).headline == "Faulty: loose base screws, 80 % loose (10 to 100)."
-
-
-def grown(now: tuple[float, float, float], before: float, name: str = "friction") -> PhysicalFault | None:
-    """What physics says of an effect of size `now` (size, low, high) that was `before`, known to ± 0.5."""
-    fault = FAULTS[name]
-    row = {"values": {fault.parameter: before}, "interval": (before - 0.5, before + 0.5)}
-    size = SimpleNamespace(name=f"{fault.effect}.{fault.parameter}", value=now[0], low=now[1], high=now[2])
-    answer = SimpleNamespace(calibration=SimpleNamespace(estimates=(size,)))
-    return _grown(cast(Any, answer), row, fault, MACHINE)
-
-
-def test_an_effect_has_grown_where_both_estimates_say_so():
-    assert grown((5.6, 5.2, 6.0), 5.0) is None
-    more = grown((9.0, 8.6, 9.4), 5.0)
-    assert more is not None
-    told = [FAULTS["friction"].told(share, MACHINE) for share in (more.size, more.low, more.high)]
-    assert told == pytest.approx([4.0, 4.0 - 0.41**0.5, 4.0 + 0.41**0.5])
-
-
-def test_less_of_what_can_only_grow_is_no_fault():
-    assert grown((3.0, 2.6, 3.4), 9.0) is None
-    assert grown((-0.3, -0.7, 0.1), 0.9, "sensor_gain") is not None
 
 
 def test_physics_tells_no_station_where_it_was_found_by_comparison(monkeypatch):

@@ -195,7 +195,7 @@ def checked_with(
 def test_each_way_to_fail_the_check_has_its_sentence():
     sound = [-3.0] * 10
     assert checked_with(Fixed(-5.0, sound)).trusted
-    assert "None was held out" in checked_with(Fixed(-5.0, sound), own=True).reason
+    assert "None of the records held out" in checked_with(Fixed(-5.0, sound), own=True).reason
     assert "are called faulty" in checked_with(Fixed(5.0, sound)).reason
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
     easy = dataclasses.replace(WEIGHTS, quiet=8000.0)
@@ -215,7 +215,7 @@ def test_an_alarm_and_a_novel_turn_by_chance_are_two_turns_and_the_caution_stays
     given = [healthy().turn(point)[None].repeat(10, axis=0)], [point], ["a.csv"], healthy(), view(), [], JUDGE
     found = checked(*given, synthesis(), Odd(**vars(WEIGHTS)), 0.01, True, True)
     assert found.trusted and "8 of 10 healthy turns that were fitted come out healthy" in found.reason
-    assert "None was held out" in found.reason
+    assert "None of the records held out" in found.reason
 
 
 def twin(network: Fixed, alone: bool = True) -> Twin:

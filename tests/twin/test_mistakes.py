@@ -165,7 +165,7 @@ def test_an_old_twin_without_the_network_beside_goes_on(tmp_path):
         (before / f"{name}.safetensors").write_bytes(name.encode())
     made = maker(before=before)
     made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
-    keys = ("judge", "paper_judge", "weights", "records", "scores", "detection")
+    keys = ("judge", "paper_judge", "weights", "records", "scores", "detection", "noise", "shift")
     made._take_over(dict.fromkeys(keys, 1))
     assert made.work.has(["learned.yaml", "detection.yaml", "synthesis.safetensors"])
     assert not made.work.has(["calibration.yaml"]), "written last, so that a run that was stopped begins again"

@@ -57,7 +57,7 @@ def calibrated(machine, *findings: Finding) -> Calibrated:
     return Calibrated(machine, Sensor(), 1.0, (), (), np.zeros((1, 0)), findings, "none", "", 1.0, 0.03, {}, ())
 
 
-BEFORE = {"spread": dict.fromkeys(UNCERTAINTY, 0.01), "findings": []}
+BEFORE = {"spread": dict.fromkeys(UNCERTAINTY, 0.01), "findings": [], "level": 1.0}
 
 
 def test_a_machine_that_stayed_has_not_moved_and_one_that_changed_has():

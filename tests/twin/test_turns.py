@@ -12,7 +12,7 @@ from indexer_env import Faults, OperatingPoint, Sensor
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, MACHINE, NOISE, RATE, healthy, record
 from twin import turns as module
-from twin.turns import Healthy, remains_of, shift_shapes, without_shift
+from twin.turns import Cells, Healthy, remains_of, shift_shapes, without_shift
 
 TURN = 2.0 * math.pi
 
@@ -118,3 +118,11 @@ def test_what_does_not_repeat_has_no_part_in_the_healthy_turn():
     stated = Sensor(gain=1.1, noise_density=0.1, full_scale=100.0, bits=12, hum_amplitude=1.0, offset_drift=0.5)
     turn = Healthy(MACHINE, stated, CELLS).turn(OperatingPoint())
     np.testing.assert_array_equal(turn, Healthy(MACHINE, Sensor(gain=1.1), CELLS).turn(OperatingPoint()))
+
+
+def test_a_turn_is_read_along_the_cam_in_a_circle():
+    cells = Cells(8, 64, 500.0)
+    middles = (np.arange(8 * 64) + 0.5) * 2.0 * np.pi / 64
+    turn = np.sin(middles / 8.0).reshape(8, 64)
+    angle = np.random.default_rng(0).uniform(-200.0, 200.0, 500)
+    np.testing.assert_allclose(cells.along(turn, angle), np.sin(angle / 8.0), atol=1e-4)

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from indexer_env.errors import ParameterError
-from tests.twin.builders import MACHINE, WEIGHTS, healthy, view
+from tests.twin.builders import MACHINE, NOISE, WEIGHTS, healthy, view
 from tests.twin.test_judge import turns
 from twin.faults import chosen
 from twin.settings import Settings
@@ -68,7 +68,8 @@ def test_networks_and_synthesis_are_as_readable_as_the_umask_says(tmp_path, monk
     pq.write_table(pa.table(known), tmp_path / "posterior.parquet")
     settings = Settings(epochs=1, false_alarms=0.05)
     faulty, sound = turns(60, 1, faulty=True), turns(60, 2, faulty=False)
-    learned(tmp_path, faulty, sound, chosen(["crack", "friction"]), healthy(), view(), settings)
+    told = learned(tmp_path, faulty, sound, chosen(["crack", "friction"]), healthy(), view(), settings)
+    assert told["taught"] == {"noise": NOISE, "shift": 0.002}
     made = sorted(tmp_path.glob("*.safetensors"))
     assert [file.stem for file in made] == ["modes_0", "modes_1", "paper_0", "synthesis"]
     assert {stat.S_IMODE(file.stat().st_mode) for file in made} == {0o644}
