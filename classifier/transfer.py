@@ -212,7 +212,7 @@ def run(config: dict[str, Any]) -> None:
     held = int(dataset.rows("calibration").sum())
     used = sorted({count for count in counts if count <= held})
     if not used:
-        raise refuse("transfer", "counts", f"numbers of records up to the {held} for calibration", counts, "give less")
+        raise refuse("transfer", "counts", f"numbers of records up to the {held} for calibration", counts, "give fewer")
 
     rows = [row for seed in range(config["seeds"]) for row in learner.curve(used, seed, config["restarts"])]
     table = markdown(rows, ((WRONG, 2), (F1, 3)))

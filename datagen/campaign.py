@@ -295,6 +295,6 @@ def _number(value: Any, path: str) -> float:
 def fault_values(base: Base) -> dict[str, Any]:
     """The quantities of the base that count as faults, by path."""
     values = {f"faults.{name}": getattr(base.faults, name) for name in FIELDS["faults"]}
-    for effect in base.machine.effects:
+    for effect in (one for one in base.machine.effects if not one.is_null):
         values |= {f"effects.{effect.name}.{name}": value for name, value in vars(effect).items()}
     return values

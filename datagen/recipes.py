@@ -42,9 +42,11 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
     try:
         generate(order_of(recipe, seed), place)
     except StoreError as error:
+        if "overwrite=true" not in str(error):
+            raise
         # the commands that keep data sets have an `out` and an `overwrite` of their own
         what = str(error).removeprefix("out ").partition("; ")[0]
-        raise StoreError(f"{what}; delete {place}, or name another folder for the data.") from None
+        raise StoreError(f"{what}; delete it, or name another folder for the data.") from None
     return place
 
 

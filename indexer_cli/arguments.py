@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import yaml
@@ -11,7 +12,7 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 
 from indexer_env.errors import refuse
-from indexer_env.presets import config_dir, load_yaml
+from indexer_env.presets import config_dir, load_yaml, with_own_table
 
 _FILE_ENDINGS = (".yaml", ".yml")
 _FROM = "# copied from "
@@ -66,8 +67,10 @@ def _is_file(choice: str) -> bool:
 
 def _copied(group: str, path: str, folder: Path, mark: str) -> str:
     """Copy a file to where Hydra looks for choices of the group; gives the name that it has there."""
-    content = load_yaml(group, path)
-    place = folder / group / f"file_{mark}.yaml"  # a name of ours: Hydra reads few others as they stand
+    content = with_own_table(load_yaml(group, path), path)
+    # Hydra reads few other signs as they stand, and a name of digits as a number
+    name = re.sub(r"[^A-Za-z0-9]+", "_", Path(path).stem)
+    place = folder / group / f"file_{name}_{mark}.yaml"
     place.parent.mkdir(parents=True, exist_ok=True)
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     place.write_text(f"{_FROM}{path}\n{text}", encoding="utf-8")

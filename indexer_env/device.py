@@ -56,13 +56,12 @@ def cuda_of(owner: str, device: object) -> Cuda | None:
     return Cuda(index)
 
 
-def gpu_names() -> tuple[str, ...]:
-    """Names of the GPUs that are here, as data sets have them."""
-    names: list[str] = []
+def gpu_name() -> str | None:
+    """Name of the GPU on which a data set's rows are made again, as data sets have it; None where there is none."""
     with contextlib.suppress(ParameterError):
-        while (gpu := cuda_of("device", f"cuda:{len(names)}")) is not None:
-            names.append(gpu.name)
-    return tuple(names)
+        gpu = cuda_of("device", "cuda")
+        return None if gpu is None else gpu.name
+    return None
 
 
 def on_host(values: Any) -> np.ndarray:

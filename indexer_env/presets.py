@@ -52,13 +52,18 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
     return content
 
 
+def with_own_table(content: dict[str, Any], name_or_path: str | Path) -> dict[str, Any]:
+    """What a machine's file holds, with the path of the table of its motion law where that lies beside the file."""
+    law = content.get("motion_law")
+    if not isinstance(law, dict) or not isinstance(law.get("file"), str):
+        return content
+    beside = Path(name_or_path).parent / law["file"]
+    return {**content, "motion_law": law | {"file": str(beside.resolve())}} if beside.is_file() else content
+
+
 def _built(build: Callable[[dict[str, Any]], _T], group: str, name_or_path: str | Path) -> _T:
     """What a preset or file describes; a refusal begins with the file that it is about."""
-    content = load_yaml(group, name_or_path)
-    law = content.get("motion_law")
-    if isinstance(law, dict) and isinstance(law.get("file"), str):
-        beside = Path(name_or_path).parent / law["file"]
-        content["motion_law"] = law | ({"file": str(beside)} if beside.is_file() else {})
+    content = with_own_table(load_yaml(group, name_or_path), name_or_path)
     try:
         return build(content)
     except ParameterError as error:

@@ -75,7 +75,7 @@ def are_numbers(column: Column) -> bool:
 
 def _times(table: MeasuredTable, rate: float | None) -> list[Column]:
     if table.has_header:
-        found = [column for column in table.columns if _is_time(column)]
+        found = [column for column in table.columns if _is_time(column) and not _is_acceleration(column)]
     else:
         found = list(table.columns[:1]) if len(table.columns) > 1 else []
     return [column for column in found if rate is None or _ascends(column)]

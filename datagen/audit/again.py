@@ -9,7 +9,7 @@ import pyarrow as pa
 
 from datagen.audit.words import Faults
 from datagen.remake import differences, other_versions, remake_all
-from indexer_env.device import gpu_names
+from indexer_env.device import gpu_name
 from indexer_env.errors import IndexerError
 
 
@@ -34,13 +34,13 @@ class Again:
     def faults(self) -> Faults:
         """Faults of the rows that are not what their columns make; those of other versions, or of a GPU that is not
         here, are noted and not judged."""
-        here = gpu_names()
+        here = gpu_name() if any(row["device"] for _, row in self._rows) else None
         for owner, row in self._rows:
             where = f"{owner}, item {row['item']}"
             if versions := other_versions(row):
                 self.notes.append(f"{where}: not made again, as other versions made it: {versions}.")
                 continue
-            if row["device"] is not None and row["device"] not in here:
+            if row["device"] not in (None, here):
                 self.notes.append(f"{where}: not made again, as {row['device']} made it, which is not here.")
                 continue
             try:

@@ -8,6 +8,7 @@ growing friction adds to friction that was there; a phase that is there stays, s
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -18,9 +19,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from datagen.campaign import Base, Campaign, Design, fault_values
+from datagen.draws import effect_of
 from datagen.quantities import laws_by_path
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer, check_number
+from indexer_env.effects import LOADABLE
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.laws import Law
 from indexer_env.operating_point import OperatingPoint
@@ -143,7 +146,7 @@ class Own(Campaign):
         names = list(self._fault_laws)
         for name in rng.permutation(len(names))[:number].tolist():
             for path, law in self._fault_laws[names[name]].items():
-                values[path] = _with_fault(path, there.get(path), law.draw(rng))
+                values[path] = there[path] = _with_fault(path, there.get(path), law.draw(rng))
         return Design(values)
 
     def classes(self) -> tuple[str, ...]:
@@ -159,10 +162,18 @@ class Own(Campaign):
 
 
 def _with_fault(path: str, there: Any, drawn: Any) -> Any:
-    """A quantity with what a fault draws for it, given what is there (None: nothing)."""
-    if there is None or path.endswith((".station", ".damping")):
-        return _plain(path, drawn)
-    return there if path.endswith(".phase") else there + drawn
+    """A quantity with what a fault draws for it, given what is there (None: nothing): a size grows, a phase stays, and
+    any other quantity is the fault's."""
+    if there is not None and path.endswith(".phase"):
+        return there
+    return _plain(path, drawn) if there is None or not _is_size(path) else there + drawn
+
+
+def _is_size(path: str) -> bool:
+    effect = effect_of(path)
+    assert effect is not None, "what faults draw is an effect's"
+    (field,) = (one for one in dataclasses.fields(LOADABLE[effect]) if path.endswith(f"{effect}.{one.name}"))
+    return field.metadata["null"] is not None
 
 
 def _plain(path: str, value: Any) -> Any:

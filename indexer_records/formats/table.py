@@ -17,7 +17,8 @@ RATE_NAMES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_freq
 """Names, in lower case, under which files keep their sampling rate [Hz] beside the samples."""
 
 TIME_UNITS = {
-    "s": 1.0, "sec": 1.0, "seconds": 1.0, "min": 60.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
+    "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "min": 60.0, "ms": 1e-3, "msec": 1e-3,
+    "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
 }  # fmt: skip
 """Time unit as written -> seconds."""
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from indexer_records.formats.gate import damaged, library, reading
 from indexer_records.formats.kind import Format
-from indexer_records.formats.table import Column, MeasuredTable, column_of, distinct, seconds_in
+from indexer_records.formats.table import TIME_UNITS, Column, MeasuredTable, column_of, distinct
 
 _NAME = "UFF"
 _MARK = b"    -1"
@@ -87,7 +87,10 @@ def _columns(path: Path, entry: dict[str, Any], title: str) -> list[Column]:
     if entry["abscissa_spacing"] == _UNEVEN:
         time = column_of(path, f"time of {title}", np.asarray(entry["x"]), unit=unit_of_time, group=title)
         return [time, column_of(path, title, values, unit=unit, group=title)]
-    step = float(entry["abscissa_inc"]) * seconds_in(path, f"abscissa of {title!r}", unit_of_time)
+    if unit_of_time.lower() not in TIME_UNITS:
+        # over an angle or a frequency: the rate is asked for, if this is the record
+        return [column_of(path, title, values, unit=unit)]
+    step = float(entry["abscissa_inc"]) * TIME_UNITS[unit_of_time.lower()]
     if not step > 0.0:
         raise damaged(path, _NAME, f"the step of {title} must be > 0 s, got {step:g}")
     return [column_of(path, title, values, unit=unit, rate=1.0 / step)]

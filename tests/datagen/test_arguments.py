@@ -1,7 +1,9 @@
 """A YAML file where a choice of conf/ is asked for."""
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -47,6 +49,20 @@ def test_a_file_may_have_any_name(run_command, tmp_path: Path, machine: Path, na
     code, _, err = run_command(generating, f"machine='{named}'", f"out={tmp_path / 'set'}", *SHORT)
     assert code == 0, err
     assert table_inertia(tmp_path / "set") == 7.0
+
+
+def test_the_table_of_a_cam_lies_beside_the_machines_file(run_command, tmp_path: Path, machine: Path) -> None:
+    from indexer_env.motion_law import motion_law
+
+    (tmp_path / "bench").mkdir()
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    rise = motion_law("cycloidal").evaluate(angle, 8, 0.5)[0]
+    rows = "\n".join(f"{math.degrees(a):.6f},{math.degrees(r):.9f}" for a, r in zip(angle, rise, strict=True))
+    (tmp_path / "bench" / "cam.csv").write_text(f"cam_angle_deg,follower_angle_deg\n{rows}\n")
+    content = yaml.safe_load(machine.read_text()) | {"motion_law": {"name": "table", "file": "cam.csv"}}
+    (tmp_path / "bench" / "drawing.yaml").write_text(yaml.safe_dump(content))
+    code, _, err = run_command(generating, f"machine={tmp_path}/bench/drawing.yaml", f"out={tmp_path / 'set'}", *SHORT)
+    assert code == 0, err
 
 
 def test_a_missing_or_foreign_file_is_one_sentence(run_command, tmp_path: Path) -> None:

@@ -59,6 +59,17 @@ def test_what_the_configured_machine_has_is_no_fault_and_grows():
     assert seen == {"healthy", "friction"}
 
 
+def test_two_faults_of_one_quantity_add_up_and_a_place_is_the_faults():
+    """A bump of the process that the machine has at 0.3, and that a fault has at 0.6."""
+    effect = make_effect("load.process", {"torque": 50.0, "centre": 0.3, "half_width": 0.05})
+    base = Base(load_machine("reference").with_effects(effect), OperatingPoint())
+    bump = {"load.process": {"torque": {"uniform": [1.0, 1.0]}, "centre": {"uniform": [0.6, 0.6]}}}
+    own = Own(machines=3, faults={"a": bump, "b": bump}, how_many=(0.0, 0.0, 1.0))
+    for index in range(3):
+        (there,) = build(own.item(index, base, 0), base).machine.effects
+        assert (there.torque, there.centre, there.half_width) == (52.0, 0.6, 0.05)
+
+
 def test_an_imbalance_that_is_there_grows_where_it_is(tmp_path):
     """As `twin.synthesis.effect_of` has it, which is fitted to such turns."""
     there = {"effects__load__imbalance__torque": [80.0], "effects__load__imbalance__phase": [1.0]}

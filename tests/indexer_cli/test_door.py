@@ -268,8 +268,8 @@ def test_each_file_of_a_sweep_is_a_choice(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text((CONF / "machine" / "smooth.yaml").read_text())
     flag, swept, search = with_files(["-m", f"machine=reference,{file}"], tmp_path)
-    assert (flag, swept) == ("-m", "machine=reference,mine_1_1") and search.startswith("hydra.searchpath=")
-    assert (tmp_path / "machine" / "mine_1_1.yaml").is_file()
+    assert (flag, swept) == ("-m", "machine=reference,file_mine_1_1") and search.startswith("hydra.searchpath=")
+    assert (tmp_path / "machine" / "file_mine_1_1.yaml").is_file()
 
 
 @pytest.mark.parametrize(

@@ -134,10 +134,18 @@ def test_the_step_of_a_uff_is_in_the_unit_of_its_abscissa(tmp_path, label, step)
     assert rate(path, "X") == pytest.approx(1000.0)
 
 
-def test_a_uff_over_no_unit_of_time_is_refused(tmp_path):
+def test_a_uff_over_an_angle_has_no_rate_of_its_own(tmp_path):
     path = tmp_path / "a.uff"
     pyuff.UFF(str(path)).write_sets(history("X", abscissa_axis_units_lab="rad"), mode="overwrite")
-    assert "abscissa of 'X': the unit of time must be one of s, ms, us, min, got 'rad'" in refusal(path)
+    assert "sample_rate" in refusal(path)
+    assert read_signal(path, sample_rate=1000.0).sample_rate == 1000.0
+
+
+def test_a_name_that_begins_with_time_is_a_record_where_it_has_the_unit_of_one(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{k / 1000},{value}" for k, value in enumerate(WAVE)]
+    path.write_text("\n".join(["Time [s],Time Waveform [g]", *rows, ""]))
+    assert read_signal(path).sample_rate == pytest.approx(1000.0)
 
 
 # -------------------------------------------------------------------------------------------- a rate in place of a time

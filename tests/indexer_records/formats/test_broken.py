@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import os
 import resource
+import shutil
 import signal
 import struct
 import zlib
@@ -221,7 +222,7 @@ def test_a_lower_limit_of_memory_is_kept(hard, set_to, monkeypatch):
 
 
 def test_a_worker_that_does_not_start(monkeypatch):
-    monkeypatch.setattr("sys.executable", "/bin/false")
+    monkeypatch.setattr("sys.executable", shutil.which("false"))
     with pytest.raises(SignalError, match=r"did not start; give it more memory \(ulimit -v\), or export"):
         Worker()
 
