@@ -1,8 +1,9 @@
 """Makes a folder of measured records whose machine hides an effect, as an engineer would bring them.
 
-`python examples/hidden_effect.py OUT [turns]` writes three CSV files, one at each of three conditions, and records.csv,
-which says what was known when they were taken. The machine differs from the nominal one by up to 10 % in every
-parameter, and its fourth station stands off its place. docs/tutorials/missing_effect.md finds both out.
+`python examples/hidden_effect.py OUT [turns]` writes three CSV files, one at each of three conditions, and
+records.csv, which says what was known when they were taken. The machine differs from the nominal one by up to 10 % in
+its joints' stiffness and damping and three inertias, and its fourth station stands off its place.
+docs/tutorials/missing_effect.md finds both out.
 """
 
 from __future__ import annotations

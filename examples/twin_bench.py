@@ -1,9 +1,10 @@
 """Makes a bench of healthy records of a machine that nobody knows, and three records of later days.
 
 `python -m examples.twin_bench OUT` writes OUT/healthy, four CSV files with records.csv beside them, and
-OUT/days/monday, tuesday and wednesday, one file each. The machine differs from the drawing by up to 8 % in every
-parameter and its table bearing drags with 5 N m that the drawing lacks; the reference solver, which shares no code with
-the simulator of the twin, made the motion. docs/tutorials/twin.md finds out what came on which day.
+OUT/days/monday, tuesday and wednesday, one file each. The machine differs from the drawing by up to 8 % in its
+joints' stiffness and damping and three inertias, and its table bearing drags with 5 N m that the drawing lacks; the
+reference solver, which shares no code with the simulator of the twin, made the motion. docs/tutorials/twin.md finds
+out what came on which day.
 """
 
 from __future__ import annotations

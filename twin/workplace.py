@@ -70,9 +70,11 @@ class Workplace:
         """Make room; a twin that is finished stays in a folder of its own until the new one is."""
         former = self.out / _FORMER
         if "twin.yaml" in held:
-            shutil.rmtree(former, ignore_errors=True)
-            former.mkdir()
-        for name in held:
+            if (former / "twin.yaml").exists():
+                shutil.rmtree(former)
+            former.mkdir(exist_ok=True)
+        # what makes it a twin, and ours, goes last: a run that was killed here is gone on with
+        for name in sorted(held, key=lambda name: {"twin.yaml": 1, "stage.yaml": 2}.get(name, 0)):
             path = self.out / name
             if "twin.yaml" in held:
                 path.rename(former / name)

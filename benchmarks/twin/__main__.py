@@ -96,14 +96,15 @@ def main(arguments: Sequence[str]) -> None:
     (out / "rows").mkdir(parents=True, exist_ok=True)
     numbers = [int(n) for n in settings["only"].split(",") if n] or range(settings["machines"])
     law = f"{settings['noise']:g}-{settings['spread']:g}"
+    own = {key: settings[key] for key in OF_ROWS}
+    for file in sorted((out / "rows").glob(f"{law}-*.json")):
+        if (held := json.loads(file.read_text()).get("settings", own)) != own:
+            raise SystemExit(f"benchmarks.twin: {file} was made with {held}, not {own}; name another out.")
     for number in numbers:
         truth = machine_of(number, settings["seed"], settings["noise"], settings["spread"])
         for method in settings["methods"].split(","):
             file = out / "rows" / f"{law}-{number}-{method}.json"
-            own = {key: settings[key] for key in OF_ROWS}
             if file.exists():
-                if (held := json.loads(file.read_text()).get("settings", own)) != own:
-                    raise SystemExit(f"benchmarks.twin: {file} was made with {held}, not {own}; name another out.")
                 continue
             found = {**done(truth, number, method, settings, out), "settings": own}
             file.write_text(json.dumps(found))

@@ -270,7 +270,8 @@ def _sessions(name: str, given: Any) -> tuple[str, ...]:
 
 def effects_stated(owner: str, key: str, given: Any) -> Mapping[str, Mapping[str, float]]:
     """Effects with their parameters' values as a file states them; anything else is refused."""
-    if not isinstance(given, Mapping) or not all(isinstance(values, Mapping) for values in given.values()):
+    named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
+    if not named or not all(isinstance(values, Mapping) for values in given.values()):
         rule = "a mapping of effects to their parameters, {'friction.coulomb': {'force': 4.0}}"
         raise refuse(owner, key, rule, given)
     return given

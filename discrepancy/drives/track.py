@@ -73,8 +73,8 @@ class Track:
         Inputs.
     force : ndarray (n,)
         Measured, through the motion's kernel [F].
-    cutoff : float
-        Of the comparison [Hz].
+    cutoff, wide : float
+        Of the comparison and of the motion [Hz].
     every : int
         One of so many samples is kept for the comparison.
     noise : float
@@ -98,6 +98,7 @@ class Track:
     u: Any
     force: np.ndarray
     cutoff: float
+    wide: float
     every: int
     noise: float
     motion_noise: tuple[float, float, float]
@@ -153,7 +154,7 @@ class Track:
     def colour(self) -> float:
         """Coefficient ρ of the first-order autoregression whose correlations have the sum of squares, ρ²/(1 - ρ²), of
         those of white noise behind both kernels, exp(-τ²/(4 s²)): the levels of cells then spread alike."""
-        s = math.hypot(smoothing.deviation(self.cutoff), smoothing.deviation(_WIDER * self.cutoff))
+        s = math.hypot(smoothing.deviation(self.cutoff), smoothing.deviation(self.wide))
         lags = self.step * self.every * np.arange(1, len(self.measured))
         squares = float(np.exp(-(lags**2) / (2.0 * s**2)).sum())
         return math.sqrt(squares / (1.0 + squares))
@@ -252,7 +253,8 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     own = max(own, _LEAST_NOISE * float(np.sqrt(np.mean(force**2))))
     still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
     t = (edge + inner * np.arange(len(force))) / rate
-    return Track(record.name, step, t, q, v, a, _inputs(inputs), force, cutoff, every, own, noise, load_noise, still)
+    u = _inputs(inputs)
+    return Track(record.name, step, t, q, v, a, u, force, cutoff, wide, every, own, noise, load_noise, still)
 
 
 def _motion(

@@ -15,6 +15,7 @@ at which a draw reaches the limit has a closed form, and the quantiles of these 
 
 from __future__ import annotations
 
+import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,9 +99,20 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
 
 
 def _in_time(history: np.ndarray) -> np.ndarray:
-    """The points that lie between their neighbours in time: others are of a clock that jumped and came back."""
-    later = np.diff(history[:, 0]) >= 0.0
-    return history[np.append(True, later) & np.append(later, True)]
+    """As many points as can be in the order of their times: others are of a clock that jumped and came back."""
+    # by patience sorting: the least time at which a choice of so many points ends, and its last point
+    ends: list[float] = []
+    last: list[int] = []
+    before: list[int] = []
+    for k, time in enumerate(history[:, 0].tolist()):
+        count = bisect.bisect_right(ends, time)
+        before.append(last[count - 1] if count else -1)
+        ends[count : count + 1], last[count : count + 1] = [time], [k]
+    kept, k = [], last[-1] if last else -1
+    while k >= 0:
+        kept.append(k)
+        k = before[k]
+    return history[kept[::-1]]
 
 
 def _whitening(told: np.ndarray, value: np.ndarray, limit: float, turns: int) -> np.ndarray:

@@ -84,7 +84,7 @@ class TwinDiagnoser:
     def caution(self) -> str | None:
         """Why the twin says that it is not to be trusted; None where it says that it is."""
         check = self.twin.about["check"]
-        return None if check["trusted"] else f"the twin is not to be trusted: {check['reason']}"
+        return None if check["trusted"] else f"the twin: {check['reason']}"
 
     def _check(self, mode: Mode) -> None:
         """That the twin knows a mode; also compiles the simulator, for which the first turn would have to wait."""

@@ -29,7 +29,8 @@ from monitor.sources.base import Source
 
 _LOOK_S = 1.0
 _RETRY_S, _LONGEST_WAIT_S = 2.0, 64.0
-"""First and longest time after which a file that could not be opened is looked at again."""
+"""First and longest time after which a file that could not be opened is looked at again; a machine's other files wait
+for it until the longest one."""
 
 _TIME = re.compile(r"(\d{8}T\d{6})(?:\.(\d{1,6}))?Z")
 
@@ -76,11 +77,16 @@ class FolderSource(Source):
                 if lost:
                     self.tell(next(reversed(self._short.values()), None))
                 lost = False
+            held = self._held()
             for path, mark in complete:
+                machine = machine_of(Path(path))
+                if machine in held and path not in self._waits:
+                    continue
                 try:
                     self._read(engine, self._folder / path, path, mark, grown=path in done)
                 except OSError as error:
                     self._later(engine, path, mark, error)
+                    held.add(machine)
                 else:
                     done[path] = mark
                     self._waits.pop(path, None)
@@ -110,6 +116,11 @@ class FolderSource(Source):
             elif now - known[1] >= self._settle:
                 found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
         return [(name, mark) for _, name, mark in sorted(found)]
+
+    def _held(self) -> set[str]:
+        """Machines of which a file could not be opened a short time ago: what came after it would make it late."""
+        waiting = (name for name, wait in self._waits.items() if wait < _LONGEST_WAIT_S)
+        return {machine_of(Path(name)) for name in waiting if (self._folder / name).exists()}
 
     def _later(self, engine: Engine, name: str, mark: str, error: OSError) -> None:
         """Look again at a file that could not be opened, ever more rarely: a share may be away for a moment."""

@@ -54,9 +54,9 @@ def test_what_the_twin_does_not_know_is_refused_in_a_sentence(twin, load, speeds
 def test_a_twin_that_is_not_to_be_trusted_says_so(twin):
     one = diagnoser(twin)
     assert one.caution is None
-    check = {"trusted": False, "reason": "a healthy record held out looks faulty"}
+    check = {"trusted": False, "reason": "Not to be trusted: 3 of 10 healthy turns look faulty."}
     one.twin.about["check"], before = check, one.twin.about["check"]
-    assert one.caution == "the twin is not to be trusted: a healthy record held out looks faulty"
+    assert one.caution == "the twin: Not to be trusted: 3 of 10 healthy turns look faulty."
     one.twin.about["check"] = before
 
 
