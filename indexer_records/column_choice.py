@@ -75,7 +75,7 @@ def are_numbers(column: Column) -> bool:
 
 def _times(table: MeasuredTable, rate: float | None) -> list[Column]:
     if table.has_header:
-        found = [column for column in table.columns if _is_time(column) and not _is_acceleration(column)]
+        found = [column for column in table.columns if _is_time(column)]
     else:
         found = list(table.columns[:1]) if len(table.columns) > 1 else []
     return [column for column in found if rate is None or _ascends(column)]
@@ -86,8 +86,10 @@ def _ascends(column: Column) -> bool:
 
 
 def _is_time(column: Column) -> bool:
-    name = _own_name(column).lower()
-    return name == "t" or name.startswith(_TIME_NAMES[:-1]) or (column.unit or "").lower() in TIME_UNITS
+    name, unit = _own_name(column).lower(), (column.unit or "").lower()
+    if unit in TIME_UNITS:
+        return True
+    return (name == "t" or name.startswith(_TIME_NAMES[:-1])) and not _measures_acceleration(column)
 
 
 def _own_name(column: Column) -> str:
@@ -98,4 +100,8 @@ def _own_name(column: Column) -> str:
 
 def _is_acceleration(column: Column) -> bool:
     named = any(part in column.name.lower() for part in _ACCELERATION_NAMES)
-    return named or (column.unit is not None and normal(column.unit) in ACCELERATION_UNITS)
+    return named or _measures_acceleration(column)
+
+
+def _measures_acceleration(column: Column) -> bool:
+    return column.unit is not None and normal(column.unit) in ACCELERATION_UNITS
