@@ -102,7 +102,7 @@ def let_slip(
     """
     _, one, of = np.unique(kind, return_index=True, return_inverse=True)
     sample_rates, turn = sample_rates[one], periods[one]
-    counts = np.ceil(turn).astype(int) + 1
+    counts = np.floor(turn).astype(int) + 2  # one sample behind the turn, also where it is a whole number of them
     time = np.arange(int(counts.max())) / sample_rates[:, None]
     mean, rate = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE]
     command, each = mean, np.arange(len(one))

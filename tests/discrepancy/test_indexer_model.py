@@ -89,6 +89,18 @@ def test_a_model_without_records_is_refused() -> None:
         IndexerModel(load_machine("reference"), [])
 
 
+def test_a_motor_may_slip_where_a_cam_turn_is_a_whole_number_of_samples() -> None:
+    wave = Signal(np.sin(0.1 * np.arange(8200.0)), 1000.0, unit="rad/s^2")
+    point = OperatingPoint(1230.0 * np.pi / 30.0)
+    model = IndexerModel(load_machine("reference"), [Experiment(wave, point)])
+    assert 2.0 * math.pi * 1000.0 / (model.machine.reduction * point.motor_speed) == 1250.0
+    slip = model.hypotheses()["drive.slip"][0]
+    problem = Problem(model, slip)
+    states = np.zeros((len(model.counts), model.local_count(slip)))
+    place = problem.point(np.append(np.zeros(len(model.parameters)), slip.coordinates(slip.starts[0])), states)
+    assert np.isfinite(place.squares).all()
+
+
 def test_filters_that_slow_records_cannot_show_are_not_looked_for() -> None:
     slow = Experiment(Signal(np.sin(0.1 * np.arange(2000.0)), 200.0, unit="rad/s^2"), OperatingPoint())
     bracket = IndexerModel(load_machine("reference"), [slow]).hypotheses()["sensor.bracket_resonance"][0]
