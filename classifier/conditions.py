@@ -69,12 +69,12 @@ class Conditions:
         """Conditions of the rows and records (n, samples) or (n, channels, samples) of a data set with these subsets
         (n,); what is for validation alone widens nothing."""
         calibration = subsets == "calibration"
-        everything, table = table, table.filter(pa.array(subsets != "validation"))
-        names = table.column("machine_name")
-        shares = {name: everything.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
+        known = table.filter(pa.array(subsets != "validation"))
+        names = known.column("machine_name")
+        shares = {name: table.column(name).to_numpy()[calibration] for name in ("clipped_share", "constant_share")}
         return cls(
-            sensor_radius=_range(table, "sensor_radius"),
-            motor_speed=_range(table, "motor_speed"),
+            sensor_radius=_range(known, "sensor_radius"),
+            motor_speed=_range(known, "motor_speed"),
             machines=() if names.null_count else tuple(sorted(names.unique().to_pylist())),
             **{name: float(values.max(initial=0.0)) for name, values in shares.items()},
             **_indexing(records[calibration]),

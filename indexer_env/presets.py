@@ -58,7 +58,7 @@ def with_own_table(content: dict[str, Any], name_or_path: str | Path) -> dict[st
     if not isinstance(law, dict) or not isinstance(law.get("file"), str):
         return content
     beside = Path(name_or_path).parent / law["file"]
-    return {**content, "motion_law": law | {"file": str(beside.resolve())}} if beside.is_file() else content
+    return {**content, "motion_law": law | {"file": str(beside)}} if beside.is_file() else content
 
 
 def _built(build: Callable[[dict[str, Any]], _T], group: str, name_or_path: str | Path) -> _T:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from indexer_env.errors import SignalError
-from indexer_records.formats.table import TIME_UNITS, Column, MeasuredTable, seconds_in
+from indexer_records.formats.table import TIME_UNITS, Column, MeasuredTable
 
 SHORTEST_STEP = 1e-7
 LONGEST_STEP = 10.0
@@ -108,4 +108,11 @@ def _unit(time: Column) -> str | None:
 
 def _time_scale(table: MeasuredTable, time: Column) -> float:
     unit = _unit(time)
-    return 1.0 if unit is None else seconds_in(table.path, f"column {time.name!r}", unit)
+    if unit is None:
+        return 1.0
+    if unit.lower() not in TIME_UNITS:
+        raise SignalError(
+            f"{table.path}, column {time.name!r}: the unit of time must be one of s, ms, us, min, "
+            f"got {unit!r}; correct the header."
+        )
+    return TIME_UNITS[unit.lower()]

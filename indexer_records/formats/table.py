@@ -155,15 +155,6 @@ def nearest_rate(
     return found.pop() if len(found) == 1 else None
 
 
-def seconds_in(path: Path, place: str, unit: str) -> float:
-    """Seconds in a unit of time as written; raises SignalError for one that is not known."""
-    if unit.lower() not in TIME_UNITS:
-        raise SignalError(
-            f"{path}, {place}: the unit of time must be one of s, ms, us, min, got {unit!r}; correct the header."
-        )
-    return TIME_UNITS[unit.lower()]
-
-
 def check_content(path: Path, size: int, columns: int = 0) -> None:
     """Refuse, before memory is taken for them, samples of more bytes or columns than a file may hold."""
     if size > LARGEST_CONTENT:
