@@ -106,7 +106,7 @@ class Calibration:
     ----------
     estimates : tuple of Estimate
     bounds_hit : tuple of str
-        Parameters held by a bound of what is believable.
+        Parameters that a bound of what is believable holds where the values are.
     undetermined : tuple of str
         Directions the records tell less about than was known beforehand, as "name +0.71, other name -0.70": shares of
         a direction of unit length in the parameters' own uncertainties.
@@ -131,6 +131,8 @@ class Estimates:
         Whether nothing is told of it.
     information : ndarray (g, g)
         Of the records alone, in scaled coordinates, start states eliminated.
+    believed : Point
+        Where the values are: the fit whose priors weigh the typical dispersion.
     """
 
     parameters: tuple[Parameter, ...]
@@ -138,6 +140,7 @@ class Estimates:
     at_bound: tuple[bool, ...]
     untold: tuple[bool, ...]
     information: np.ndarray
+    believed: Point
 
     def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
         """One effect of the place, its parameters known by their prefix."""
@@ -151,7 +154,7 @@ class Estimates:
     def calibration(self, count: int) -> Calibration:
         """The first `count` parameters, those that belong to single records left out."""
         mine = [k for k in range(count) if not self.parameters[k].of_record]
-        hit = tuple(self.parameters[k].name for k in mine if self.at_bound[k])
+        hit = tuple(self.parameters[k].name for k in mine if _near(self.parameters[k].bounds, self.believed.z[k]))
         known = [k for k in mine if self.parameters[k].known]
         names = [self.parameters[k].name for k in known]
         directions = _undetermined(self.information[np.ix_(known, known)], names)
@@ -165,15 +168,22 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     told = Told(problem, place)
     typical = told.dispersions(least, most).typical
     problem = Problem(model, place.hypothesis, dispersion=typical)
-    believed = Told(problem, fit(problem, problem.adopted(place), steps=_STEPS).place)
+    there = fit(problem, problem.adopted(place), steps=_STEPS).place
+    believed = Told(problem, there)
     found = believed.dispersions(least, most)
     # the place believed may lie at a bound where the fitted one, whose priors weigh less, does not
-    near = [np.minimum(z - problem.low, problem.high - z) < _AT_BOUND for z in (place.z, believed.z)]
-    at_bound = tuple((near[0] | near[1]).tolist())
+    bounds = [p.bounds for p in problem.parameters]
+    ends = zip(bounds, place.z, there.z, strict=True)
+    at_bound = tuple(_near(pair, fitted) or _near(pair, z) for pair, fitted, z in ends)
     low, high = believed.ends(found)
     rows = zip(problem.parameters, low, believed.z, high, strict=True)
     estimates, untold = tuple(_estimate(*row) for row in rows), tuple(believed.untold.tolist())
-    return Estimates(problem.parameters, estimates, at_bound, untold, told.information)
+    return Estimates(problem.parameters, estimates, at_bound, untold, told.information, there)
+
+
+def _near(bounds: tuple[float, float], z: float) -> bool:
+    low, high = bounds
+    return bool(min(z - low, high - z) < _AT_BOUND)
 
 
 def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estimate:

@@ -209,13 +209,14 @@ def _answer(
     remains = Remains(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
     )
-    calibration = judge.estimates(accepted).calibration(len(model.parameters))
+    estimates = judge.estimates(accepted)
+    calibration = estimates.calibration(len(model.parameters))
     after = held[accepted.name].level(held_out)
     answer = Explanation(
         _verdict(findings, after**2 / judge.floor - 1.0, criteria), findings, remains, base, best, accepted, held,
         held[base.name].level(held_out), after, calibration,
-        written(model, accepted.place, calibration.bounds_hit, held_out, held[accepted.name], judge.floor, criteria),
-        selection, criteria, model, held_out,
+        written(model, estimates.believed, calibration.bounds_hit, held_out, held[accepted.name], judge.floor,
+                criteria), selection, criteria, model, held_out,
     )  # fmt: skip
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 

@@ -47,6 +47,11 @@ class Point:
         """The farthest of these pulls [standard deviations]; 0 where nothing was stated."""
         return float(np.abs(self.pulls(model)).max(initial=0.0))
 
+    def bent(self, model: Model) -> float:
+        """Mean square of the changes of what is known of the machine [variances]; 0 where nothing was known."""
+        own = self.z[[k for k, p in enumerate(model.parameters) if p.known and not p.of_record]]
+        return float((own**2).mean()) if len(own) else 0.0
+
     def level(self, model: Model) -> float:
         """rms of the normalised residuals; 1 is the noise."""
         return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))

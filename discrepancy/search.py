@@ -184,12 +184,13 @@ class Search:
 
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
-        that win something and leave much, begin anew."""
+        that win something, begin anew where they leave more than the noise and have bent the machine."""
         found = self._finished(self._raced(current, wide=wide))
-        if not found or not self._leaves(found[0], self.criteria.much):
+        if not found or not self._leaves(found[0], self.criteria.at_noise):
             return found
         if wide or self.wins(found[0], current, _HALF_WAY):
-            return self._ranked([self._restarted(one) for one in found])
+            bent = [one.place.bent(self.model) >= self.criteria.bent for one in found]
+            return self._ranked([self._restarted(one) if own else one for one, own in zip(found, bent, strict=True)])
         return found
 
     def _restarted(self, fitted: Fitted) -> Fitted:

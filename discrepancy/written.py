@@ -39,25 +39,26 @@ class Written:
 
 
 def written(
-    model: Model, accepted: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, floor: float,
+    model: Model, believed: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, floor: float,
     criteria: Criteria,
 ) -> Written:  # fmt: skip
-    """What is accepted, with parameters at a bound at nominal and the others fitted again; the nominal machine where
-    that one predicts a record held out better, or where no effect is named and much of what it leaves remains. `held`
-    is a place on the records held out, of what is accepted, `floor` the mean square there that does not repeat."""
-    place, remarks = accepted, ()
+    """What is accepted, where its values are believed, with parameters at a bound at nominal and the others fitted
+    again; the nominal machine where that one predicts a record held out better, or where no effect is named and much
+    of what it leaves remains. `held` is a place on the records held out, of what is accepted, `floor` the mean square
+    there that does not repeat."""
+    place, remarks = believed, ()
     if bounds_hit:
         hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
-        problem = Problem(model, accepted.hypothesis, held=hit)
-        z = accepted.z.copy()
+        problem = Problem(model, believed.hypothesis, held=hit)
+        z = believed.z.copy()
         z[hit] = 0.0
-        place = fit(problem, problem.searched(problem.point(z, accepted.states)), steps=_STEPS).place
+        place = fit(problem, problem.searched(problem.point(z, believed.states)), steps=_STEPS).place
         remarks = tuple(
             f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
             for name in bounds_hit
         )
     problem = Problem(model, NONE)
-    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, accepted.states))
+    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, believed.states))
     if not predicts(place, held, held_out):
         (held,) = held_places([place], held_out, [held])
     (without,) = held_places([nominal], held_out, [held])
@@ -70,7 +71,7 @@ def written(
         samples = float(held_out.counts[mine].sum())
         left, open_ = (float(one.squares[mine].sum()) / samples / floor - 1.0 for one in (with_it, without))
         why = _against(
-            left, open_, bool(accepted.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria
+            left, open_, bool(believed.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria
         )
         if why:
             return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))

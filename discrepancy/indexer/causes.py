@@ -29,6 +29,10 @@ _RATE = 320.0
 _PHASES = 48
 """Places of a torque over the cam turn, 7.5° apart: half as many miss a quarter of what a pulse of 15° shakes."""
 
+_MARKS = 72
+"""The same of an error of the cam's profile, which acts by its slope and curvature: 5°, as chatter marks of 18 waves a
+turn need; with 48 places one of 15 waves keeps nine tenths of what it adds to ln E."""
+
 _PLACES = 9
 """Places of a torque over a speed, as many as a table has."""
 
@@ -40,6 +44,9 @@ _FREE = 0.1
 
 _STILL = 0.03
 """Of the table's largest speed: below it friction is undecided."""
+
+_NEAR = 1e-4
+"""Turns; step of the differences that give e' and e''."""
 
 _TURN = 2.0 * math.pi
 
@@ -144,6 +151,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         setting, "cam", phase, phase * rate[..., None] ** 2, phase * carried_1[..., None], slow * carried_1[..., None],
         free,
     )  # fmt: skip
+    ground = _profile(setting)
     read = (setting.unit[:, None] * motion["table_acc"])[..., None]
     own = np.eye(w)
     records = (laid.groups[:, None] == np.unique(laid.groups)).astype(float)
@@ -152,6 +160,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         ("output", "phase", "a torque on the table that follows the cam's phase and grows with speed", by_phase_2),
         ("output", "phase", "a torque in the output joint that follows the cam's phase", track),
         ("output", "phase", "a stiffness of the output joint that follows the cam's phase", softer),
+        ("output", "phase", "an error of the cam's profile", ground),
         ("output", "station", "a table inertia that differs between stations", inertia),
         ("output", "station", "a stiffness of the output joint that differs between stations", uneven),
         ("output", "station", "a torque on the table that follows its angle", by_angle),
@@ -176,6 +185,22 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         (Form("input", "time", "a torque on the cam shaft that follows nothing but time", nothing), free_cam),
     ]
     return forms, [(form, residue.evidence_by_window(x)) for form, x in at_any_time]
+
+
+def _profile(setting: Setting) -> np.ndarray:
+    """Readings (w, n, k) of a motion law β + e(α) with a free e over the cam's phase: its joint 2 is twisted by e less,
+    and what that carries turns the cam by e' more."""
+    motion, machine = setting.motion, setting.machine
+    turns, rate, turret = motion["cam"] / _TURN, motion["cam_rate"], machine.follower_inertia
+    _, b1, b2 = machine.motion_law.evaluate(motion["cam"], machine.stations, machine.motion_share)
+    e = _spline(turns, _MARKS)
+    before, after = (_spline(turns + d, _MARKS) for d in (-_NEAR, _NEAR))
+    e1 = (after - before) / (2.0 * _NEAR * _TURN)
+    e2 = (after - 2.0 * e + before) / (_NEAR * _TURN) ** 2
+    carried = motion["torque_2"] - turret * (b2 * rate**2 + 2.0 * b1 * motion["cam_acc"])
+    twisted = motion["k2"][..., None] * e + (motion["r2"] * rate)[..., None] * e1
+    turned = carried[..., None] * e1 - (turret * b1 * rate**2)[..., None] * e2
+    return setting.readings(-twisted, "joint 2") + setting.readings(turned, "cam")
 
 
 def _read(setting: Setting, joint: str, *torques: np.ndarray) -> list[np.ndarray]:

@@ -101,6 +101,17 @@ def test_a_known_effect_is_found_beside_an_unknown_one() -> None:
     assert 1.5 < answer.remains.times_noise < 2.5
 
 
+def test_the_machine_that_is_written_has_the_values_that_are_told() -> None:
+    """Beside something unknown, priors weigh more where values are told than where least is left."""
+    model, held_out = (Chord({"tone": 10.0, "rest": 1.0}, seed) for seed in (5, 6))
+    for one in (model, held_out):
+        one.y = one.y + 0.2
+    answer = explain(model, held_out)
+    (told,), (parameter,) = answer.calibration.estimates, model.parameters
+    assert parameter.value(answer.written.place.z[0]) == told.value
+    assert abs(parameter.value(answer.accepted.place.z[0]) - told.value) > 1e-4
+
+
 def test_an_effect_at_its_bound_stands_in() -> None:
     answer = explained({"tone": 10.0}, largest=9.9)
     assert grades(answer) == {"tone": "stands in"} and "bound" in answer.findings[0].why

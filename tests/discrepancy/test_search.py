@@ -253,11 +253,29 @@ def test_what_wins_next_to_nothing_is_not_made_better(share: float, steps: list,
     assert improved(Chord({}, 5), monkeypatch) == steps
 
 
-@pytest.mark.parametrize(("much", "looks_on"), [(0.3, True), (1.0, False)])
-def test_no_better_start_is_looked_for_where_little_is_left(much: float, looks_on: bool, monkeypatch) -> None:
-    """`rest`, which is not in the library, leaves half the noise in mean square."""
-    steps = improved(Chord({"tone": 10.0, "rest": 1.0}, 5), monkeypatch, much=much)
+@pytest.mark.parametrize(("at_noise", "bent", "looks_on"), [(0.2, 2.9, True), (0.2, 3.1, False), (1.0, 2.9, False)])
+def test_a_better_start_is_looked_for_where_something_is_left_and_the_machine_is_bent(
+    at_noise: float, bent: float, looks_on: bool, monkeypatch
+) -> None:
+    """`rest`, which is not in the library, leaves half the noise in mean square; the machine's one parameter is said to
+    be 3 variances off."""
+    monkeypatch.setattr(Point, "bent", lambda place, model: 3.0)
+    steps = improved(Chord({"tone": 10.0, "rest": 1.0}, 5), monkeypatch, at_noise=at_noise, bent=bent)
     assert ("_restarted" in steps) == looks_on
+
+
+def test_a_machine_is_bent_by_what_was_known_of_it() -> None:
+    """The mean square of two changes, without those of a record and of what nothing was known of."""
+    model = Chord({}, 5)
+    model.parameters = (
+        Parameter("a", "-", 0.0, 0.1, known=True), Parameter("b", "-", 0.0, 0.1, known=True),
+        Parameter("free", "-", 0.0, 0.1), Parameter("load", "-", 0.0, 0.1, known=True, record=0),
+    )  # fmt: skip
+    z = np.array([1.0, 3.0, 9.0, 9.0])
+    place = Point(NONE, z, np.zeros((1, 0)), np.ones(1), 0.0)
+    assert place.bent(model) == 5.0
+    model.parameters = model.parameters[2:]
+    assert Point(NONE, z[2:], np.zeros((1, 0)), np.ones(1), 0.0).bent(model) == 0.0
 
 
 @pytest.mark.parametrize(("spent", "goes_on"), [(19.0, True), (21.0, False)])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from discrepancy.indexer import IndexerModel
+from discrepancy.indexer.causes import _MARKS, Setting, _profile, _spline, setting_of
 from discrepancy.indexer.response import JOINTS, Response, motion_of
 from discrepancy.indexer.scans import _own_frequency, elsewhere_at, origin_at
 from discrepancy.model import NONE, Jobs
@@ -111,6 +112,29 @@ def test_the_response_is_what_a_small_change_of_a_joint_adds(scene: Scene, joint
     torque = np.where(scene.inside, torque - (torque[:, :1] if place != "cam" else 0.0), 0.0)
     linear = scene.at(torque, place)
     assert np.abs(linear - simulated)[scene.inside].max() < 0.05 * np.abs(simulated).max()
+
+
+def test_a_free_profile_reads_what_a_small_bump_adds(scene: Scene) -> None:
+    """The bump as a spline over the cam's phase against the simulated difference, which a torque in the output joint
+    alone, without what the joint's load does to the cam, misses by a tenth."""
+    (law,) = scene.model.hypotheses()["cam.profile_error"]
+    height, centre, half_width = 1e-6, 0.25, 0.12
+    z = np.concatenate([scene.place.z, law.coordinates((height, centre, half_width))])
+    bumpy = Problem(scene.model, law).point(z, scene.place.states)
+    bare, bumped = setting_of(scene.model, scene.place), setting_of(scene.model, bumpy)
+    simulated = bumped.laid.residual - bare.laid.residual
+    turns = np.linspace(0.0, 1.0, 4096, endpoint=False)
+    bump = height * np.clip(1.0 - ((turns - centre) / half_width) ** 2, 0.0, None) ** 4
+    spline = np.linalg.lstsq(_spline(turns, _MARKS), bump, rcond=None)[0]
+    missed = [np.std(rows @ spline - simulated) / np.std(simulated) for rows in (_profile(bare), twisted(bare))]
+    assert missed[0] < 0.03, missed
+    assert missed[1] > 0.06, missed
+
+
+def twisted(setting: Setting) -> np.ndarray:
+    """What a free profile adds by the twist of joint 2 alone."""
+    phase = _spline(setting.motion["cam"] / (2.0 * math.pi), _MARKS)
+    return setting.readings(-setting.motion["k2"][..., None] * phase, "joint 2")
 
 
 @pytest.mark.parametrize("joint", JOINTS)
