@@ -1,7 +1,7 @@
 """What a fit says in numbers: how large an effect is, and how the machine moved.
 
 An interval (`intervals`) is that under all dispersions D together, each with its probability (`dispersion`), about the
-place that is best under the typical one: what predicts best is not what is true where a model is wrong (Brynjarsdóttir
+place that is best under the typical one: what fits best is not what is true where a model is wrong (Brynjarsdóttir
 and O'Hagan, Inverse Problems 30 (2014) 114007).
 """
 
@@ -133,6 +133,8 @@ class Estimates:
         Of the records alone, in scaled coordinates, start states eliminated.
     believed : Point
         Where the values are: the fit whose priors weigh the typical dispersion.
+    dispersion : float
+        That dispersion.
     """
 
     parameters: tuple[Parameter, ...]
@@ -141,6 +143,7 @@ class Estimates:
     untold: tuple[bool, ...]
     information: np.ndarray
     believed: Point
+    dispersion: float
 
     def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
         """One effect of the place, its parameters known by their prefix."""
@@ -154,7 +157,7 @@ class Estimates:
     def calibration(self, count: int) -> Calibration:
         """The first `count` parameters, those that belong to single records left out."""
         mine = [k for k in range(count) if not self.parameters[k].of_record]
-        hit = tuple(self.parameters[k].name for k in mine if _near(self.parameters[k].bounds, self.believed.z[k]))
+        hit = tuple(self.parameters[k].name for k in mine if near(self.parameters[k].bounds, self.believed.z[k]))
         known = [k for k in mine if self.parameters[k].known]
         names = [self.parameters[k].name for k in known]
         directions = _undetermined(self.information[np.ix_(known, known)], names)
@@ -174,14 +177,15 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     # the place believed may lie at a bound where the fitted one, whose priors weigh less, does not
     bounds = [p.bounds for p in problem.parameters]
     ends = zip(bounds, place.z, there.z, strict=True)
-    at_bound = tuple(_near(pair, fitted) or _near(pair, z) for pair, fitted, z in ends)
+    at_bound = tuple(near(pair, fitted) or near(pair, z) for pair, fitted, z in ends)
     low, high = believed.ends(found)
     rows = zip(problem.parameters, low, believed.z, high, strict=True)
     estimates, untold = tuple(_estimate(*row) for row in rows), tuple(believed.untold.tolist())
-    return Estimates(problem.parameters, estimates, at_bound, untold, told.information, there)
+    return Estimates(problem.parameters, estimates, at_bound, untold, told.information, there, typical)
 
 
-def _near(bounds: tuple[float, float], z: float) -> bool:
+def near(bounds: tuple[float, float], z: float) -> bool:
+    """Whether a scaled coordinate is at one of its bounds."""
     low, high = bounds
     return bool(min(z - low, high - z) < _AT_BOUND)
 

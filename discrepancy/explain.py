@@ -215,8 +215,8 @@ def _answer(
     answer = Explanation(
         _verdict(findings, after**2 / judge.floor - 1.0, criteria), findings, remains, base, best, accepted, held,
         held[base.name].level(held_out), after, calibration,
-        written(model, estimates.believed, calibration.bounds_hit, held_out, held[accepted.name], judge.floor,
-                criteria), selection, criteria, model, held_out,
+        written(model, estimates, held_out, held[accepted.name], judge.floor, criteria), selection, criteria, model,
+        held_out,
     )  # fmt: skip
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 

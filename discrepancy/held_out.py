@@ -53,14 +53,6 @@ def adapted(held: Point, held_out: Model) -> Point:
     return fit(problem, problem.adopted(held), steps=_STEPS).place
 
 
-def predicts(place: Point, held: Point, held_out: Model) -> bool:
-    """Whether `held` has the physics of a place."""
-    problem = Problem(held_out, place.hypothesis)
-    physics = problem.of_machine
-    same = place.hypothesis.names == held.hypothesis.names
-    return same and np.array_equal(carried(place, problem)[physics], held.z[physics])
-
-
 def held_place(place: Point, held_out: Model) -> Point:
     """The physics of a place on the records held out; only start states and what belongs to single records move."""
     problem = Problem(held_out, place.hypothesis, frozen=True)

@@ -184,14 +184,17 @@ class Search:
 
     def _added(self, current: Fitted, *, wide: bool = False) -> list[Fitted]:
         """The set with one more effect, for the effects that lead the race, best first; those of a wide race, and those
-        that win something, begin anew where they leave more than the noise and have bent the machine."""
+        that win something, begin anew where their fit stopped short."""
         found = self._finished(self._raced(current, wide=wide))
-        if not found or not self._leaves(found[0], self.criteria.at_noise):
-            return found
-        if wide or self.wins(found[0], current, _HALF_WAY):
-            bent = [one.place.bent(self.model) >= self.criteria.bent for one in found]
-            return self._ranked([self._restarted(one) if own else one for one, own in zip(found, bent, strict=True)])
+        if found and (wide or self.wins(found[0], current, _HALF_WAY)):
+            return self._ranked([self._restarted(one) if self._short(one) else one for one in found])
         return found
+
+    def _short(self, fitted: Fitted) -> bool:
+        """Whether the fit of a set seems to have stopped short: it leaves much, or has bent the machine and leaves more
+        than the noise."""
+        bent = fitted.place.bent(self.model) >= self.criteria.bent
+        return self._leaves(fitted, self.criteria.at_noise if bent else self.criteria.much)
 
     def _restarted(self, fitted: Fitted) -> Fitted:
         """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect

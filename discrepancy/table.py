@@ -45,7 +45,7 @@ class Table:
     closes : float
         Share of what remained on the records held out that it closes.
     place : Point
-        On the records fitted, what was accepted and the table together.
+        On the records fitted, what was accepted and the table together, where its values are believed.
     """
 
     form: Form
@@ -73,8 +73,9 @@ def tabulate(answer: Explanation, forms: Sequence[Form]) -> Table | None:
                 taken = other if 1.0 - other.closes <= _LEFT * (1.0 - taken.closes) else taken
         if not math.isfinite(taken.closes) or taken.closes < criteria.hint:
             return None
-        values = estimates_of(answer.model, taken.place).effect(taken.form.hypothesis.name).parameters
-    return dataclasses.replace(taken, values=values)
+        told = estimates_of(answer.model, taken.place)
+    values = told.effect(taken.form.hypothesis.name).parameters
+    return dataclasses.replace(taken, values=values, place=told.believed)
 
 
 def _best(answer: Explanation, careful: Point, forms: Sequence[Form]) -> Table:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.criteria import Criteria
+from discrepancy.estimates import Estimates, near
 from discrepancy.fit import fit
-from discrepancy.held_out import held_places, predicts
+from discrepancy.held_out import held_places
 from discrepancy.judging import counted
-from discrepancy.model import NONE, Model
+from discrepancy.model import NONE, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 
@@ -38,29 +38,19 @@ class Written:
     remarks: tuple[str, ...]
 
 
-def written(
-    model: Model, believed: Point, bounds_hit: Sequence[str], held_out: Model, held: Point, floor: float,
-    criteria: Criteria,
-) -> Written:  # fmt: skip
-    """What is accepted, where its values are believed, with parameters at a bound at nominal and the others fitted
-    again; the nominal machine where that one predicts a record held out better, or where no effect is named and much
-    of what it leaves remains. `held` is a place on the records held out, of what is accepted, `floor` the mean square
-    there that does not repeat."""
-    place, remarks = believed, ()
-    if bounds_hit:
-        hit = [k for k, p in enumerate(model.parameters) if p.name in bounds_hit]
-        problem = Problem(model, believed.hypothesis, held=hit)
-        z = believed.z.copy()
-        z[hit] = 0.0
-        place = fit(problem, problem.searched(problem.point(z, believed.states)), steps=_STEPS).place
-        remarks = tuple(
-            f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
-            for name in bounds_hit
-        )
+def written(model: Model, told: Estimates, held_out: Model, held: Point, floor: float, criteria: Criteria) -> Written:
+    """The machine as it is told, with parameters at a bound at nominal and the others fitted again; the nominal machine
+    where that one predicts a record held out better, or where no effect is named and much of what it leaves remains.
+    Start states on the records held out begin at the place `held`; `floor` is the mean square there that does not
+    repeat."""
+    place, at_nominal = _within_bounds(model, told)
+    remarks = tuple(
+        f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
+        for name in at_nominal
+    )
     problem = Problem(model, NONE)
-    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, believed.states))
-    if not predicts(place, held, held_out):
-        (held,) = held_places([place], held_out, [held])
+    nominal = problem.point(np.zeros(len(problem.parameters)), model.states_for(NONE, place.states))
+    (held,) = held_places([place], held_out, [held])
     (without,) = held_places([nominal], held_out, [held])
     with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
     kept = counted(with_it, without, held_out, 1.0 - criteria.closes)
@@ -70,12 +60,27 @@ def written(
             continue
         samples = float(held_out.counts[mine].sum())
         left, open_ = (float(one.squares[mine].sum()) / samples / floor - 1.0 for one in (with_it, without))
-        why = _against(
-            left, open_, bool(believed.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria
-        )
+        why = _against(left, open_, bool(place.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria)
         if why:
             return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
     return Written(place, "", remarks)
+
+
+def _within_bounds(model: Model, told: Estimates) -> tuple[Point, list[str]]:
+    """The place that is told with those parameters of the machine at nominal that a bound holds there, or where the
+    others are fitted again, and their names."""
+    place, hit = told.believed, list[int]()
+    while more := [k for k, p in enumerate(model.parameters) if k not in hit and _held(p, place.z[k])]:
+        hit += more
+        problem = Problem(model, place.hypothesis, held=hit, dispersion=told.dispersion)
+        z = place.z.copy()
+        z[hit] = 0.0
+        place = fit(problem, problem.searched(problem.point(z, place.states)), steps=_STEPS).place
+    return place, [model.parameters[k].name for k in hit]
+
+
+def _held(parameter: Parameter, z: float) -> bool:
+    return not parameter.of_record and near(parameter.bounds, z)
 
 
 def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:

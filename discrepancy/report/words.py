@@ -14,7 +14,7 @@ from discrepancy.origin import Origin
 from indexer_cli.words import joined
 
 JOINT_WORDS = {
-    "input": "the drive or the input joint", "output": "the output joint or the table", "base": "the base",
+    "input": "the drive or the input joint", "output": "the indexer, the output joint or the table", "base": "the base",
     "sensor": "the measuring chain",
 }  # fmt: skip
 """Where something is missing, to a reader."""

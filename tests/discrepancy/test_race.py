@@ -247,7 +247,7 @@ def test_the_leaders_of_a_wide_race_begin_anew(monkeypatch) -> None:
     """What leads is no better than none, and stuck; from the right size the fit finds it."""
     model = Bent(9.0)
     monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
-    search = Search(model, Criteria(margin=4.0, bent=0.0))
+    search = Search(model, Criteria(margin=4.0))
     monkeypatch.setattr(search, "wins", lambda *given: False)
     (narrow,), (wide,) = (search._added(search.fits.begun, wide=wide) for wide in (False, True))
     assert narrow.place.level(model) > 3.3 > wide.place.level(model)
@@ -259,13 +259,13 @@ def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch)
         monkeypatch.setattr(Search, "_restarted", lambda self, fitted: fitted)
     model = Bent(9.0)
     monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
-    found = Search(model, Criteria(margin=4.0, bent=0.0)).run().best.place
+    found = Search(model, Criteria(margin=4.0)).run().best.place
     assert (found.level(model) < 3.3) == restarts
 
 
 def test_nothing_begins_anew_once_the_time_is_over(monkeypatch) -> None:
     model = Bent(9.0)
-    search = Search(model, Criteria(margin=4.0, bent=0.0))
+    search = Search(model, Criteria(margin=4.0))
     stuck = search.fits.fit(model.stuck())
     monkeypatch.setattr(search, "in_time", lambda: False)
     monkeypatch.setattr("discrepancy.search.restarted", lambda *given: pytest.fail("an effect begins anew"))
@@ -277,9 +277,23 @@ def test_all_rivals_begin_anew(monkeypatch) -> None:
     model = Bent(9.0)
     beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
     monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
-    search = Search(model, Criteria(margin=4.0, bent=0.0))
+    search = Search(model, Criteria(margin=4.0))
     first, second = search._added(search.fits.begun)
     assert (first.name, second.name) == ("wave", "beat") and first.place.level(model) < 3.3
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_each_of_some_rivals_begins_anew_that_has_bent_the_machine(wide: bool, monkeypatch) -> None:
+    """Neither leaves `much`; the second alone is said to have bent the machine."""
+    model = Bent(9.0)
+    beat = Problem(model, model.beat).point(np.array([0.0, 0.0, 3.0]), np.zeros((4, 0)))
+    monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
+    monkeypatch.setattr(Point, "bent", lambda place, model: 2.1 if place.hypothesis.name == "wave" else 1.9)
+    begun = []
+    monkeypatch.setattr(Search, "_restarted", lambda self, fitted: begun.append(fitted.name) or fitted)
+    search = Search(model, Criteria(margin=4.0, much=1e9))
+    search._added(search.fits.begun, wide=wide)
+    assert begun == ["wave"]
 
 
 def test_an_effect_begins_anew_from_the_nominal_machine() -> None:

@@ -253,14 +253,18 @@ def test_what_wins_next_to_nothing_is_not_made_better(share: float, steps: list,
     assert improved(Chord({}, 5), monkeypatch) == steps
 
 
-@pytest.mark.parametrize(("at_noise", "bent", "looks_on"), [(0.2, 2.9, True), (0.2, 3.1, False), (1.0, 2.9, False)])
-def test_a_better_start_is_looked_for_where_something_is_left_and_the_machine_is_bent(
-    at_noise: float, bent: float, looks_on: bool, monkeypatch
+@pytest.mark.parametrize(
+    ("at_noise", "much", "bent", "looks_on"),
+    [(0.2, 1.0, 2.9, True), (0.2, 1.0, 3.1, False), (1.0, 1.0, 2.9, False), (0.2, 0.3, 3.1, True)],
+)
+def test_a_better_start_is_looked_for_where_a_fit_stopped_short(
+    at_noise: float, much: float, bent: float, looks_on: bool, monkeypatch
 ) -> None:
     """`rest`, which is not in the library, leaves half the noise in mean square; the machine's one parameter is said to
-    be 3 variances off."""
+    be bent by 3."""
     monkeypatch.setattr(Point, "bent", lambda place, model: 3.0)
-    steps = improved(Chord({"tone": 10.0, "rest": 1.0}, 5), monkeypatch, at_noise=at_noise, bent=bent)
+    chord = Chord({"tone": 10.0, "rest": 1.0}, 5)
+    steps = improved(chord, monkeypatch, at_noise=at_noise, much=much, bent=bent)
     assert ("_restarted" in steps) == looks_on
 
 

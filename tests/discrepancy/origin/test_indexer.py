@@ -114,21 +114,25 @@ def test_the_response_is_what_a_small_change_of_a_joint_adds(scene: Scene, joint
     assert np.abs(linear - simulated)[scene.inside].max() < 0.05 * np.abs(simulated).max()
 
 
-def test_a_free_profile_reads_what_a_small_bump_adds(scene: Scene) -> None:
+@pytest.mark.parametrize("turret", [1.0, 10.0])
+def test_a_free_profile_reads_what_a_small_bump_adds(scene: Scene, turret: float) -> None:
     """The bump as a spline over the cam's phase against the simulated difference, which a torque in the output joint
-    alone, without what the joint's load does to the cam, misses by a tenth."""
-    (law,) = scene.model.hypotheses()["cam.profile_error"]
+    alone, without what the joint's load does to the cam, misses by 5 % and more; with a heavy turret, too."""
+    machine = dataclasses.replace(tight(), follower_inertia=turret * tight().follower_inertia)
+    model = IndexerModel(machine, scene.model.experiments)
+    bare_place = Problem(model, NONE).point(scene.place.z, scene.place.states)
+    (law,) = model.hypotheses()["cam.profile_error"]
     height, centre, half_width = 1e-6, 0.25, 0.12
     z = np.concatenate([scene.place.z, law.coordinates((height, centre, half_width))])
-    bumpy = Problem(scene.model, law).point(z, scene.place.states)
-    bare, bumped = setting_of(scene.model, scene.place), setting_of(scene.model, bumpy)
+    bumpy = Problem(model, law).point(z, scene.place.states)
+    bare, bumped = setting_of(model, bare_place), setting_of(model, bumpy)
     simulated = bumped.laid.residual - bare.laid.residual
     turns = np.linspace(0.0, 1.0, 4096, endpoint=False)
     bump = height * np.clip(1.0 - ((turns - centre) / half_width) ** 2, 0.0, None) ** 4
     spline = np.linalg.lstsq(_spline(turns, _MARKS), bump, rcond=None)[0]
     missed = [np.std(rows @ spline - simulated) / np.std(simulated) for rows in (_profile(bare), twisted(bare))]
-    assert missed[0] < 0.03, missed
-    assert missed[1] > 0.06, missed
+    assert missed[0] < 0.012, missed
+    assert missed[1] > 0.05, missed
 
 
 def twisted(setting: Setting) -> np.ndarray:
@@ -164,6 +168,22 @@ def warming_seal(scene: Scene) -> np.ndarray:
 
 def mixer(scene: Scene) -> np.ndarray:
     return scene.at(np.sign(np.sin(2.0 * math.pi * 21.0 * scene.time)), "table")
+
+
+def chatter_marks(scene: Scene) -> np.ndarray:
+    """Six waves over the motion, ground into the cam."""
+    angle = np.linspace(0.0, 1.0, 7201)
+    share = np.clip(angle / 0.5, 0.0, 1.0)
+    e = np.sin(math.pi * share) ** 2 * np.sin(12.0 * math.pi * share)
+    e1 = np.gradient(e, 2.0 * math.pi * angle)
+    here, slope = (np.interp(scene.phase, angle, row) for row in (e, e1))
+    machine, rate = scene.model.machine, scene.row("cam_rate")
+    twist = scene.row("k2") * here + scene.row("r2") * slope * rate
+    _, b1, b2 = machine.motion_law.evaluate(scene.row("cam"), machine.stations, machine.motion_share)
+    bend = np.interp(scene.phase, angle, np.gradient(e1, 2.0 * math.pi * angle))
+    turret = b2 * slope * rate**2 + 2.0 * b1 * slope * scene.row("cam_acc") + b1 * bend * rate**2
+    load = scene.row("torque_2") * slope - machine.follower_inertia * turret
+    return scene.at(-twist, "joint 2") + scene.at(load, "cam")
 
 
 def brake(scene: Scene) -> np.ndarray:
@@ -210,6 +230,7 @@ def rocking_floor(scene: Scene) -> np.ndarray:
         (saw, "output", ("phase",)),
         (two_stations, "output", ("station",)),
         (windage, "output", ("speed", "phase")),
+        (chatter_marks, "output", ("phase",)),
         (warming_seal, "output", ("time",)),
         (mixer, "output", ("frequency",)),
         (inverter, "input", ("frequency",)),

@@ -254,6 +254,19 @@ def test_what_is_said_of_the_machine_stands_in_its_file_and_on_the_page(made: Ma
     assert "offset is nominal" in files["report.html"]
 
 
+@pytest.mark.parametrize(
+    ("held_back", "bounds_hit", "said"),
+    [("it predicts worse", (), "the nominal ones."), ("", (), "them."), ("", ("offset",), "them, but for those held")],
+)
+def test_the_page_tells_which_numbers_the_machine_holds(made: Made, held_back: str, bounds_hit, said: str) -> None:
+    outcome = made("found")
+    found = Written(outcome.answer.written.place, held_back, ())
+    calibration = dataclasses.replace(outcome.answer.calibration, bounds_hit=bounds_hit)
+    answer = dataclasses.replace(outcome.answer, written=found, calibration=calibration)
+    page = report_files(dataclasses.replace(outcome, answer=answer))["report.html"]
+    assert f"These are the most believable values. machine.yaml holds {said}" in page
+
+
 def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert ranged(Estimate("k", "N m/rad", 8113.27, 7914.2, 8316.1, 8000.0, 0.1)) == "8110 N m/rad, 7910 to 8320"
     assert ranged(Estimate("c", "N s/m", 198.27, 172.0, 226.4, 0.0, None)) == "200 N s/m, 170 to 230"
@@ -270,9 +283,9 @@ def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -
     files = report_files(dataclasses.replace(made("remainder"), origin=origin))
     said = (
         "Of the causes that were compared, a torque on the table that follows the cam's phase explains it best (among "
-        "them it is the output joint or the table, varying with phase, with 60 %); these records hardly tell it from a "
-        "torque on the cam shaft that follows the cam's phase; beside it they show blows to the base, which rings at "
-        "31 Hz."
+        "them it is the indexer, the output joint or the table, varying with phase, with 60 %); these records hardly "
+        "tell it from a torque on the cam shaft that follows the cam's phase; beside it they show blows to the base, "
+        "which rings at 31 Hz."
     )
     told = json.loads(files["report.json"])["remains"]["origin"]
     assert told["in_words"] == said and (told["joint"], told["kind"], told["share"]) == ("output", "phase", 0.7)
