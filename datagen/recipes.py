@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,9 +43,9 @@ def make(recipe: Recipe, seed: int, folder: Path) -> Path:
     try:
         generate(order_of(recipe, seed), place)
     except StoreError as error:
-        if "overwrite=true" not in str(error):
-            raise
         # the commands that keep data sets have an `out` and an `overwrite` of their own
+        if "overwrite=true" not in str(error):
+            raise StoreError(re.sub("^out ", "data ", str(error))) from None
         what = str(error).removeprefix("out ").partition("; ")[0]
         raise StoreError(f"{what}; delete it, or name another folder for the data.") from None
     return place

@@ -11,7 +11,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 
-from indexer_env.errors import refuse
+from indexer_env.errors import ParameterError, refuse
 from indexer_env.presets import config_dir, load_yaml, with_own_table
 
 _FILE_ENDINGS = (".yaml", ".yml")
@@ -95,16 +95,21 @@ def file_behind(sentence: str) -> str:
     return ""
 
 
-def check_sweep(arguments: list[str]) -> None:
-    """Refuse a sweep over `out`, whose jobs have folders of their own in one folder, beside their table.
+def check_sweep(arguments: list[str], config_name: str) -> None:
+    """Refuse a sweep over `out`, whose jobs have folders of their own in one folder, beside their table, and a sweep of
+    a command that has no `out`.
 
     Raises
     ------
     ParameterError
-        More than one folder.
+        More than one folder, or none.
     """
-    if not any(flag in arguments for flag in ("-m", "--multirun")):
+    flag = next((argument for argument in arguments if argument in ("-m", "--multirun")), None)
+    if flag is None:
         return
+    if "out" not in root_keys(config_name):
+        rule = f"{config_name} must be run without {flag}, as it writes no folder that could hold the jobs"
+        raise ParameterError(f"{rule}, got {flag!r}; run it once for each value.")
     for argument in (argument for argument in arguments if argument.partition("=")[0].lstrip("+") == "out"):
         try:
             swept = OverridesParser.create().parse_override(argument).is_sweep_override()

@@ -34,6 +34,7 @@ from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
 from indexer_env.checks import check_choice, closest, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
+from indexer_env.laws import LAWS
 from indexer_env.presets import config_dir
 
 DIFFERENT = 1
@@ -85,7 +86,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
         composed_job = hydra.main(version_base="1.3", config_path=str(config_dir()), config_name=config_name)(job)
 
         def command() -> None:
-            check_sweep(sys.argv[1:])
+            check_sweep(sys.argv[1:], config_name)
             with tempfile.TemporaryDirectory() as given:
                 sys.argv = [sys.argv[0], *with_files(sys.argv[1:], Path(given))]
                 composed_job()
@@ -240,6 +241,10 @@ def _missing_config(error: MissingConfigException) -> str:
     missing = str(error.missing_cfg_file or "")
     if not error.options or "/" not in missing:
         return _one_line(str(error))
+    first, _, path = missing.partition("/")
+    if "/" in path and (config_dir() / first).is_dir():
+        names = ", ".join(sorted(one.stem for one in (config_dir() / first).glob("*.yaml")))
+        return f"{first} must be one of {names} or a file that ends in .yaml, got {path!r}."
     group, _, choice = missing.rpartition("/")
     options = list(error.options)
     return f"{group} must be one of {', '.join(options)}, got {choice!r}{_remedy(choice, options)}."
@@ -266,6 +271,8 @@ def _unknown_key(key: str, error: Exception, config_name: str) -> str:
     full = f"{owner}.{name}" if owner else name
     known_keys = f"known: {', '.join(sorted(known))}" if known else f"write +{key}=VALUE to add it"
     hint = did_you_mean(name, known) or known_keys
+    if name in LAWS and any(one in LAWS for one in known):
+        hint = f"another law stands there; to replace it, give ~{owner} and '+{owner}={{{name}: …}}'"
     return f"{full} must be a key of {owner or config_name}, got an unknown key; {hint}."
 
 

@@ -27,7 +27,7 @@ def path_given(command: str, key: str, value: object) -> Path:
         raise refuse(command, key, "a path", value, f"write {key}=./NAME for a name that reads as something else")
     if is_url(value):
         raise refuse(command, key, "a path on this machine", value, "copy the files from there or to there yourself")
-    return Path(value)
+    return Path(value.removeprefix("file://"))
 
 
 def files_given(command: str, key: str, value: object) -> str | list[str]:
@@ -66,7 +66,7 @@ def job_place(command: str, out: object) -> str:
     """As `job_folder`, for a command that writes to URLs as well."""
     if not is_url(out):
         return str(job_folder(command, out))
-    return f"{out}/{HydraConfig.get().job.num}" if in_sweep() else str(out)
+    return f"{str(out).rstrip('/')}/{HydraConfig.get().job.num}" if in_sweep() else str(out)
 
 
 def in_sweep() -> bool:

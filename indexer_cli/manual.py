@@ -42,12 +42,14 @@ def manual(name: str) -> str:
     lines = ["NAME", f"    indexer {name}: {page.summary}", "", "SYNOPSIS", f"    {synopsis}", "", "DESCRIPTION"]
     lines += _text(page, width)
     lines += ["KEYS"]
-    lines += _keys((*page.keys, *_taken_over(folder, page)), width)
+    keys = (*page.keys, *_taken_over(folder, page))
+    lines += _keys(keys, width)
     for choice in _groups(page):
         lines += _group(folder, choice, width)
+    sweep = "    -m      run once for each combination of values, KEY=A,B,C; OUT/sweep.csv lists jobs and results"
     lines += [
         "EVERY VERB",
-        "    -m      run once for each combination of values, KEY=A,B,C; OUT/sweep.csv lists jobs and results",
+        *([sweep] if any(key.name == "out" for key in keys) else []),
         "    --help  this page",
         "    HYDRA_FULL_ERROR=1 in the environment shows the traceback of an error",
         "",

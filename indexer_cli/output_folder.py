@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -30,6 +31,7 @@ def check_output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool) 
     check_place(folder)
     if not folder.exists():
         return folder
+    _check_replaceable(folder)
     held = sorted(path.name for path in folder.iterdir())
     if not held:
         return folder
@@ -42,6 +44,20 @@ def check_output_folder(out: str | Path, own: tuple[str, ...], overwrite: bool) 
         remedy = "set overwrite=true to replace the earlier result, or name another"
         raise refuse("command", "out", "a new or empty folder", str(folder), remedy)
     return folder
+
+
+def _check_replaceable(folder: Path) -> None:
+    """Refuse a folder whose place a new one cannot take, or should not take while somebody works in it."""
+    whole = folder.resolve()
+    if whole.is_mount():
+        why = "where a disk is mounted"
+    elif not os.access(whole.parent, os.W_OK | os.X_OK):
+        why = f"in {whole.parent}, which may not be written to"
+    elif Path.cwd().is_relative_to(whole):
+        why = "which is the working folder or one above it"
+    else:
+        return
+    raise StoreError(f"out must be a folder that a new one can replace, got {folder}, {why}; name a folder in it.")
 
 
 @contextmanager

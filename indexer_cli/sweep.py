@@ -16,6 +16,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
+from indexer_cli.places import is_url
 from indexer_cli.places.local import whole_file
 
 TABLE = "sweep.csv"
@@ -44,21 +45,26 @@ class SweepTable(Callback):
 
     def on_job_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Note when the sweep began."""
-        if config.hydra.mode is RunMode.MULTIRUN and (folder := _folder(config)) != Path():
-            (folder / _ROWS).mkdir(parents=True, exist_ok=True)
-            with contextlib.suppress(FileExistsError):
-                (folder / _ROWS / _BEGUN).touch(exist_ok=False)
+        if config.hydra.mode is not RunMode.MULTIRUN or is_url(config.get("out")):
+            return
+        rows = _folder(config) / _ROWS
+        rows.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):
+            (rows / _BEGUN).touch(exist_ok=False)
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Keep the row of a job."""
-        if config.hydra.mode is not RunMode.MULTIRUN or (folder := _folder(config)) == Path():
+        if config.hydra.mode is not RunMode.MULTIRUN or is_url(config.get("out")):
             return
+        folder = _folder(config)
         given = dict(override.lstrip("+~").split("=", 1) for override in config.hydra.overrides.task if "=" in override)
         value = job_return._return_value
         said = value if isinstance(value, dict) and value.keys() == outcome().keys() else outcome(reason=str(value))
         row = {"job": config.hydra.job.num, "given": given, **said}
         with whole_file(folder / _ROWS / f"{row['job']}.json") as temporary:
             temporary.write_text(json.dumps(row, default=str), encoding="utf-8")
+        if all(row["reason"] for row in _rows(folder)) and _stands(folder):
+            return  # a sweep of which no job is done takes no earlier results away
         # Jobs may end at the same time in several processes: until the table holds every row that is there.
         while (rows := _rows(folder)) and (write_table(rows, folder / TABLE) or rows != _rows(folder)):
             pass
@@ -68,8 +74,15 @@ class SweepTable(Callback):
         folder = _folder(config)
         if rows := _rows(folder):
             failed = sum(bool(row["reason"]) for row in rows)
+            said = f"{len(rows)} {'job' if len(rows) == 1 else 'jobs'}, {failed} failed"
+            left = f"; {folder / TABLE} is that of an earlier sweep" if _stands(folder) else f": {folder / TABLE}"
             shutil.rmtree(folder / _ROWS, ignore_errors=True)
-            print(f"{len(rows)} {'job' if len(rows) == 1 else 'jobs'}, {failed} failed: {folder / TABLE}")
+            print(f"{said}{left}")
+
+
+def _stands(folder: Path) -> bool:
+    """Whether the table of an earlier sweep is there, and none of this one."""
+    return (folder / TABLE).is_file() and not of_this_sweep(folder, folder / TABLE)
 
 
 def of_this_sweep(folder: Path, file: Path) -> bool:

@@ -21,6 +21,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "Sensor": ("sensor",),
     "Faults": ("faults",),
     "Run": ("run",),
+    "DriveSensors": ("drive_sensors",),
     "read": ("known",),
     "Conditions": ("known",),
     "Experiment": ("known",),

@@ -89,7 +89,11 @@ class Own(Campaign):
             return (), np.zeros((1, 0))
         import pyarrow.parquet
 
-        table = pyarrow.parquet.read_table(self.posterior)
+        try:
+            table = pyarrow.parquet.read_table(self.posterior)
+        except pyarrow.ArrowInvalid:
+            rule, remedy = "a Parquet file of joint draws", "indexer twin leaves one, posterior.parquet"
+            raise refuse("campaign", "posterior", rule, self.posterior, remedy) from None
         paths = tuple(table.column_names)
         known = {path: 1.0 for path in paths if path != LOAD_FACTOR}
         values = np.column_stack([table.column(path).to_numpy() for path in paths])

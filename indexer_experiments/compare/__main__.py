@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 import torch
+from hydra.core.hydra_config import HydraConfig
 
 from classifier.results import RESULT_FILES, Row, chosen_methods, differences, markdown, write_results
 from indexer_cli.command import hydra_command
@@ -13,7 +14,7 @@ from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_choice, check_integer
-from indexer_env.errors import IndexerError
+from indexer_env.errors import IndexerError, refuse
 from indexer_experiments.compare.study import Setting, Study
 
 LEAST_RECORDS = 200
@@ -24,6 +25,7 @@ def run(config: dict[str, Any]) -> None:
     """The command, given its configuration as in conf/compare.yaml."""
     started = time.perf_counter()
     study = _study(config["study"])
+    _refuse_records(study, config)
     pictures = tuple(f"{name}.png" for name in study.pictures)
     files = (*RESULT_FILES, *pictures)
     out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
@@ -62,6 +64,16 @@ def _study(name: object) -> Study:
         ) from None
     check_choice("compare", "study", name, STUDIES)
     return STUDIES[str(name)]
+
+
+def _refuse_records(study: Study, config: dict[str, Any]) -> None:
+    """A number of records for a study whose data are always the same would be lost without a word."""
+    if study.sized or not HydraConfig.initialized():
+        return
+    if any(override.lstrip("+").partition("=")[0] == "records" for override in HydraConfig.get().overrides.task):
+        rule = f"left out with study={config['study']}, whose records are always the same"
+        remedy = "leave it out, or compare on data sets of that size with study=baselines"
+        raise refuse("compare", "records", rule, config["records"], remedy)
 
 
 def _methods(given: object, study: Study) -> tuple[str, ...]:

@@ -27,4 +27,5 @@ STUDY = Study(
     {"benchmark": lambda rows: dots(rows, WRONG)},
     (WRONG, "mlp"),
     own=True,
+    sized=False,
 )

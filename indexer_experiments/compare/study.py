@@ -52,6 +52,7 @@ class Study:
     pictures  by file name: figures from the rows of all seeds
     beside    a metric and the method that all others are compared with seed by seed; None: no such table
     own       whether methods of a user's own may join, as FILE.py:NAME
+    sized     whether it makes data sets of as many records as it is told
     """
 
     question: str
@@ -61,3 +62,4 @@ class Study:
     pictures: Mapping[str, Callable[[Sequence[Row]], Figure]]
     beside: tuple[str, str] | None = None
     own: bool = False
+    sized: bool = True

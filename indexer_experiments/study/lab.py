@@ -16,6 +16,9 @@ from indexer_experiments.recipes import Labelled, labelled_by_code
 from indexer_experiments.study.settings import Setting, Training
 from indexer_experiments.study.trials import Trained, Variant, train
 
+_APART = 2**32
+"""Beyond every seed of a study, which stay below 2³¹ + its data sets."""
+
 
 @dataclass(frozen=True)
 class Size:
@@ -61,6 +64,13 @@ class Lab:
     def place(self, recipe: Recipe, seed: int) -> Path:
         """Folder of a data set, made now if it is not there."""
         return make(recipe, seed, self.folder / "data")
+
+    def place_apart(self, recipe: Recipe, seed: int) -> Path:
+        """As `place`, of machines drawn apart from those of every `place`.
+
+        Item k has the same draws in all recipes of one seed, so that another recipe alone would not do.
+        """
+        return make(recipe, seed + _APART, self.folder / "data")
 
     def psd(self, setting: Training, resolution_hz: float = Psd.resolution_hz) -> Psd:
         """Power spectral density on the setting's scale."""

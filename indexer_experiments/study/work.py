@@ -7,6 +7,7 @@ import json
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -16,7 +17,8 @@ from classifier.style import style
 from datagen.versions import versions_of
 from indexer_cli.output_folder import output_folder
 from indexer_cli.places import StoreError
-from indexer_env.errors import refuse
+from indexer_cli.places.local import whole_file
+from indexer_env.errors import ParameterError, refuse
 from indexer_experiments.study.claims import Claim
 from indexer_experiments.study.claims.base import Rows
 from indexer_experiments.study.lab import Lab
@@ -80,14 +82,26 @@ class Finding:
 
 
 def open_study(lab: Lab) -> None:
-    """Make the study's folder, or see that it is one of the same size and seed. Raises ParameterError, StoreError."""
-    marked = {"size": asdict(lab.size), "seed": lab.seed}
+    """Make the study's folder, or see that it is one of the same size, seed and versions.
+
+    Raises ParameterError, StoreError.
+    """
+    versions = versions_of(("indexer-diagnosis", "numpy", "scipy", "torch"))
+    marked: dict[str, Any] = {"size": asdict(lab.size), "seed": lab.seed, "versions": versions}
     mark = lab.folder / STUDY_JSON
     if mark.is_file():
-        held = json.loads(mark.read_text(encoding="utf-8"))
-        if {key: held.get(key) for key in marked} != marked:
-            rule = "a new folder, an empty one or that of a study of the same size and seed"
-            raise refuse("study", "out", rule, str(lab.folder), "it holds one of another size or seed; name another")
+        try:
+            held = json.loads(mark.read_text(encoding="utf-8"))
+        except ValueError:
+            held = None
+        if not isinstance(held, dict):
+            rule = f"a folder whose {STUDY_JSON} is whole"
+            raise refuse("study", "out", rule, str(lab.folder), "delete the folder, or name another")
+        mine, others = _flat(marked), _flat(held)
+        if other := [f"{key} {others.get(key)} instead of {mine[key]}" for key in mine if others.get(key) != mine[key]]:
+            rule = "a new folder, an empty one or that of a study of the same size, seed and versions"
+            remedy = f"it holds one with {', '.join(other)}; name another"
+            raise refuse("study", "out", rule, str(lab.folder), remedy)
         return
     if lab.folder.is_dir() and any(lab.folder.iterdir()):
         rule, remedy = "a new folder, an empty one or that of an earlier study", "it holds other files; name another"
@@ -96,20 +110,40 @@ def open_study(lab: Lab) -> None:
         lab.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(f"out {lab.folder} cannot be made ({error.strerror}); choose another folder.") from None
-    marked["versions"] = versions_of(("indexer-diagnosis", "numpy", "scipy", "torch"))
-    mark.write_text(json.dumps(marked, indent=1) + "\n", encoding="utf-8")
+    with whole_file(mark) as temporary:
+        temporary.write_text(json.dumps(marked, indent=1) + "\n", encoding="utf-8")
+
+
+def _flat(marked: dict[str, Any]) -> dict[str, Any]:
+    """What marks a study, by name: keys as typed, then the versions of packages."""
+    size, versions = (part if isinstance(part := marked.get(key), dict) else {} for key in ("size", "versions"))
+    return {**{f"size.{name}": value for name, value in size.items()}, "seed": marked.get("seed"), **versions}
 
 
 def stored(claim: Claim, folder: Path) -> Finding | None:
-    """What an earlier run found about a claim, None where it has not been done."""
+    """What an earlier run found about a claim, None where it has not been done.
+
+    Raises ParameterError where the file is damaged, or of settings that the claim does not have.
+    """
     path = folder / claim.key / RESULTS_PARQUET
     if not path.is_file():
         return None
-    table = pq.read_table(path)
     rows: dict[str, Rows] = {}
-    for row in table.to_pylist():
-        rows.setdefault(row["setting"], []).append(row)
-    return Finding(claim, rows, float((table.schema.metadata or {})[_MINUTES]))
+    known = [setting.key for setting in claim.settings]
+    remedy = f"delete {path.parent}, and the claim is worked on again"
+    try:
+        table = pq.read_table(path)
+        for row in table.to_pylist():
+            rows.setdefault(row["setting"], []).append(row)
+        minutes = float((table.schema.metadata or {})[_MINUTES])
+    except (pa.ArrowInvalid, OSError, KeyError, ValueError):
+        rule = f"a folder in which {RESULTS_PARQUET} of each claim is whole"
+        raise refuse("study", "out", rule, str(path), remedy) from None
+    if list(rows)[:1] != known[:1] or not set(rows) <= set(known):
+        named, there = (", ".join(f"“{key}”" for key in keys) or "none" for keys in (known, rows))
+        rule = f"a folder whose results of {claim.key} are of its settings, {named}"
+        raise ParameterError(f"study.out must be {rule}, got {there} in {path}; {remedy}.")
+    return Finding(claim, rows, minutes)
 
 
 def work_on(claim: Claim, lab: Lab) -> Finding:

@@ -123,3 +123,10 @@ def test_a_posterior_that_was_changed_is_refused(tmp_path):
 def test_a_column_that_is_no_quantity_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="table_inertia"):
         Own(machines=1, posterior=table(tmp_path, machine__table_inertai=[4.0]))
+
+
+def test_a_posterior_that_is_no_parquet_file_is_refused(tmp_path):
+    (tmp_path / "draws.csv").write_text("machine.table_inertia\n4.0\n")
+    said = r"posterior must be a Parquet file of joint draws, got '.*draws.csv'; indexer twin leaves one"
+    with pytest.raises(ParameterError, match=said):
+        Own(machines=1, posterior=str(tmp_path / "draws.csv"))

@@ -280,6 +280,15 @@ def test_each_file_of_a_sweep_is_a_choice(tmp_path):
         (("simulate", "out=s3://a/b"), "out must be a path on this machine, got 's3://a/b'"),
         (("new", "machine", "-m", "machine.stations=4,6", "out=new"), "out must be one file, got 'a sweep'"),
         (("simulate", "-m", "seed=1,2", "out=full"), "out must be a folder of its own in a sweep, got 'full'"),
+        (("simulate", "machine=./mine"), "machine must be one of reference, smooth or a file that ends in .yaml, got"),
+        (
+            ("check", "-m", "data=a,b"),
+            "check must be run without -m, as it writes no folder that could hold the jobs",
+        ),
+        (
+            ("generate", "campaign=random", "campaign.draws.machine.table_inertia={uniform:[1,2]}", "out=x"),
+            "to replace it, give ~campaign.draws.machine.table_inertia and '+campaign.draws.machine.table_inertia={uni",
+        ),
     ],
 )
 def test_what_was_silent_or_a_traceback_is_a_sentence(call, tmp_path, monkeypatch, arguments, said):

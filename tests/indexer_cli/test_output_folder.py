@@ -1,5 +1,7 @@
 import errno
 import fcntl
+import os
+from pathlib import Path
 
 import pytest
 
@@ -92,6 +94,26 @@ def test_a_file_is_no_folder(tmp_path):
         check_output_folder(tmp_path / "out" / "below", OWN, False)
     with pytest.raises(StoreError, match="must be a folder"):
         check_output_folder(tmp_path / "out", OWN, True)
+
+
+@pytest.mark.parametrize("below", ["", "inner"])
+def test_the_working_folder_and_those_above_it_are_not_replaced(tmp_path, monkeypatch, below):
+    (tmp_path / "here" / below).mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "here" / below)
+    with pytest.raises(StoreError, match="which is the working folder or one above it; name a folder in it"):
+        check_output_folder(tmp_path / "here", OWN, False)
+
+
+def test_a_folder_that_cannot_be_replaced_is_refused_before_the_work(tmp_path, monkeypatch):
+    out = write(tmp_path / "out", "first")
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "is_mount", lambda path: path.name == "out")
+        with pytest.raises(StoreError, match=r"got .*out, where a disk is mounted; name a folder in it"):
+            check_output_folder(out, OWN, True)
+    monkeypatch.setattr(os, "access", lambda path, _: Path(path) != tmp_path)
+    with pytest.raises(StoreError, match=r"got .*out, in .*, which may not be written to; name a folder in it"):
+        check_output_folder(out, OWN, True)
+    assert files(out) == {"mark.txt": "first"}
 
 
 def test_a_folder_that_cannot_be_locked_is_told_in_a_sentence(tmp_path, monkeypatch):

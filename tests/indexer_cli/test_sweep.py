@@ -81,3 +81,24 @@ def test_one_run_leaves_no_table(tmp_path, simulate):
     assert simulate("out=one")[0] == 0
     assert sorted(path.name for path in (tmp_path / "one").iterdir()) == ["record.csv", "record.json", "record.png"]
     assert [path.name for path in tmp_path.iterdir()] == ["one"]
+
+
+def test_a_sweep_of_which_no_job_is_done_keeps_the_table_of_an_earlier_one(tmp_path, simulate):
+    assert simulate("-m", "seed=0,1", "out=sw")[0] == 0
+    before = (tmp_path / "sw" / TABLE).read_text()
+    code, out, err = simulate("-m", "seed=0,1", "out=sw")
+    assert code == 2 and err.count("set overwrite=true to replace the earlier result") == 2
+    assert "2 jobs, 2 failed; sw/sweep.csv is that of an earlier sweep" in out
+    assert (tmp_path / "sw" / TABLE).read_text() == before
+
+
+def test_a_sweep_in_which_all_fail_leaves_their_reasons(tmp_path, simulate):
+    code, out, _ = simulate("-m", "faults.backlash_deg=-1,-2", "out=sw")
+    assert code == 2 and "2 jobs, 2 failed: sw/sweep.csv" in out
+    assert [row["outcome"] for row in table(tmp_path / "sw" / TABLE)] == ["failed", "failed"]
+
+
+def test_a_sweep_into_the_working_folder_has_its_table_too(tmp_path, simulate):
+    code, out, err = simulate("-m", "seed=0,1", "out=.")
+    assert code == 0 and "2 jobs, 0 failed: sweep.csv" in out, err
+    assert [row["seed"] for row in table(tmp_path / TABLE)] == ["0", "1"]

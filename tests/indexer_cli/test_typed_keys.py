@@ -24,6 +24,7 @@ from discrepancy.indexer.windows import Experiment
 from discrepancy.records.conditions import Conditions
 from indexer_cli.typed_keys import OWNERS, as_typed, dotted
 from indexer_cli.verbs import VERBS, Verb
+from indexer_env.drive_sensors import DriveSensors
 from indexer_env.faults import Faults
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -44,7 +45,18 @@ def module_of(verb: Verb) -> ModuleType:
 COMMANDS = {name: module_of(verb) for name, verb in VERBS.items()}
 CLASSES = {
     kind.__name__: kind
-    for kind in (Machine, OperatingPoint, Sensor, Faults, Run, Conditions, Experiment, Mlp, *FEATURES.values())
+    for kind in (
+        Machine,
+        OperatingPoint,
+        Sensor,
+        Faults,
+        Run,
+        DriveSensors,
+        Conditions,
+        Experiment,
+        Mlp,
+        *FEATURES.values(),
+    )
 }
 
 
@@ -163,6 +175,7 @@ RECORDS = ("measured=files", "out=x", "known.motor_speed_rpm=1500", "known.load_
         ("generate", ("out=x", "machine.input_joint.stiffness=-1"), "machine.input_joint.stiffness"),
         ("generate", ("out=x", "sensor.lowpass_hz=600"), "sensor.lowpass_hz"),
         ("generate", ("out=x", "run.step=-1"), "run.step"),
+        ("simulate", ("out=x", "drive_sensors.signals=[motor_torqe]"), "drive_sensors.signals"),
         (
             "generate",
             ("out=x", "+machine.effects.friction.coulomb.torque=a"),

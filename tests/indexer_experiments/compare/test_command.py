@@ -82,6 +82,24 @@ def test_bad_input_is_one_sentence_before_anything_is_made(study, tmp_path, give
     assert not list(tmp_path.iterdir())
 
 
+def test_a_file_where_the_data_sets_should_be_is_told_as_data(run_command, tmp_path):
+    (tmp_path / "table.csv").touch()
+    given = ("study=benchmark", "methods=[logistic]", f"data={tmp_path / 'table.csv'}", f"out={tmp_path / 'out'}")
+    code, _, err = run_command(command, *given)
+    assert code == 2 and err.startswith("error: data must be a folder, got ") and err.count("\n") == 1
+
+
+def test_a_number_of_records_is_refused_where_they_are_always_the_same(run_command, tmp_path):
+    out = tmp_path / "out"
+    code, _, err = run_command(command, "study=benchmark", "records=300", f"out={out}")
+    assert code == 2 and err == (
+        "error: records must be left out with study=benchmark, whose records are always the same, got 300; leave it "
+        "out, or compare on data sets of that size with study=baselines.\n"
+    )
+    assert not out.exists()
+    assert [name for name, study in studies.STUDIES.items() if not study.sized] == ["benchmark"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("study", ["baselines", "severity", "novelty", "robustness"])
 def test_every_study_runs(study, tmp_path_factory, tmp_path):

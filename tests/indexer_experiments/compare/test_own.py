@@ -1,5 +1,6 @@
 """Methods of a user's own file join a comparison, and their results a leaderboard. Random choices are seeded."""
 
+import numpy as np
 import pytest
 
 from classifier.results import Row, write_results
@@ -22,9 +23,51 @@ class First:
     def logits(self, records):
         return np.tile(np.eye(self.classes)[0], (len(records), 1))
 
+class NotFinite(First):
+    def logits(self, records):
+        return np.full((len(records), self.classes), np.nan)
+
+class TooMany(First):
+    def logits(self, records):
+        return np.zeros((len(records), self.classes + 1))
+
+class TooFew(First):
+    def logits(self, records):
+        return np.zeros((len(records), self.classes - 1))
+
+class OneRow(First):
+    def logits(self, records):
+        return np.zeros((1, self.classes))
+
+class NoLogits:
+    def fit(self, dataset, seed):
+        return None
+
+class NoFit:
+    def fit(self, dataset, seed):
+        raise KeyError("first line\\nsecond line")
+
+class Asks:
+    def __init__(self, size):
+        pass
+
+    def fit(self, dataset, seed):
+        pass
+
+class LooksUp:
+    def fit(self, dataset, seed):
+        self.dataset = dataset
+        return self
+
+    def logits(self, records):
+        classes = self.dataset.codes.positions(self.dataset.classes)
+        found = [classes[np.flatnonzero((self.dataset.records == record).all(axis=1))[0]] for record in records]
+        return 10.0 * np.eye(len(self.dataset.codes.classes))[found]
+
 first = First()
 nothing = 3
 """
+"""Methods of a user's file; `LooksUp` gives the labels of records that it has been shown."""
 
 
 @pytest.fixture
@@ -57,6 +100,30 @@ def test_what_is_no_method_is_refused_in_a_sentence(mine, tmp_path, name: str, s
     broken.write_text("undefined\n")
     with pytest.raises(ParameterError, match=sentence):
         method_of(name.format(mine=mine, broken=broken))
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "remedy"),
+    [
+        ("NotFinite", r"whose logits are an array \(n, classes\) of finite numbers", "they have what is not finite"),
+        ("TooMany", r"whose logits are .* of finite numbers, here \(60, 3\)", r"they have the shape \(60, 4\)"),
+        ("TooFew", r"whose logits are .* of finite numbers, here \(60, 3\)", r"they have the shape \(60, 2\)"),
+        ("OneRow", r"whose logits are .* of finite numbers, here \(60, 3\)", r"they have the shape \(1, 3\)"),
+        ("NoLogits", "that give an array .* as logits", "it raised AttributeError"),
+        ("NoFit", "that can fit", r"it raised KeyError: 'first line\\nsecond line'; HYDRA_FULL_ERROR=1 shows where"),
+        ("Asks", "that can be made without arguments", "it raised TypeError"),
+    ],
+)
+def test_what_a_method_does_amiss_is_a_sentence(mine, tones, tmp_path, name: str, rule: str, remedy: str) -> None:
+    said = rf"compare.methods must be names of methods {rule}.*, got '.*mine.py:{name}'; {remedy}"
+    with pytest.raises(ParameterError, match=said):
+        rows_of("benchmark", "tones", tones, Setting(0, 200, tmp_path, (f"{mine}:{name}",)))
+
+
+def test_a_method_of_ones_own_does_not_see_the_records_that_judge_it(mine, tones, tmp_path) -> None:
+    with pytest.raises(ParameterError, match="it raised IndexError"):
+        rows_of("benchmark", "tones", tones, Setting(0, 200, tmp_path, (f"{mine}:LooksUp",)))
+    assert np.isfinite(tones.records).all()
 
 
 def test_only_studies_that_say_so_take_methods_of_ones_own(mine) -> None:

@@ -7,12 +7,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from classifier.dataset import SUBSETS
+from datagen.recipes import order_of
 from indexer_env.errors import ParameterError
+from indexer_experiments.study import lab
 from indexer_experiments.study.claims import CLAIMS, chosen
+from indexer_experiments.study.claims import fig11 as fig11_claim
 from indexer_experiments.study.claims.fig4 import CUTS, RESOLUTIONS
 from indexer_experiments.study.claims.fig6 import HIDDEN
 from indexer_experiments.study.claims.fig9 import RULES
 from indexer_experiments.study.claims.pairs import HIDDEN as PAIR_HIDDEN
+from indexer_experiments.study.settings import DIAGNOSIS
 from indexer_experiments.study.verdicts import Verdict, conjunction
 
 SEEDS = range(3)
@@ -155,6 +159,50 @@ def test_numbers_that_help_to_understand_a_line(trials):
     assert why["fig9"][0].startswith("Of ten rules trainrp is number 10, the worst other rule is train")
     assert why["fig11"][1] == "The output reaches one half at 50 % of the largest play."
     assert "With each error on its targets' own scale the ratio would be 0.5." in why["fig7"][0]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        (np.linspace(0.0, 0.3, 11), "at no play."),
+        (np.linspace(0.0, 1.0, 11), "at 50 % of the largest play."),
+        ((0.0, 0.2, 0.6, 0.4, 0.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6), "at 18 % of the largest play."),
+    ],
+)
+def test_one_half_is_reached_where_the_output_first_rises_to_it(outputs, said):
+    rows = [
+        {"data_seed": seed, "network": 0, "play": 1e-4 * step, "output": float(output)}
+        for seed in SEEDS for step, output in enumerate(outputs)
+    ]  # fmt: skip
+    assert CLAIMS["fig11"].judge(rows)[1].why == f"The output reaches one half {said}"
+
+
+def test_the_play_is_told_on_machines_that_taught_none(tmp_path, monkeypatch):
+    """Recipes of one seed have the same machines, so that the sweep of plays has another seed."""
+    asked = []
+
+    def asked_for(recipe, seed, folder):
+        asked.append(order_of(recipe, seed))
+        return tmp_path
+
+    def stop(folder):
+        raise InterruptedError
+
+    monkeypatch.setattr(lab, "make", asked_for)
+    monkeypatch.setattr(lab.Lab, "train", lambda *_: None)
+    monkeypatch.setattr(fig11_claim, "labelled_by_code", lambda _: None)
+    monkeypatch.setattr(fig11_claim, "read", stop)
+    with pytest.raises(InterruptedError):
+        CLAIMS["fig11"].collect(lab.Lab(lab.Size(2, 1, 0, 1), 0, tmp_path), DIAGNOSIS[0])
+    paths = ("input_joint.stiffness", "output_joint.stiffness")
+    taught, judged = (
+        {
+            tuple(order.campaign.item(k, order.base, order.seed).machine.get(path) for path in paths)
+            for k in range(order.count)
+        }
+        for order in asked
+    )
+    assert taught and judged and not taught & judged
 
 
 @pytest.mark.parametrize("key", CLAIMS)

@@ -1,14 +1,19 @@
 """The command from end to end on a small setting, in this process; the whole quick study is slow."""
 
 import dataclasses
+import json
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
 
+import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
+from indexer_env.errors import ParameterError
 from indexer_experiments.study import __main__ as study
 from indexer_experiments.study.claims import CLAIMS
 from indexer_experiments.study.claims.pairs import Fig8
@@ -90,8 +95,8 @@ def test_what_is_done_is_not_done_again(out, run, settings, monkeypatch):
         (("size.epoch=5",), "did you mean 'epochs'"),
         (("seed=-1",), "seed must be a whole number"),
         (("threads=0",), "threads must be a whole number"),
-        (("size.trainings=3",), "of another size or seed"),
-        (("seed=5",), "of another size or seed"),
+        (("size.trainings=3",), "it holds one with size.trainings 2 instead of 3; name another"),
+        (("seed=5",), "it holds one with seed 0 instead of 5; name another"),
         (("out=null",), "out must be a path"),
     ],
 )
@@ -113,6 +118,54 @@ def test_a_folder_with_other_files_is_left_alone(run, tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+def test_a_study_of_other_versions_is_not_gone_on_with(out, run, tmp_path, capsys):
+    marked = json.loads((out / "study.json").read_text())
+    marked["versions"]["numpy"] = "1.0"
+    (tmp_path / "study.json").write_text(json.dumps(marked))
+    with pytest.raises(SystemExit):
+        run(f"out={tmp_path}", "claims=fig8", *TINY)
+    assert "of the same size, seed and versions, got" in (err := capsys.readouterr().err)
+    assert "it holds one with numpy 1.0 instead of " in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]"])
+def test_a_mark_that_is_cut_off_is_refused(run, tmp_path, capsys, content):
+    (tmp_path / "study.json").write_text(content)
+    with pytest.raises(SystemExit):
+        run(f"out={tmp_path}", "claims=fig8", *TINY)
+    err = capsys.readouterr().err
+    assert "out must be a folder whose study.json is whole, got" in err and err.count("\n") == 1
+
+
+def _without(table: pa.Table, setting: str) -> pa.Table:
+    return table.filter(pc.field("setting") != setting)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda path: path.write_bytes(path.read_bytes()[:-100]), "in which results.parquet of each claim is whole"),
+        (lambda path: pq.write_table(pq.read_table(path).replace_schema_metadata(), path), "of each claim is whole"),
+        (lambda path: pq.write_table(pq.read_table(path).drop(["setting"]), path), "of each claim is whole"),
+        (lambda path: pq.write_table(_without(pq.read_table(path), "small"), path), "got “other” in"),
+        (lambda path: pq.write_table(pq.read_table(path)[:0], path), "“small”, “other”, got none in"),
+    ],
+)
+def test_results_that_are_damaged_are_refused(out, settings, tmp_path, monkeypatch, spoil, said):
+    monkeypatch.setattr(Fig8, "settings", settings)
+    shutil.copytree(out / "fig8", tmp_path / "fig8")
+    spoil(tmp_path / "fig8" / "results.parquet")
+    with pytest.raises(ParameterError, match=r"study\.out must be a folder .*; delete .*fig8, and the claim") as told:
+        stored(CLAIMS["fig8"], tmp_path)
+    assert said in str(told.value)
+
+
+def test_results_under_settings_that_a_claim_has_no_longer_are_refused(out, settings, monkeypatch):
+    monkeypatch.setattr(Fig8, "settings", settings[:1])
+    with pytest.raises(ParameterError, match="of its settings, “small”, got “small”, “other” in"):
+        stored(CLAIMS["fig8"], out)
+
+
 @pytest.mark.slow
 def test_the_whole_quick_study(tmp_path):
     given = (f"out={tmp_path}", "size=quick", "size.others=1", "threads=1")
@@ -131,8 +184,9 @@ def test_the_verdicts_as_markdown_are_those_of_the_page(out):
     assert "| **small**: small data |" in text and "| **other**: other data |" in text
 
 
-def test_the_page_begins_with_what_a_minute_needs(out):
+def test_the_page_begins_with_what_a_minute_needs(out, settings, monkeypatch):
     """The paper's number, ours with its interval, the verdict and why, of the line that decides; then the rule."""
+    monkeypatch.setattr(Fig8, "settings", settings)
     top = (out / "report.html").read_text(encoding="utf-8").split("<h2")[0]
     line = deciding(stored(CLAIMS["fig8"], out).main)
     for words in (line.paper, line.found, line.says, line.why.split(":")[0], line.verdict):
