@@ -49,18 +49,19 @@ def run(config: dict[str, Any]) -> None:
         outcome = run_chain(subject, config["seed"], begin, criteria)
         begin(_WRITE)
         # Drawing is loaded only now: a record that is refused is refused sooner.
-        from discrepancy.report import headline, report_files, to_do
+        from discrepancy.report import headline, plain, report_files, to_do
 
         with output_folder(out, FILES, config["overwrite"]) as folder:
             for name, text in report_files(outcome).items():
                 (folder / name).write_text(text, encoding="utf-8")
     console = plain_console()
-    console.print(f"{outcome.answer.verdict}: {headline(outcome)}")
+    first = f"{outcome.answer.verdict}: {headline(outcome)}"
     left = () if outcome.left is None else outcome.left.sentences
     told = *left, *outcome.of_records, *outcome.answer.written.remarks
-    for sentence in (*told, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes):
-        console.print(f"  {sentence}")
-    console.print(f"written {out} in {time.perf_counter() - started:.0f} s")
+    rest = *told, f"Next: {to_do(outcome)}", *outcome.failures, *subject.notes
+    last = f"written {out} in {time.perf_counter() - started:.0f} s"
+    for line in (first, *(f"  {sentence}" for sentence in rest), last):
+        console.print(plain(line, console.encoding))
 
 
 main = hydra_command("explain")(run)

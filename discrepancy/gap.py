@@ -5,7 +5,8 @@ repeat, over the noise's:
 
     gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - f N)
 
-Intervals come from windows drawn again with replacement (bootstrap).
+Intervals come from windows drawn again with replacement (bootstrap), wider where they are few: by the quantile of
+Student's law of w - 1 degrees of freedom over the normal law's, and by √(w/(w - 1)).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from discrepancy.place import Point
 from discrepancy.subjects.base import View
@@ -62,11 +64,12 @@ def gap_of(before: Point, after: Point, view: View, floor: float, rng: np.random
     drawn = np.array([sums[:, rng.integers(0, w, w)].sum(axis=1) for _ in range(_DRAWS)]).T
     whole = sums.sum(axis=1)
     noise_floor, old, new = (
-        _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6])) for k in (3, 4, 5)
+        _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6]), w) for k in (3, 4, 5)
     )  # fmt: skip
     if whole[1] - floor * whole[0] <= 0.1 * floor * whole[0]:
         return Gap(noise_floor, old, new, None)
-    return Gap(noise_floor, old, new, _share(_closed(whole, floor), _closed(drawn, floor)))
+    closed = _share(_closed(whole, floor), _closed(drawn, floor), w, low=-math.inf, high=1.0)
+    return Gap(noise_floor, old, new, closed)
 
 
 def _closed(sums: np.ndarray, floor: float) -> np.ndarray:
@@ -76,6 +79,10 @@ def _closed(sums: np.ndarray, floor: float) -> np.ndarray:
     return np.minimum(closed, 1.0)
 
 
-def _share(value: np.ndarray, drawn: np.ndarray) -> Share:
-    low, high = np.nanquantile(drawn, _ENDS)
-    return Share(float(value), float(low), float(high))
+def _share(value: np.ndarray, drawn: np.ndarray, windows: int, low: float = 0.0, high: float = math.inf) -> Share:
+    """A value with its interval, which ends where no value can lie: beyond `low` and `high`."""
+    ends = np.nanquantile(drawn, _ENDS)
+    # few windows drawn again differ too little, and tell little of how far they differ: Student's law
+    wider = math.sqrt(windows / max(1, windows - 1)) * stdtrit(max(1, windows - 1), _ENDS[1]) / ndtri(_ENDS[1])
+    ends = value + wider * (ends - value)
+    return Share(float(value), max(low, float(ends[0])), min(high, float(ends[1])))

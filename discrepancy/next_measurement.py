@@ -1,10 +1,10 @@
 """Which measurement would settle what is open: the one in which two explanations of the records differ most.
 
 Each set of effects, as the records so far left it, is simulated at the imagined conditions. The other one may adapt:
-its parameters x within what the records so far allow (information S, start states eliminated), its windows' start
-states y freely, both linearised:
+its parameters x within what the records so far tell (information I, start states eliminated) and what was known before
+(precision P), its windows' start states y freely, both linearised:
 
-    separation = 1/D · min over x, y of ‖(r_other - r_true)/σ + G x + L y‖² + xᵀ S x
+    separation = min over x, y of ‖(r_other - r_true)/σ + G x + L y‖²/D + xᵀ (I/D + P) x
 
 in units of twice a log-likelihood, the smaller one of the two ways round. D is the dispersion under which the search
 compared its sets: what a model gets wrong does not average out as noise does.
@@ -68,12 +68,13 @@ class Separation:
 
 @dataclass(frozen=True, eq=False)
 class _Rival:
-    """One set as the records so far left it: its place, by parameter name, and the information S about them."""
+    """One set as the records so far left it: its place, by parameter name, the information I + P about them, and D."""
 
     hypothesis: Hypothesis
     names: tuple[str, ...]
     z: np.ndarray
     information: np.ndarray
+    dispersion: float
 
 
 def question_of(answer: Explanation) -> Question | None:
@@ -118,7 +119,7 @@ def separations(subject: Subject, answer: Explanation, question: Question) -> tu
     first."""
     if len(question.rivals) < 2:
         return ()
-    rivals = [_rival(answer.selection.model, one.place) for one in question.rivals]
+    rivals = [_rival(answer.selection.model, one.place, answer.selection.dispersion) for one in question.rivals]
     pairs = list(itertools.combinations(range(len(rivals)), 2))
     found = []
     for measurement in subject.measurements():
@@ -132,7 +133,7 @@ def separations(subject: Subject, answer: Explanation, question: Question) -> tu
     return tuple(sorted(found, key=lambda s: -s.separation))
 
 
-def _rival(model: Model, place: Point) -> _Rival:
+def _rival(model: Model, place: Point, dispersion: float) -> _Rival:
     """What the records tell of the physics, what belongs to single records eliminated."""
     problem = Problem(model, place.hypothesis)
     whole = problem.equations(place).reduced()[0]
@@ -143,7 +144,7 @@ def _rival(model: Model, place: Point) -> _Rival:
     if len(other):
         information = information - across @ np.linalg.pinv(whole[np.ix_(other, other)], hermitian=True) @ across.T
     names = tuple(problem.parameters[k].name for k in own)
-    return _Rival(place.hypothesis, names, place.z[own], _positive(information))
+    return _Rival(place.hypothesis, names, place.z[own], _positive(information), dispersion)
 
 
 def _positive(information: np.ndarray) -> np.ndarray:
@@ -164,7 +165,9 @@ def _separation(measurement: Measurement, true: _Rival, other: _Rival) -> float:
     at = [k for k, p in enumerate(problem.parameters) if not p.of_record]
     known = np.zeros_like(system.A)
     known[np.ix_(at, at)] = other.information
-    known += np.diag([float(p.known and p.of_record) for p in problem.parameters])
+    # D divides all in the end, but what was known beforehand is no less known for it
+    more = (other.dispersion - (0.0 if p.of_record else 1.0) for p in problem.parameters)
+    known += np.diag([float(p.known) * d for p, d in zip(problem.parameters, more, strict=True)])
     system = dataclasses.replace(system, A=system.A + known)
     step, local = _least(system.reduced(), system.b, system.C)
     left = difference + np.tensordot(step, by_global, 1) + np.einsum("wl,lwn->wn", local, by_local)

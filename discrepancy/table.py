@@ -88,8 +88,13 @@ def _best(answer: Explanation, careful: Point, forms: Sequence[Form]) -> Table:
     before, after = held_places([answer.accepted.place, place], answer.held_out, [known])
     levels = [p.level(answer.held_out) for p in (before, after)]
     floor = answer.remains.noise**2
-    closes = (levels[0] ** 2 - levels[1] ** 2) / max(levels[0] ** 2 - floor, 1e-9)
-    return Table(form, (), levels[0], levels[1], closes, place)
+    return Table(form, (), levels[0], levels[1], closed_of(levels[0], levels[1], floor), place)
+
+
+def closed_of(before: float, after: float, floor: float) -> float:
+    """Share of what remained above `floor` (a mean square) that a table closes; chance may bring it below the floor,
+    but no more than what remained can be closed."""
+    return min(1.0, (before**2 - after**2) / max(before**2 - floor, 1e-9))
 
 
 def _careful(answer: Explanation) -> Point:

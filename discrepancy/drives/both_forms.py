@@ -12,7 +12,7 @@ from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.sessions import Slots, told
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
-from discrepancy.subjects.base import Axis, Subject, binned
+from discrepancy.subjects.base import Axis, Subject, binned, told_apart
 
 _CELLS = 8
 
@@ -70,5 +70,5 @@ def axis_of(name: str, values: np.ndarray, whole: np.ndarray, unit: str, inside:
     as sentences say from when on."""
     edges = np.linspace(float(whole.min()), float(whole.max()), _CELLS + 1)
     share = 0.0 if name == "time" else 0.5
-    labels = tuple(f"{low + share * (high - low):.2g} {unit}" for low, high in itertools.pairwise(edges))
-    return Axis(name, labels, binned(values, edges, inside))
+    places = [low + share * (high - low) for low, high in itertools.pairwise(edges.tolist())]
+    return Axis(name, told_apart(places, unit), binned(values, edges, inside))

@@ -25,7 +25,7 @@ _SAME = 1.5
 
 
 def lines(
-    residuals: Sequence[np.ndarray], sample_rate: float, motor: Sequence[float]
+    residuals: Sequence[np.ndarray], sample_rate: float | Sequence[float], motor: Sequence[float]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Orders of the motor shaft [-] and fixed frequencies [Hz] that stand out of every record, the strongest first.
 
@@ -38,8 +38,9 @@ def lines(
     motor : sequence of float
         Speed of the motor shaft in each record [Hz].
     """
-    peaks = [_peaks(row, sample_rate) for row in residuals]
-    width = sample_rate / min(len(row) for row in residuals)
+    rates = np.broadcast_to(sample_rate, len(residuals)).tolist()
+    peaks = [_peaks(row, rate) for row, rate in zip(residuals, rates, strict=True)]
+    width = max(rate / len(row) for row, rate in zip(residuals, rates, strict=True))
     hums = _common(peaks, [1.0] * len(peaks), _SAME * width)
     orders = _common(peaks, motor, _SAME * width / min(motor))
     halves = (round(2.0 * order) / 2.0 for order in orders if _near_half(order))

@@ -24,11 +24,12 @@ def with_found_lines(view: View, residual: np.ndarray) -> View:
     """The view with the lines that stand out of residuals (w, n) in every record, and in each of its channels, added to
     its own."""
     numbers, parts = zip(*parts_of(view), strict=True)
-    step = float(np.median(np.diff(view.time[parts[0]])))
+    # records of a drive may have rates of their own
+    rates = [1.0 / float(np.median(np.diff(view.time[part]))) for part in parts]
     spans = dict(zip(numbers, (float(np.ptp(view.time[part])) for part in parts), strict=True))
     width = np.array([1.0 / spans[number] for number in range(len(view.noise))])
     motor = view.shafts.get(_MOTOR, np.ones(len(width)))
-    orders, hums = lines([residual[part] for part in parts], 1.0 / step, motor[list(numbers)].tolist())
+    orders, hums = lines([residual[part] for part in parts], rates, motor[list(numbers)].tolist())
     found = [Line(f"{f:.4g} Hz", "fixed frequency", np.full(len(width), f)) for f in hums]
     if _MOTOR in view.shafts:
         found += [Line(f"order {order:g} of the {_MOTOR}", _MOTOR, order * motor) for order in orders]

@@ -94,6 +94,8 @@ class Where:
     alarms : float
         Rate of false alarms over all cells and lines.
     draws : int
+    spread : tuple of Cell
+        The significant cells of the map.
     """
 
     level: float
@@ -104,11 +106,12 @@ class Where:
     sentences: tuple[str, ...]
     alarms: float
     draws: int
+    spread: tuple[Cell, ...]
 
     @property
     def significant(self) -> tuple[Cell | Spot, ...]:
         """Cells and lines that disagree, the most extreme first."""
-        found = [*(c for c in self.cells if c.significant), *(s for s in self.spots if s.significant)]
+        found = [*(c for c in (*self.cells, *self.spread) if c.significant), *(s for s in self.spots if s.significant)]
         return tuple(sorted(found, key=lambda one: (one.p, -_size(one))))
 
 

@@ -27,24 +27,31 @@ _ONE_SPEED = 0.01
 """Spread of a line's frequencies over the records, relative, up to which these count as taken at one speed."""
 
 
-def sentences(level: float, cells: Sequence[Cell], spots: Sequence[Spot], passes: np.ndarray) -> tuple[str, ...]:
+def sentences(
+    level: float, cells: Sequence[Cell], spots: Sequence[Spot], passes: np.ndarray, spread: Sequence[Cell] = ()
+) -> tuple[str, ...]:
     """What the significant cells and lines of a residual at this level say, axis by axis.
 
-    `passes` (2, stations) are the mean squares of each station's first and second cam turn, NaN where there is none.
+    `passes` (2, stations) are the mean squares of each station's first and second cam turn, NaN where there is none;
+    `spread` are the significant cells of the map, which speak where no cell of a single axis does.
     """
-    if not any(one.significant for one in (*cells, *spots)):
-        return (f"The residual is {level:.2f} times the noise, and no cell or line disagrees beyond chance.",)
-    said = [f"The residual is {level:.2f} times the noise."]
+    residual = f"On the records fitted the residual is {level:.2f} times the noise"
+    if not any(one.significant for one in (*cells, *spots, *spread)):
+        return (f"{residual}, and no cell or line disagrees beyond chance.",)
+    said = [f"{residual}."]
     for axis in dict.fromkeys(cell.axis for cell in cells):
         mine = [cell for cell in cells if cell.axis == axis]
         if any(cell.significant for cell in mine):
             said += _of_axis(axis, mine, passes)
+    if spread and not any(cell.significant for cell in cells):
+        top = _strongest(spread)
+        said.append(f"By {top.axis} together it stands out at {top.label}: {top.level:.1f} times the noise.")
     return (*said, *_of_lines(spots))
 
 
-def shortly(cells: Sequence[Cell], spots: Sequence[Spot]) -> str:
+def shortly(cells: Sequence[Cell], spots: Sequence[Spot], spread: Sequence[Cell] = ()) -> str:
     """Where the disagreement is, in a few words for a headline: the cell that stands out most from the others of its
-    axis, or the strongest line; "" where nothing disagrees beyond chance."""
+    axis, or else of the map, or the strongest line; "" where nothing disagrees beyond chance."""
     contrasts = []
     for axis in dict.fromkeys(cell.axis for cell in cells):
         mine = [cell for cell in cells if cell.axis == axis]
@@ -56,12 +63,16 @@ def shortly(cells: Sequence[Cell], spots: Sequence[Spot]) -> str:
     line = max(telling, key=lambda s: s.prominence, default=None)
     if line is not None and line.prominence > _OUTSTANDING:
         return f"at {line.name}"
-    if not contrasts:
+    if not contrasts and not spread:
         return ""
-    cell = max(contrasts, key=lambda pair: pair[0])[1]
+    cell = max(contrasts, key=lambda pair: pair[0])[1] if contrasts else _strongest(spread)
     if cell.axis in ("cam phase", "time"):
         return f"most at a {cell.axis} from {cell.label} on"
     return f"most at {cell.axis} {cell.label}" if cell.axis == STATION else f"most at {cell.label} ({cell.axis})"
+
+
+def _strongest(cells: Sequence[Cell]) -> Cell:
+    return max(cells, key=lambda cell: cell.level)
 
 
 def _excess(cells: Sequence[Cell]) -> np.ndarray:
@@ -89,6 +100,7 @@ def _of_axis(axis: str, cells: list[Cell], passes: np.ndarray) -> list[str]:
 def _phases(cells: list[Cell], excess: np.ndarray) -> str:
     """The strongest cells that hold half of the excess, as ranges of the cam turn. A cell that no record has samples of
     is not among them."""
+    excess = np.where([cell.significant for cell in cells], excess, 0.0)
     order = np.argsort(-excess)
     held = np.cumsum(excess[order]) / excess.sum()
     chosen = np.sort(order[: int(np.searchsorted(held, _HALF)) + 1])
@@ -100,12 +112,15 @@ def _phases(cells: list[Cell], excess: np.ndarray) -> str:
 
 
 def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
+    if len(cells) < 2:
+        station = cells[0].label
+        return f"All records show station {station} alone, so whether it is locked to the table's turns is not known."
     top, middle = float(excess.max()), float(np.median(excess))
     if top < _UNEVEN * max(middle, 0.05 * top, 0.1) and top < 2.0 * max(float(excess.min()), 0.1):
         return "It is much the same at every station, so it is not locked to the table's turns."
     stands_out = top >= _UNEVEN * max(middle, 0.05 * top, 0.1)
     strong = [int(k) for k in np.argsort(-excess) if excess[k] > (_HALF if stands_out else 1.0 - 1e-9) * top]
-    names = joined([cells[k].label for k in strong[:3]])
+    names = joined([cells[k].label for k in sorted(strong)])
     weak = [cells[k].level for k in range(len(cells)) if k not in strong]
     where = f"at station {names}: {cells[strong[0]].level:.1f} times the noise, where the other stations have "
     where += f"{float(np.median(weak)):.1f}"

@@ -116,10 +116,16 @@ def located(residual: np.ndarray, law: Law) -> Where:
         frequencies = tuple(map(float, line.frequency))
         chance = float(chances[k])
         spots.append(Spot(line.name, line.kind, frequencies, float(found[k]), chance, bool(significant[k])))
+    both, labels = f"{upwards.name} and {across.name}", _table(view).labels
+    spread = tuple(
+        Cell(both, labels[k - at], math.sqrt(float(found[k])), float(expected[k]), float(chances[k]), True)
+        for k in range(at, cells)
+        if significant[k]
+    )
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
-    said = sentences(level, rows, spots, _passes(residual, view))
+    said = sentences(level, rows, spots, _passes(residual, view), spread)
     repeats = _repeats(residual, view) if view.aligned else math.nan
-    return Where(level, repeats, tuple(rows), tuple(spots), picture, said, ALARMS, len(law.under))
+    return Where(level, repeats, tuple(rows), tuple(spots), picture, said, ALARMS, len(law.under), spread)
 
 
 def _passes(residual: np.ndarray, view: View) -> np.ndarray:

@@ -23,6 +23,9 @@ _TEXTS = ("machine", "unit", "time_column", "signal_column")
 FLAGS = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 """Cells that say yes or no."""
 
+_ONE = 0.01
+"""Difference up to which speeds or loads count as one, over the largest: pulses never give the same twice."""
+
 
 @dataclass(frozen=True)
 class Conditions(RecordConditions):
@@ -245,3 +248,17 @@ def _value(key: str, cell: str, place: str) -> Any:
         if _si(key) not in {field.name for field in dataclasses.fields(Conditions)}:
             return cell
         raise SignalError(f"{place}: {key} must be a number, got {cell!r}; correct the cell.") from None
+
+
+def grouped(values: Sequence[float]) -> tuple[list[int], list[float]]:
+    """Speeds or loads that count as one: the number of each value's group, no value further than `_ONE` from the least
+    of its group, and the groups' means, the least first."""
+    order = sorted(values)
+    near = _ONE * max(map(abs, order))
+    groups = [[order[0]]]
+    for value in order[1:]:
+        if value - groups[-1][0] > near:
+            groups.append([])
+        groups[-1].append(value)
+    number = {value: k for k, group in enumerate(groups) for value in group}
+    return [number[value] for value in values], [sum(group) / len(group) for group in groups]

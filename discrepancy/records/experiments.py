@@ -16,6 +16,7 @@ from discrepancy.indexer import Experiment
 from discrepancy.indexer.reading import of_its_rate
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
 from discrepancy.noise import limited_noise, noise_of, shared_noise
+from discrepancy.records.conditions import grouped
 from discrepancy.records.division import divided
 from discrepancy.records.likeness import ALIKE, LIKENESS, check_likeness, checked_motion, other_stations
 from discrepancy.records.matching import likest, likest_other, nominal_orders, upright
@@ -28,7 +29,6 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from indexer_env.units import RPM
 from indexer_records.resample import CUTOFF, entire
 
 _TURN = 2.0 * math.pi
@@ -92,8 +92,7 @@ def experiments(
         fitted, held = divided(made, machine)
     _check_windows("fitted", fitted, machine)
     _check_windows("held out", held, machine)
-    speeds = {round(e.operating_point.motor_speed / RPM) for e in made}
-    if len(speeds) == 1:
+    if len(grouped([e.operating_point.motor_speed for e in made])[1]) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
     return Experiments(fitted, held, tuple(notes))
 

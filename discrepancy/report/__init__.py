@@ -19,11 +19,11 @@ from typing import Any
 
 from discrepancy.chain import Outcome
 from discrepancy.report.content import content
-from discrepancy.report.words import headline, to_do
+from discrepancy.report.words import headline, plain, to_do
 
 _log = logging.getLogger(__name__)
 
-__all__ = ["content", "headline", "report_files", "to_do"]
+__all__ = ["content", "headline", "plain", "report_files", "to_do"]
 
 
 def report_files(outcome: Outcome) -> dict[str, str]:
@@ -32,13 +32,14 @@ def report_files(outcome: Outcome) -> dict[str, str]:
     written = outcome.answer.written
     machine = dict(outcome.subject.files(outcome.answer.model, written.place))
     comments = "".join(f"# {remark}\n" for remark in written.remarks)
-    return {
+    files = {
         "report.json": json.dumps(whole, indent=1, ensure_ascii=False) + "\n",
         "report.html": _page(outcome, whole),
         **machine,
         "machine.yaml": comments + machine["machine.yaml"],
         **_with_table(outcome),
     }
+    return {name: plain(text) for name, text in files.items()}
 
 
 def _page(outcome: Outcome, whole: dict[str, Any]) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from datagen.versions import versions_of
 from discrepancy.chain import Outcome
 from discrepancy.criteria import Criteria
@@ -163,7 +165,8 @@ def _one(one: Cell | Spot) -> dict[str, Any]:
 
 
 def _test(where: Where) -> dict[str, Any]:
+    looked_at = len(where.cells) + int((~np.isnan(where.map.levels)).sum())
     return {
-        "false_alarms": where.alarms, "draws": where.draws, "cells": len(where.cells) + where.map.levels.size,
+        "false_alarms": where.alarms, "draws": where.draws, "cells": looked_at,
         "lines": len(where.spots), "level": where.level, "between_repeats": where.repeats,
     }  # fmt: skip

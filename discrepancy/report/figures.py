@@ -236,12 +236,22 @@ def _bars(ax: Axes, name: str, before: Sequence[Any], after: Sequence[Any] | Non
 
 def _tick(label: str) -> str:
     """A label without its unit, which stands in the title."""
-    number, _, unit = label.partition(" ")
+    number, unit = _parted(label)
     return number if unit else label
 
 
+def _parted(label: str) -> tuple[str, str]:
+    """A number and its unit; the label and nothing where it does not begin with a number."""
+    number, _, unit = label.partition(" ")
+    try:
+        float(number)
+    except ValueError:
+        return label, ""
+    return number, unit
+
+
 def _titled(name: str, labels: Sequence[str]) -> str:
-    unit = labels[0].partition(" ")[2]
+    unit = _parted(labels[0])[1]
     return f"{name} [{unit}]" if unit else name
 
 

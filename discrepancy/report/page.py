@@ -13,7 +13,8 @@ from discrepancy.grades import NAMED
 from discrepancy.report.figures import figures
 from discrepancy.report.picture import picture
 from discrepancy.report.ranking import rankings
-from discrepancy.report.words import percent, ranged, remains_more, times, to_do
+from discrepancy.report.words import floor, percent, ranged, remains_more, times, to_do
+from discrepancy.subjects.base import bounded
 
 _TEMPLATE = "page.html"
 _MOST_NEXT = 6
@@ -32,7 +33,7 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters |= {"percent": percent, "number": lambda value: f"{value:.4g}"}
+    environment.filters |= {"percent": percent, "number": bounded}
     answer, subject = outcome.answer, outcome.subject
     findings = [
         (finding, [(effect, _sizes(effect, outcome), subject.meaning(effect.name)) for effect in finding.effects])
@@ -52,6 +53,7 @@ def page(outcome: Outcome, content: dict[str, Any]) -> str:
         table=content["table"],
         times=times(answer.after),
         remains_more=remains_more(outcome),
+        floor=floor(outcome),
         to_do=to_do(outcome),
         following=outcome.next[:_MOST_NEXT],
         where=outcome.where,

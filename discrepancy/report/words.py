@@ -11,6 +11,7 @@ from discrepancy.grades import FAMILY, NAMED
 from discrepancy.locate import Where
 from discrepancy.locate.sentences import shortly
 from discrepancy.origin import Origin
+from discrepancy.subjects.base import bounded
 from indexer_cli.words import joined
 
 JOINT_WORDS = {
@@ -28,11 +29,12 @@ def headline(outcome: Outcome) -> str:
             return (
                 f"Nothing that repeats from turn to turn is missing: {times(answer.before)} the noise remains on "
                 f"records that were never fitted{_unrepeated(outcome)}, so that the noise is larger than it was taken "
-                f"for, or something acts that is not locked to the table.{_cut_short(outcome)}"
+                f"for, or something acts that is not locked to the table{_yet(outcome)}.{_cut_short(outcome)}"
             )
-        tolerated = "" if answer.criteria.tolerance is None else " and what is tolerated"
-        said = f"Nothing is missing: the calibrated model comes down to the noise{tolerated}"
-        return f"{said} on records that were never fitted ({times(answer.before)} it).{_cut_short(outcome)}"
+        tolerated = answer.criteria.tolerance is not None
+        level = f"{times(answer.before / answer.remains.noise)} both" if tolerated else f"{times(answer.before)} it"
+        said = f"Nothing is missing: the calibrated model comes down to the noise{' and what is tolerated' * tolerated}"
+        return f"{said} on records that were never fitted ({level}){_yet(outcome)}.{_cut_short(outcome)}"
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
     remains = f"{times(answer.after)} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
@@ -40,7 +42,7 @@ def headline(outcome: Outcome) -> str:
         closes = "close" if len(named) > 1 else "closes"
         said = f"{capital(joined([described(finding) for finding in named]))} {closes} {_closed(outcome)} of the gap"
         if not remains_more(outcome):
-            return f"{said}; nothing else remains above the noise.{_cut_short(outcome)}"
+            return f"{said}; nothing else remains above the noise{_yet(outcome)}.{_cut_short(outcome)}"
         said = f"{said}; {remains}"
     else:
         said = f"Something is missing to which no effect of the library gives a name: {remains}"
@@ -60,6 +62,17 @@ def remains_more(outcome: Outcome) -> bool:
     return (outcome.answer.after / floor) ** 2 - 1.0 >= criteria.at_noise
 
 
+def floor(outcome: Outcome) -> str:
+    """What the machine comes down to where nothing is missing: its noise, what is tolerated, what does not repeat."""
+    if outcome.answer.criteria.tolerance is not None:
+        return "their noise and what is tolerated"
+    return (
+        "what does not repeat from turn to turn, which is more than their noise"
+        if _unrepeated(outcome)
+        else "their noise"
+    )
+
+
 def _unrepeated(outcome: Outcome) -> str:
     """How much of what remains does not repeat or is tolerated, where that is more than the noise."""
     noise = outcome.answer.remains.noise
@@ -69,9 +82,16 @@ def _unrepeated(outcome: Outcome) -> str:
     return f" ({times(noise)} of it {tolerated}does not repeat from turn to turn)"
 
 
+def _yet(outcome: Outcome) -> str:
+    """What the records fitted show beyond chance all the same, though those held out are at their noise."""
+    if outcome.left is None or not outcome.left.significant:
+        return ""
+    return f", though the records fitted disagree with it beyond chance{where_in_short(outcome.left)}"
+
+
 def where_in_short(where: Where | None) -> str:
     """ ", most at …", or nothing."""
-    said = "" if where is None else shortly(where.cells, where.spots)
+    said = "" if where is None else shortly(where.cells, where.spots, where.spread)
     return f", {said}" if said else ""
 
 
@@ -116,11 +136,16 @@ def ranged(e: Estimate) -> str:
 def number(value: float, e: Estimate) -> str:
     """A value of an estimate with no more digits than its interval bears."""
     if math.isinf(value):
-        return "no bound"
+        return bounded(value)
     told = e.high - e.low if math.isfinite(e.high - e.low) else abs(e.value)
     width = max(told, 1e-3 * abs(e.value))
     digits = 2 if width == 0.0 else max(0, math.floor(math.log10(max(abs(value), width) / width)) + 2)
     return f"{float(f'{value:.{max(digits, 2)}g}'):g}"
+
+
+def plain(text: str, encoding: str = "utf-8") -> str:
+    """A text that can be written: the name of a file may hold bytes that are no text."""
+    return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 def percent(share: float) -> str:

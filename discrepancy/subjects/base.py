@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -212,6 +213,20 @@ class Subject(ABC):
     def part(self, effect: str) -> str:
         """The part of the machine where an effect acts, one of `report.picture.PARTS`; "" where none is drawn."""
         return ""
+
+
+def told_apart(values: Sequence[float], unit: str) -> tuple[str, ...]:
+    """Values with their unit, in as few digits, two or more, as tell each from the next."""
+    for digits in range(2, 9):
+        said = [f"{float(f'{value:.{digits}g}'):.{max(digits, 6)}g}" for value in values]
+        if len(set(said)) == len(said):
+            break
+    return tuple(f"{one} {unit}" for one in said)
+
+
+def bounded(value: float, digits: int = 4) -> str:
+    """A number in so many digits, or that it has no bound."""
+    return "no bound" if math.isinf(value) else f"{value:.{digits}g}"
 
 
 def binned(values: np.ndarray, edges: np.ndarray, inside: np.ndarray) -> np.ndarray:

@@ -15,8 +15,9 @@ from discrepancy.indexer.windows import START_PHASE, Experiment
 from discrepancy.model import Hypothesis, Model, Parameter
 from discrepancy.origin import Origin
 from discrepancy.place import Point
+from discrepancy.records.conditions import grouped
 from discrepancy.records.experiments import Experiments
-from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned
+from discrepancy.subjects.base import Axis, Line, Measurement, Subject, Torque, View, binned, told_apart
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.shop_units import in_the_shop
 from indexer_env.effects import EFFECTS, TABLES
@@ -147,10 +148,10 @@ class IndexerSubject(Subject):
             ("motor speed", [p.motor_speed / RPM for p in points], "rpm"),
             ("load", [p.load_torque for p in points], "N m"),
         ):
-            different = sorted({round(v, 1) for v in values})
-            if len(different) > 1:
-                of_record = np.array([different.index(round(v, 1)) for v in values])
-                labels = tuple(f"{v:g} {unit}" for v in different)
+            number, middles = grouped(values)
+            if len(middles) > 1:
+                of_record = np.array(number)
+                labels = tuple(f"{v:.4g} {unit}" for v in middles)
                 axes.append(Axis(name, labels, np.where(inside, of_record[record][:, None], -1)))
         return tuple(axes)
 
@@ -177,7 +178,10 @@ class IndexerSubject(Subject):
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         assert isinstance(model, IndexerModel)
         machine, sensor = model.machine_at(place.hypothesis, place.z)
-        return {"machine.yaml": machine_yaml(machine), "sensor.yaml": sensor_yaml(sensor)}
+        # what was known of the machine holds no more, now that it is fitted; its owner may take it up again
+        known = [f"#   {name}: {value:g}\n" for name, value in self.uncertainty.items()]
+        before = "".join(["# known of the machine before it was fitted:\n# uncertainty:\n", *known] if known else [])
+        return {"machine.yaml": before + machine_yaml(machine), "sensor.yaml": sensor_yaml(sensor)}
 
     def meaning(self, effect: str) -> str:
         return EFFECTS[effect].sentence
@@ -253,5 +257,4 @@ def _form(name: str, reached: Mapping[str, tuple[float, float]], size: Mapping[s
 
 def _time_axis(time: np.ndarray, inside: np.ndarray) -> Axis:
     edges = np.linspace(float(time[inside].min()), float(time[inside].max()), TIMES + 1)
-    labels = tuple(f"{edge:.2g} s" for edge in edges[:-1])
-    return Axis("time", labels, binned(time, edges, inside))
+    return Axis("time", told_apart(edges[:-1].tolist(), "s"), binned(time, edges, inside))

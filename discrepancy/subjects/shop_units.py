@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from discrepancy.subjects.base import bounded
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
 from indexer_env.units import DEGREE, RPM
@@ -79,4 +80,4 @@ def in_the_shop(name: str, values: Sequence[float], machine: Machine) -> str:
     turned, unit = SHOP[name]
     value, low, high = (turned(one, machine) for one in values)
     low, high = min(low, high), max(low, high)
-    return f"{value:.3g} ({low:.3g} to {high:.3g}) {unit}"
+    return f"{bounded(value, 3)} ({bounded(low, 3)} to {bounded(high, 3)}) {unit}"

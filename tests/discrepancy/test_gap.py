@@ -43,11 +43,20 @@ def test_what_does_not_repeat_is_no_gap() -> None:
     assert gap_of(at, at, view(8, 100), 4.0, np.random.default_rng(0)).closed_share is None
 
 
-def test_intervals_cover_the_truth() -> None:
-    """Seed 3; 60 draws of 20 uneven windows of known mean: 95 % intervals of the gap cover it in 50 to 60."""
+@pytest.mark.parametrize("windows", [4, 8, 20])
+def test_intervals_cover_the_truth(windows: int) -> None:
+    """Seed 3; 60 draws of uneven windows of known mean: 95 % intervals of the gap cover it in 52 or more."""
     rng, inside = np.random.default_rng(3), 0
     for _ in range(60):
-        squares = 1000.0 * rng.gamma(3.0, 1.0, 20) / 3.0 * 4.0
-        found = gap_of(place(squares), place(np.full(20, 1000.0)), view(20, 1000), 1.0, rng).before
+        squares = 1000.0 * rng.gamma(3.0, 1.0, windows) / 3.0 * 4.0
+        at = place(np.full(windows, 1000.0))
+        found = gap_of(place(squares), at, view(windows, 1000), 1.0, rng).before
         inside += found.low <= 0.1 <= found.high
-    assert inside >= 50
+    assert inside >= 52, inside
+
+
+def test_intervals_end_where_no_value_can_lie() -> None:
+    """Two windows that differ much, the first one brought to its noise: no gap is below 0, no more than all closed."""
+    before, after = place(np.array([4000.0, 16000.0])), place(np.array([100.0, 3000.0]))
+    found = gap_of(before, after, view(2, 100), 1.0, np.random.default_rng(0))
+    assert found.before.low == 0.0 and found.closed_share is not None and found.closed_share.high == 1.0

@@ -10,15 +10,17 @@ from discrepancy import Criteria
 from discrepancy.fit import fit
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.parameters import changed
-from discrepancy.model import Hypothesis
-from discrepancy.next_measurement import Question, Separation, separations
+from discrepancy.model import NONE, Hypothesis
+from discrepancy.next_measurement import Question, Separation, _rival, _separation, separations
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.records.experiments import Experiments
 from discrepancy.selection import Fitted
+from discrepancy.subjects.base import Measurement
 from discrepancy.subjects.imagined import imagined
 from discrepancy.subjects.indexer import IndexerSubject
 from indexer_env import Machine, Sensor, load_machine, make_effect
+from tests.discrepancy.toy import SAMPLES, WINDOWS, Chord
 
 PAIR = {"friction.viscous": (10.0,), "drive.slip": (0.2,)}
 ENOUGH = Criteria().margin
@@ -112,6 +114,23 @@ def test_no_measurement_separates_an_effect_from_itself(made, name: str, values:
     subject = SimpleNamespace(model=model, measurements=lambda: imagined(model)[::36])
     found = separated(subject, place, place)
     assert len(found) == 2 and all(one.separation < 1e-6 for one in found)
+
+
+@pytest.mark.parametrize("dispersion", [1.0, 25.0])
+def test_what_was_known_is_no_less_known_for_the_dispersion(dispersion: float) -> None:
+    """A constant of 1 in the imagined record, which the records so far do not show; the other set has the offset alone,
+    known to 1 and told by 800 samples of weight 0.01: the least of 800 (1 - 0.1 x)²/D + (8/D + 1) x²."""
+    model = Chord({}, 5, ("const",))
+    model.shapes["const"] = np.zeros_like(model.x)
+    again = model.recording(np.zeros((WINDOWS, SAMPLES)))
+    again.shapes = {"const": np.ones_like(again.x)}
+    with_it = Problem(model, model.library["const"][0]).point(np.array([0.0, 1.0]), np.zeros((WINDOWS, 0)))
+    without = Problem(model, NONE).point(np.zeros(1), np.zeros((WINDOWS, 0)))
+    rivals = [_rival(model, place, dispersion) for place in (with_it, without)]
+    found = _separation(Measurement("again", again), *rivals) / dispersion
+    x = np.linspace(-30.0, 30.0, 600001)
+    right = (800.0 * (1.0 - 0.1 * x) ** 2 / dispersion + (8.0 / dispersion + 1.0) * x**2).min()
+    assert found == pytest.approx(right, rel=1e-6)
 
 
 def test_a_measurement_that_one_rival_cannot_make_is_left_out(made, monkeypatch) -> None:

@@ -12,7 +12,7 @@ from discrepancy.explain import explain
 from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.records.experiments import Experiments
 from discrepancy.subjects.indexer import IndexerSubject
-from discrepancy.table import Table, tabulate
+from discrepancy.table import Table, closed_of, tabulate
 from examples.hidden_effect import real_machine
 from examples.unknown_drag import with_drag
 from indexer_env import Machine, OperatingPoint, Sensor, Signal, load_machine
@@ -61,6 +61,12 @@ def taken_up(hidden: Callable[[Machine, OperatingPoint, int], np.ndarray], like:
     subject = IndexerSubject(nominal, Sensor(), Experiments(fitted, held, ()))
     assert answer.names == ()
     return tabulate(answer, subject.forms())
+
+
+@pytest.mark.parametrize(("after", "closes"), [(2.0, 0.625), (1.0, 1.0), (0.97, 1.0)])
+def test_no_table_closes_more_than_what_remained(after: float, closes: float) -> None:
+    """3 times the noise before; chance brings what is left below the noise."""
+    assert closed_of(3.0, after, 1.0) == pytest.approx(closes, abs=1e-9)
 
 
 @pytest.mark.slow

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from discrepancy.drives import smoothing
+from discrepancy.drives.both_forms import axis_of
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.locate.null import Null
 from discrepancy.locate.where import ALARMS, Law
+from discrepancy.subjects.base import told_apart
 from indexer_env.errors import SignalError
 from tests.discrepancy.drives.made import FILE, drive, motion, start_of, subject
 
@@ -55,3 +57,12 @@ def test_times_are_named_by_their_beginnings(tmp_path: Path) -> None:
     assert begins == pytest.approx(firsts, abs=0.1)
     middles = [float(label.removesuffix(" m")) for label in view.axis("position").labels]
     assert middles == pytest.approx([-middle for middle in middles[::-1]], abs=0.05)
+
+
+def test_cells_far_from_zero_are_told_apart() -> None:
+    """Between 995 and 1005 mm two digits are 1e+03 mm for all; a clock of 240 s has no exponents."""
+    far, time = np.linspace(995.0, 1005.0, 400)[None], np.linspace(0.0, 240.0, 400)[None]
+    there = np.ones((1, 400), dtype=bool)
+    for axis in (axis_of("position", far, far, "mm", there), axis_of("time", time, time, "s", there)):
+        assert len(set(axis.labels)) == 8 and not any("e" in label for label in axis.labels)
+    assert told_apart((0.0, 30.0, 60.0), "s") == ("0 s", "30 s", "60 s"), "in as few digits as do"

@@ -12,7 +12,7 @@ from discrepancy.indexer.parameters import read
 from discrepancy.locate.lines import with_found_lines
 from discrepancy.locate.null import Null
 from discrepancy.locate.result import Cell, Spot
-from discrepancy.locate.sentences import _of_lines, sentences
+from discrepancy.locate.sentences import _of_lines, sentences, shortly
 from discrepancy.locate.statistics import Prominence
 from discrepancy.locate.where import ALARMS, Law, Where, locate, located
 from discrepancy.model import NONE
@@ -57,6 +57,7 @@ def test_a_phase_is_said_rightly_where_a_record_spares_another_one() -> None:
     held = [f"{15 * k}°" for k in range(24) if k not in (1, 7, 13, 19)]
     phases = [Cell("cam phase", label, loud.get(label, 1.0), 1.0, 0.001, label in loud) for label in held]
     said = sentences(1.5, phases, (), np.zeros((2, 0)))
+    assert said[0] == "On the records fitted the residual is 1.50 times the noise."
     assert said[1] == "Half of what exceeds the noise lies at a cam phase of 30° to 60°."
     louder = [Cell(one.axis, one.label, 5.0 if one.label == "345°" else one.level, 1.0, 0.001, True) for one in phases]
     assert sentences(1.5, louder, (), np.zeros((2, 0)))[1].endswith("a cam phase of 345° to 360°.")
@@ -98,7 +99,7 @@ class Turns:
     ("turns", "windows", "said"),
     [
         (3, (1, 5, 9), "It is locked to table turns, largest at station 1"),
-        (3, (9,), "no cell or line disagrees beyond chance"),
+        (3, (9,), "By time and station together it stands out at 6 s, 1: "),
         (2, (5,), "but not in a second turn of the table, so it is not locked to its turns"),
         (
             1,
@@ -115,6 +116,44 @@ def test_only_what_a_second_turn_repeats_is_locked_to_table_turns(turns: int, wi
     found = made.said(residual)
     assert ("locked to table turns" in found) == (len(windows) == 3)
     assert said in found
+
+
+def test_a_cell_of_the_map_alone_is_where_the_model_disagrees() -> None:
+    """A station at one phase, of whose row and column all the rest is noise; twelve windows of 24 phases."""
+    made = Turns()
+    phase = (np.arange(200) * 24 // 200)[None, :] + np.zeros((12, 1), dtype=int)
+    station = made.view.axis("station")
+    axes = (station, Axis("cam phase", tuple(f"{15 * k}°" for k in range(24)), phase))
+    view = dataclasses.replace(made.view, axes=axes, map_axes=("station", "cam phase"))
+    rng = np.random.default_rng(30)
+    law = Law(view, [rng.standard_normal((12, 200)) for _ in range(199)])
+    residual = rng.standard_normal((12, 200))
+    there = (station.cells == 2) & (phase == 7)
+    residual[there] += 1.8 * np.where(np.arange(there.sum()) % 3, 1.0, -1.0)
+    found = located(residual, law)
+    assert not any(cell.significant for cell in found.cells) and found.map.significant[2, 7]
+    assert found.significant == found.spread and [cell.label for cell in found.spread] == ["2, 105°"]
+    assert "By station and cam phase together it stands out at 2, 105°: " in found.sentences[1]
+    assert shortly(found.cells, found.spots, found.spread) == "most at 2, 105° (station and cam phase)"
+
+
+def test_a_phase_that_chance_explains_is_not_named() -> None:
+    """One cell of eight beyond chance, which holds a fifth of what exceeds the noise."""
+    phases = [Cell("cam phase", f"{45 * k}°", 1.5 if k == 2 else 1.3, 1.0, 0.01, k == 2) for k in range(8)]
+    said = sentences(1.3, phases, (), np.zeros((2, 0)))
+    assert said[1].endswith("lies at a cam phase of 90° to 135°.")
+
+
+def test_all_strong_stations_are_told() -> None:
+    levels = [3.0] * 5 + [1.0] * 7
+    stations = [Cell("station", str(k), level, 1.0, 0.005, level > 1.0) for k, level in enumerate(levels)]
+    said = sentences(2.0, stations, (), np.tile(np.square(levels), (2, 1)))
+    assert "largest at station 0, 1, 2, 3 and 4: 3.0 times the noise" in said[1]
+
+
+def test_of_one_station_nothing_is_said_of_the_others() -> None:
+    said = sentences(2.0, [Cell("station", "0", 3.0, 1.0, 0.005, True)], (), np.full((2, 1), 9.0))
+    assert said[1] == "All records show station 0 alone, so whether it is locked to the table's turns is not known."
 
 
 def test_what_drifts_within_the_record_shows_over_time() -> None:
@@ -134,6 +173,20 @@ def test_a_line_stands_out_at_any_frequency(frequency: float | None, named: str 
     found = {line.name: line.frequency[0] for line in with_found_lines(made.view, made.noise + hum).lines}
     assert found == {} if named is None else any(name.startswith(named) for name in found)
     assert all(place == pytest.approx(frequency, abs=0.05) for place in found.values())
+
+
+def test_a_line_is_found_in_records_of_different_rates() -> None:
+    """100 and 111 Hz; read at one of the rates the other record would show it elsewhere."""
+    steps = np.repeat([0.01, 0.009], 4)
+    time = (np.arange(300) + 300 * np.tile(np.arange(4), 2)[:, None]) * steps[:, None]
+    whole = Axis("time", ("0 s",), np.zeros((8, 300), dtype=int))
+    view = View(
+        ("a", "b"), "N", np.repeat([0, 1], 4), np.ones((8, 300), dtype=bool), time, np.zeros((8, 300)), np.ones(2),
+        (False, False), (whole,), ("time", "time"),
+    )  # fmt: skip
+    residual = np.random.default_rng(0).standard_normal((8, 300)) + 0.8 * np.sin(2.0 * np.pi * 7.3 * time)
+    (line,) = with_found_lines(view, residual).lines
+    assert line.frequency == pytest.approx(7.3, abs=0.05)
 
 
 def test_hum_shows_as_a_line_at_a_fixed_frequency(where) -> None:
@@ -207,7 +260,9 @@ def test_false_alarms_keep_their_rate(records) -> None:
     exact = [law.chances(_without_slack(law, r)).min() for r in null.draws(np.random.default_rng(2), 300)]
     assert 3 <= sum(p <= ALARMS for p in exact) <= 29
     with_slack = [located(r, law) for r in null.draws(np.random.default_rng(3), 20)]
-    assert sum(bool(one.significant) for one in with_slack) <= 5
+    assert sum(bool(one.significant) or one.map.significant.any() for one in with_slack) <= 5
+    assert all(bool(one.significant) == (one.sentences[0].find("beyond chance") < 0) for one in with_slack)
+    assert all(one.map.significant.sum() == len(one.spread) for one in with_slack)
 
 
 def _without_slack(law: Law, residual: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from discrepancy.records.conditions import Conditions, conditions_of, table_beside
+from discrepancy.records.conditions import Conditions, conditions_of, grouped, table_beside
 from indexer_env.errors import ParameterError, SignalError
 
 NAMES = ("a.csv", "b/c.csv")
@@ -113,3 +113,17 @@ def test_yaml_that_is_none_is_refused(tmp_path: Path) -> None:
         conditions_of(NAMES, table(tmp_path, "- a.csv\n", "records.yaml"), {})
     with pytest.raises(SignalError, match="cannot be read"):
         conditions_of(NAMES, table(tmp_path, "{", "records.yaml"), {})
+
+
+@pytest.mark.parametrize(
+    ("values", "number", "middles"),
+    [
+        ([1500.6, 1200.0, 1499.4], [1, 0, 1], [1200.0, 1500.0]),
+        ([100.0, 100.8, 101.6], [0, 0, 1], [100.4, 101.6]),
+        ([-20.0, 0.0, 0.1, -20.1], [0, 1, 1, 0], [-20.05, 0.05]),
+        ([0.0, 0.0], [0, 0], [0.0]),
+    ],
+)
+def test_speeds_and_loads_within_a_hundredth_are_one(values: list, number: list, middles: list) -> None:
+    found, means = grouped(values)
+    assert found == number and means == pytest.approx(middles)

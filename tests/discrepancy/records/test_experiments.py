@@ -38,6 +38,14 @@ def test_a_good_record_passes_and_its_second_half_is_held_out(record, nominal) -
     )
 
 
+@pytest.mark.parametrize(("rpm", "noted"), [(1501.2, True), (1530.0, False)])
+def test_speeds_that_clocks_tell_apart_are_one_speed(record, nominal, rpm: float, noted: bool) -> None:
+    """1500 and 1501.2 rpm, the same record at the rate that it would have; 2 % is another speed."""
+    other = record(rate=1000.0 * rpm / 1500.0, motor_speed=rpm * RPM)
+    found = experiments([record(), other], nominal, Sensor())
+    assert any("one speed" in note for note in found.notes) == noted
+
+
 def test_a_drift_goes_on_where_the_second_half_is_held_out(record, nominal, values) -> None:
     rate, late = 0.5, 9.0
     drifting = experiments([record(values + rate * np.arange(len(values)) / 1000.0)], nominal, Sensor())

@@ -13,13 +13,14 @@ import pytest
 import yaml
 
 from discrepancy import Criteria, chain
+from discrepancy import __main__ as command
 from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.fits import Fitted
 from discrepancy.grades import RULES
 from discrepancy.origin import Origin, Place
-from discrepancy.report import headline, report_files, to_do
-from discrepancy.report.figures import averaged
+from discrepancy.report import content, headline, plain, report_files, to_do
+from discrepancy.report.figures import _tick, _titled, averaged
 from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
 from discrepancy.search import Race, Search
@@ -89,6 +90,48 @@ def test_what_does_not_repeat_is_no_noise_without_a_word(made: Made) -> None:
     said = headline(dataclasses.replace(outcome, answer=noisy))
     assert said.startswith("Nothing that repeats from turn to turn is missing: 5.3 times the noise remains")
     assert "(5.2 times of it does not repeat from turn to turn)" in said and "not locked to the table" in said
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "said", "down_to"),
+    [
+        (0.1, "down to the noise and what is tolerated on records that were never fitted (1.02 times both).",
+         "down to their noise and what is tolerated."),
+        (None, "Nothing that repeats from turn to turn is missing",
+         "down to what does not repeat from turn to turn, which is more than their noise."),
+    ],
+)  # fmt: skip
+def test_what_nothing_comes_down_to_is_said(made: Made, tolerance: float | None, said: str, down_to: str) -> None:
+    outcome = made("nothing")
+    answer = dataclasses.replace(
+        outcome.answer, before=5.3, after=5.3, remains=dataclasses.replace(outcome.answer.remains, noise=5.2),
+        criteria=Criteria(tolerance=tolerance),
+    )  # fmt: skip
+    outcome = dataclasses.replace(outcome, answer=answer)
+    assert said in headline(outcome)
+    assert f"The calibrated machine explains the records {down_to}" in report_files(outcome)["report.html"]
+
+
+@pytest.mark.parametrize("name", ["found", "nothing"])
+def test_what_the_records_fitted_show_beyond_chance_is_in_the_headline(made: Made, name: str) -> None:
+    outcome = made(name)
+    assert outcome.left is not None and "beyond chance" not in headline(outcome)
+    cells = (dataclasses.replace(outcome.left.cells[0], level=1.4, p=0.005, significant=True), *outcome.left.cells[1:])
+    left = dataclasses.replace(outcome.left, cells=cells)
+    said = headline(dataclasses.replace(outcome, left=left))
+    assert ", though the records fitted disagree with it beyond chance, most at 0 turn (phase)." in said
+
+
+def test_the_map_counts_cells_that_samples_lie_in(made: Made) -> None:
+    """Each record of 4 s and each phase of a chord hold all 16 cells; two of them are emptied."""
+    where = made("found").where
+    assert where is not None
+    levels = where.map.levels.copy()
+    levels[0, :2] = np.nan
+    emptied = dataclasses.replace(where, map=dataclasses.replace(where.map, levels=levels))
+    for one, cells in ((where, 24), (emptied, 22)):
+        told = content(dataclasses.replace(made("found"), where=one))["test"]
+        assert told["cells"] == cells
 
 
 @pytest.mark.parametrize(
@@ -184,6 +227,8 @@ def test_the_page_opens_offline_and_says_first_what_is_missing(made: Made, filed
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
     for finding in outcome.answer.findings:
         assert finding.grade in text and finding.why in text
+        share = f"closes {percent(finding.closes)} of the gap on records held out, with the machine's own numbers"
+        assert f"{share} fitted to those records" in text
     assert "url(http" not in page and "{{" not in page
 
 
@@ -192,6 +237,27 @@ def test_a_name_with_dollars_is_no_formula(made: Made, monkeypatch) -> None:
     odd = ("run_$1_{$2.csv", "b")
     monkeypatch.setattr(ChordSubject, "view", lambda self, model: dataclasses.replace(view(self, model), names=odd))
     assert "run_$1_{$2.csv" in report_files(outcome)["report.html"]
+
+
+def test_a_name_that_is_no_text_can_be_written(made: Made, monkeypatch) -> None:
+    """As Python reads a file's name in Latin-1."""
+    outcome, view = made("found"), ChordSubject.view
+    odd = ("Pr\udcfcfung.csv", "b")
+    monkeypatch.setattr(ChordSubject, "view", lambda self, model: dataclasses.replace(view(self, model), names=odd))
+    files = report_files(outcome)
+    assert all(text.encode("utf-8") for text in files.values())
+    assert "Pr\\udcfcfung.csv" in files["report.html"] and files["report.html"].count("<svg") == 4
+    assert json.loads(files["report.json"])["records"]["fitted"] == list(odd)
+    assert plain("4′", "ascii") == "4\\u2032"
+
+
+def test_the_console_tells_what_no_encoding_holds(made: Made, monkeypatch, tmp_path, capsys) -> None:
+    outcome = dataclasses.replace(made("found"), of_records=("Pr\udcfcfung.csv: heavier.",))
+    monkeypatch.setattr(command, "_subject", lambda config: outcome.subject)
+    monkeypatch.setattr(command, "run_chain", lambda *_: outcome)
+    config = {"overwrite": False, "seed": 5, "seconds": None, "tolerance": None, "out": str(tmp_path / "out")}
+    command.run(config)
+    assert "  Pr\\udcfcfung.csv: heavier.\n" in capsys.readouterr().out
 
 
 def test_a_report_is_the_same_for_the_same_seed(filed: Filed) -> None:
@@ -271,6 +337,21 @@ def test_numbers_have_no_more_digits_than_their_interval_bears() -> None:
     assert ranged(Estimate("k", "N m/rad", 8113.27, 7914.2, 8316.1, 8000.0, 0.1)) == "8110 N m/rad, 7910 to 8320"
     assert ranged(Estimate("c", "N s/m", 198.27, 172.0, 226.4, 0.0, None)) == "200 N s/m, 170 to 230"
     assert (percent(0.0432), percent(0.5), percent(0.996), percent(0.0)) == ("4.3 %", "50 %", "99.6 %", "0 %")
+
+
+def test_a_label_that_is_no_number_has_no_unit() -> None:
+    directions = ("forwards", "backwards", "at rest")
+    assert [_tick(label) for label in (*directions, "2.5 s")] == [*directions, "2.5"]
+    assert _titled("direction", directions[::-1]) == "direction" and _titled("time", ("0 s", "2 s")) == "time [s]"
+
+
+def test_the_calibrated_machine_has_no_infinite_bound(made: Made) -> None:
+    outcome = made("found")
+    offset = Estimate("offset", "N", 0.01, 0.0, math.inf, 0.0, 0.1)
+    calibration = dataclasses.replace(outcome.answer.calibration, estimates=(offset,))
+    answer = dataclasses.replace(outcome.answer, calibration=calibration)
+    page = report_files(dataclasses.replace(outcome, answer=answer))["report.html"]
+    assert "0 to no bound</td>" in page
 
 
 def test_an_interval_without_an_end_says_so() -> None:

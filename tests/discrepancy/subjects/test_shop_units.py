@@ -41,6 +41,11 @@ def test_what_falls_where_the_number_grows_has_its_interval_in_order() -> None:
     assert said == "50 (46.8 to 53.1) Hz cut-off"
 
 
+def test_a_bound_that_there_is_not_is_said_so() -> None:
+    said = in_the_shop("sensor.lowpass.time_constant", (0.0032, 0.0, 0.004), load_machine("reference"))
+    assert said == "49.7 (39.8 to no bound) Hz cut-off"
+
+
 def test_si_units_that_the_shop_uses_are_said_once() -> None:
     assert in_the_shop("friction.coulomb.torque", (20.0, 19.0, 21.0), load_machine("reference")) == ""
 
