@@ -15,7 +15,7 @@ from discrepancy.grades import DISMISSED, FAMILY, GRADES, NAMED, STANDS_IN
 from discrepancy.judging import Elsewhere, Judge, Judged, closed
 from discrepancy.model import Model
 from discrepancy.place import Point
-from discrepancy.search import Search
+from discrepancy.search import Search, Suggest
 from discrepancy.selection import Fitted, Selection
 from discrepancy.written import Written, written
 
@@ -172,12 +172,13 @@ class Explanation:
 
 def explain(
     model: Model, held_out: Model, criteria: Criteria | None = None, forms: Sequence[Form] = (),
-    elsewhere: Elsewhere | None = None,
+    elsewhere: Elsewhere | None = None, suggest: Suggest = lambda fits: (),
 ) -> Explanation:  # fmt: skip
     """Find the effects that a model lacks, by its records and records held out (the same model, other conditions).
 
     A law over a variable that `forms` can tabulate is named only where the table closes hardly more, and an effect only
-    where nothing `elsewhere` explains its part better (`Subject.elsewhere`).
+    where nothing `elsewhere` explains its part better (`Subject.elsewhere`). Sets that others `suggest` are compared
+    with what the search selects.
     """
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
@@ -185,7 +186,7 @@ def explain(
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))
-        search = Search(model, criteria)
+        search = Search(model, criteria, suggest)
         answer, held_at_bounds = _answer(search, search.run(), held_out, forms, elsewhere)
         if held_at_bounds and answer.left >= criteria.much and search.in_time():
             # it stands in for another effect, perhaps for one of the library, that then explains as much

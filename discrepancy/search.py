@@ -12,7 +12,7 @@ import itertools
 import logging
 import math
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from discrepancy.criteria import Criteria
@@ -32,6 +32,9 @@ _HALF = 0.5
 """Share of what the leading effect wins in a race below which another one is no rival; and of what is left that an
 effect must close so that no wide race looks for a better one."""
 
+
+Suggest = Callable[[Fits], Sequence[Point]]
+"""Places from which sets that somebody else thinks right may be fitted."""
 
 _FOR_SEARCH = 0.5
 """Share of the time given after which no further fit begins: the one under way and the judgement take the rest."""
@@ -81,10 +84,13 @@ class Search:
     model : Model
         Of which the search sees a part, `Criteria.searched`.
     criteria : Criteria
+    suggest : callable
+        Gives places of sets that are compared with what the search selects.
     """
 
-    def __init__(self, model: Model, criteria: Criteria) -> None:
+    def __init__(self, model: Model, criteria: Criteria, suggest: Suggest = lambda fits: ()) -> None:
         self.whole, self.model, self.criteria = model, model.part(criteria.searched), criteria
+        self._suggest = suggest
         self.fits = Fits(model, self.model)
         self._races: dict[tuple[str, str], Race] = {}
         # a fitted set is its own key, by identity
@@ -113,10 +119,19 @@ class Search:
             # where it is the same set, better fitted, what led from the poorer place leads no more
             self._races.pop((key_of(grown.place.hypothesis), ""), None)
             current, tried = grown, []
-        current, instead = self._compared(current if current.effects else self.fits.fit(current.place))
+        current = self._suggested(current if current.effects else self.fits.fit(current.place))
+        current, instead = self._compared(current)
         without = tuple(self.fits.without(current, k) for k in range(len(current.effects)))
         base = self.fits.known(NONE) or self.fits.fit(self.fits.begun.place)
         return Selection(base, current, without, instead, tuple(tried), self.in_time(), self.model)
+
+    def _suggested(self, fitted: Fitted) -> Fitted:
+        """The set, or one that was suggested and is clearly better: the search may have stopped short of it."""
+        for place in self._suggest(self.fits):
+            if self.in_time() and not self._barred.intersection(place.hypothesis.names):
+                other = self.fits.fit(place)
+                fitted = other if self.wins(other, fitted, _HALF_WAY) else fitted
+        return fitted
 
     def _compared(self, fitted: Fitted) -> tuple[Fitted, tuple[tuple[Fitted, ...], ...]]:
         """The set with those that have another effect in the place of one of its own, what is alike included; one of

@@ -71,16 +71,43 @@ class Measured:
 
 
 def measured(
-    answer: Explanation, suspected: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine
+    answer: Explanation, suspected: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine,
+    likely: Sequence[FaultSeen] = (),
 ) -> tuple[Measured, ...]:  # fmt: skip
     """Faults measured from the sizes at which the networks see them; none of an effect that the machine has already,
-    whose growth was measured. `faults` is the table by name."""
+    whose growth was measured. `faults` is the table by name; the set of all that are `likely` is fitted from their
+    sizes, too."""
     if not suspected:
         return ()
     fits = Fits(answer.model, answer.selection.model)
     fits.kept(answer.selection.best.place, answer.selection.best.converged)
+    for place in suggested(fits, likely, faults, machine):
+        fits.fit(place)
     looks = (_measured(answer, fits, faults[one.name], one, machine) for one in suspected)
     return tuple(look for look in looks if look is not None)
+
+
+def suggested(
+    fits: Fits, named: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine
+) -> tuple[Point, ...]:  # fmt: skip
+    """Where the set of all faults that the networks name may be fitted; nothing where they name none, or one of an
+    effect that the machine has already."""
+    place = fits.begun.place
+    for seen in named:
+        begun = _beside(fits, place, faults[seen.name], seen, machine)
+        if begun is None:
+            return ()
+        place = begun
+    return (place,) if named else ()
+
+
+def _beside(fits: Fits, place: Point, fault: Fault, seen: FaultSeen, machine: Machine) -> Point | None:
+    """The best place of a fault of the size that the networks give beside others; None where it is not looked for."""
+    library, at = fits.model.hypotheses().get(fault.effect, ()), seen.station
+    hypotheses = [h for h in library if at is None or h.fixed.get("station", at) == at]
+    value = fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
+    begun = (_begun(fits, place, h, fault, value) for h in hypotheses)
+    return min(begun, key=lambda p: p.cost, default=None)
 
 
 def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, machine: Machine) -> Measured | None:
@@ -88,12 +115,10 @@ def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, ma
     if fault.effect in best.place.hypothesis.names:
         fitted = fits.fit(best.place)
     else:
-        library, at = fits.model.hypotheses().get(fault.effect, ()), seen.station
-        hypotheses = [h for h in library if at is None or h.fixed.get("station", at) == at]
-        if not hypotheses:
+        begun = _beside(fits, best.place, fault, seen, machine)
+        if begun is None:
             return None
-        value = fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
-        fitted = fits.fit(min((_begun(fits, best.place, h, fault, value) for h in hypotheses), key=lambda p: p.cost))
+        fitted = fits.fit(begun)
     own = fitted.place.hypothesis.names.index(fault.effect)
     whole, without = _alike(answer.model, *(fits.on_all(one).place for one in (fitted, fits.without(fitted, own))))
     effect = estimates_of(answer.model, whole).effect(fault.effect, ())

@@ -28,7 +28,7 @@ from twin.calibrate import SD_OF_95, accepted, finding_of, left, told
 from twin.diagnosis import FaultSeen
 from twin.faults import Fault, by_effect
 from twin.freed import freed, of_machine
-from twin.measured import FINEST, Measured, measured
+from twin.measured import FINEST, Measured, measured, suggested
 from twin.nuisance import Nuisance
 
 _SMALL = Criteria(span=None)
@@ -152,7 +152,9 @@ def explained(
     together = Nuisance.of_draws(_told(draws, free)).together(load_factor)
     given_model = {"sensor": sensor, "together": together, "known": known, "without": without}
     model, held = (IndexerModel(plain, part, **given_model) for part in (given.fitted, given.held_out))
-    answer = explain(model, held, _SMALL)
+    by_name = {fault.name: fault for fault in faults}
+    likely = [seen for seen in suspected if seen.probability > 0.5]
+    answer = explain(model, held, _SMALL, suggest=lambda fits: suggested(fits, likely, by_name, machine))
     table = by_effect(faults)
     changes = [c for c in (_change(answer, row, table[row["effect"]], machine) for row in grown) if c is not None]
     more = [fault for fault in map(_grown, changes) if fault is not None]
@@ -163,10 +165,10 @@ def explained(
     if any(fault.grade in NAMED for fault in found_faults):
         verdict = "faulty"
     level = answer.held[best.name].level(held)
-    named, by_name = {one.fault for one in found_faults}, {fault.name: fault for fault in faults}
+    named = {one.fault for one in found_faults}
     looked = [one for one in suspected if one.name not in named]
     asked = {one.name for one in looked}
-    beside = (*measured(answer, looked, by_name, machine), *(c for c in changes if c.fault in asked))
+    beside = (*measured(answer, looked, by_name, machine, likely), *(c for c in changes if c.fault in asked))
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
 
 

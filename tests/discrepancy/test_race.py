@@ -8,6 +8,7 @@ import pytest
 
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
+from discrepancy.fits import Fits
 from discrepancy.linearised import Start, neighbours
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
 from discrepancy.place import Point
@@ -294,6 +295,19 @@ def test_each_of_some_rivals_begins_anew_that_has_bent_the_machine(wide: bool, m
     search = Search(model, Criteria(margin=4.0, much=1e9))
     search._added(search.fits.begun, wide=wide)
     assert begun == ["wave"]
+
+
+@pytest.mark.parametrize(("barred", "found"), [((), "wave"), (("wave",), "none")])
+def test_a_set_that_is_suggested_is_taken_where_it_is_clearly_better(barred, found: str, monkeypatch) -> None:
+    """The search itself finds nothing; of two that are suggested the first one explains all."""
+    model = Bent(9.0)
+    monkeypatch.setattr(Search, "_added", lambda self, current, *, wide=False: [])
+
+    def suggest(fits: Fits) -> list[Point]:
+        right, wrong = (np.array([0.0, 0.0, rate]) for rate in (9.1, 15.0))
+        return [Problem(fits.model, model.wave).point(z, np.zeros((4, 0))) for z in (right, wrong)]
+
+    assert Search(model, Criteria(margin=4.0, much=1e9), suggest).run(barred).best.name == found
 
 
 def test_an_effect_begins_anew_from_the_nominal_machine() -> None:
