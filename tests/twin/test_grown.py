@@ -66,7 +66,7 @@ def explained(
         calibration=SimpleNamespace(estimates=(size,)),
     )  # fmt: skip
     monkeypatch.setattr(physics, "IndexerModel", lambda *given, **more: None)
-    monkeypatch.setattr(physics, "explain", lambda *given: answer)
+    monkeypatch.setattr(physics, "explain", lambda *given, **more: answer)
     monkeypatch.setattr(physics, "measured", lambda *given: ())
     machine = MACHINE.with_effects(CoulombFriction(torque=5.0))
     row = {"effect": "friction.coulomb", "values": {"torque": 5.0, "smoothing": 0.005}, "interval": [4.5, 5.5]}
