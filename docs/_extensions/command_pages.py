@@ -53,7 +53,7 @@ def commands() -> dict[str, str]:
         "",
         "| | |",
         "| --- | --- |",
-        "| `-m` | runs once for each combination of values, `KEY=A,B,C`; `OUT/sweep.csv` lists jobs and results |",
+        "| `-m` | of a verb with an `out`: runs once for each combination of values, `KEY=A,B,C`; `OUT/sweep.csv` lists jobs and results |",
         "| `--help` | the verb's page |",
         "| `--version` | the version |",
         "| `--completion` | how the shell completes verbs, keys and names |",
