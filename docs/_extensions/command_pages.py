@@ -53,7 +53,7 @@ def commands() -> dict[str, str]:
         "",
         "| | |",
         "| --- | --- |",
-        "| `-m` | of a verb with an `out`: runs once for each combination of values, `KEY=A,B,C`; `OUT/sweep.csv` lists jobs and results |",
+        "| `-m` | where there is an `out`: once for each combination, `KEY=A,B,C`; `OUT/sweep.csv` lists jobs |",
         "| `--help` | the verb's page |",
         "| `--version` | the version |",
         "| `--completion` | how the shell completes verbs, keys and names |",
