@@ -33,8 +33,8 @@ def lines(
     ----------
     residuals : sequence of ndarray (n,)
         One for each record.
-    sample_rate : float
-        [Hz]
+    sample_rate : float or sequence of float
+        Of all records, or of each [Hz].
     motor : sequence of float
         Speed of the motor shaft in each record [Hz].
     """

@@ -66,7 +66,8 @@ class Law:
 
     def __init__(self, view: View, drawn: Iterable[np.ndarray]) -> None:
         self.view, self._prominence = view, Prominence(view)
-        self._levels = Levels((*view.axes, _table(view)))
+        self.table = _table(view)
+        self._levels = Levels((*view.axes, self.table))
         self.lines = self._prominence.lines
         drawn, under = iter(drawn), []
         while some := list(itertools.islice(drawn, _AT_ONCE)):
@@ -98,14 +99,16 @@ def located(residual: np.ndarray, law: Law) -> Where:
     chances = law.chances(found)
     significant = chances <= ALARMS
     expected = np.sqrt(law.under.mean(axis=0))
+
+    def cell(axis: str, label: str, k: int) -> Cell:
+        level = math.sqrt(float(found[k]))
+        return Cell(axis, label, level, float(expected[k]), float(chances[k]), bool(significant[k]))
+
     rows, at = [], 0
     for axis in view.axes:
         for label in axis.labels:
             if not math.isnan(found[at]):
-                level = math.sqrt(float(found[at]))
-                rows.append(
-                    Cell(axis.name, label, level, float(expected[at]), float(chances[at]), bool(significant[at]))
-                )
+                rows.append(cell(axis.name, label, at))
             at += 1
     cells = len(found) - len(law.lines)
     upwards, across = (view.axis(name) for name in view.map_axes)
@@ -116,15 +119,11 @@ def located(residual: np.ndarray, law: Law) -> Where:
         frequencies = tuple(map(float, line.frequency))
         chance = float(chances[k])
         spots.append(Spot(line.name, line.kind, frequencies, float(found[k]), chance, bool(significant[k])))
-    both, labels = f"{upwards.name} and {across.name}", _table(view).labels
-    spread = tuple(
-        Cell(both, labels[k - at], math.sqrt(float(found[k])), float(expected[k]), float(chances[k]), True)
-        for k in range(at, cells)
-        if significant[k]
-    )
+    both = f"{upwards.name} and {across.name}"
+    spread = tuple(cell(both, label, k) for k, label in enumerate(law.table.labels, start=at) if significant[k])
     level = math.sqrt(float((residual[view.inside] ** 2).mean()))
     said = sentences(level, rows, spots, _passes(residual, view), spread)
-    repeats = _repeats(residual, view) if view.aligned else math.nan
+    repeats = _repeats(residual, view, law.table) if view.aligned else math.nan
     return Where(level, repeats, tuple(rows), tuple(spots), picture, said, ALARMS, len(law.under), spread)
 
 
@@ -155,9 +154,8 @@ def _table(view: View) -> Axis:
     return Axis("map", tuple(f"{u}, {a}" for u in upwards.labels for a in across.labels), cells)
 
 
-def _repeats(residual: np.ndarray, view: View) -> float:
+def _repeats(residual: np.ndarray, view: View, table: Axis) -> float:
     """rms between residuals at equal places of the map in successive windows of a record, over √2."""
-    table = _table(view)
     differences = []
     for group in range(len(view.noise)):
         rows = np.flatnonzero(view.groups == group)

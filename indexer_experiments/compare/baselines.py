@@ -9,7 +9,7 @@ from classifier.results import Row
 from indexer_experiments.compare.draw import dots
 from indexer_experiments.compare.measure import METRICS, measured, temperature_of
 from indexer_experiments.compare.methods import METHODS
-from indexer_experiments.compare.methods.own import is_own, method_of, without_validation
+from indexer_experiments.compare.methods.own import method_of
 from indexer_experiments.compare.recipes import BENCH, TABLE2, drawn, varied
 from indexer_experiments.compare.study import Setting, Study
 
@@ -31,9 +31,8 @@ def rows_of(study: str, data: str, dataset: Dataset, setting: Setting) -> list[R
     control, validation = dataset.rows("control"), dataset.rows("validation")
     for name in setting.methods:
         method = method_of(name)
-        taught = without_validation(dataset) if is_own(name) else dataset
         started = time.process_time()
-        fitted = method.fit(taught, setting.seed)
+        fitted = method.fit(dataset, setting.seed)
         learnt = time.process_time()
         logits = fitted.logits(dataset.records[validation])
         found = {NAMING: 1e3 * (time.process_time() - learnt) / int(validation.sum()), LEARNING: learnt - started}

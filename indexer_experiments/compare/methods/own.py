@@ -43,14 +43,16 @@ def method_of(name: str) -> Method:
 
 @dataclass(frozen=True)
 class _Own(Method):
-    """A user's method; what it raises or gives amiss is told in a sentence."""
+    """A user's method, which does not see the records that will judge it; what it raises or gives amiss is told in a
+    sentence."""
 
     name: str
     method: Any
 
     def fit(self, dataset: Dataset, seed: int) -> Fitted:
         with _told(self.name, "can fit"):
-            return _FittedOwn(self.name, self.method.fit(dataset, seed), len(dataset.codes.classes))
+            fitted = self.method.fit(_without_validation(dataset), seed)
+        return _FittedOwn(self.name, fitted, len(dataset.codes.classes))
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,8 @@ def _one_line(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def without_validation(dataset: Dataset) -> Dataset:
-    """The data set as a method of one's own may see it: the records that will judge it are NaN."""
+def _without_validation(dataset: Dataset) -> Dataset:
+    """The data set with NaN for the records that judge a method."""
     records = dataset.records.copy()
     records[dataset.rows("validation")] = np.nan
     return dataclasses.replace(dataset, records=records)
