@@ -71,18 +71,14 @@ class Measured:
 
 
 def measured(
-    answer: Explanation, suspected: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine,
-    likely: Sequence[FaultSeen] = (),
+    answer: Explanation, suspected: Sequence[FaultSeen], faults: Mapping[str, Fault], machine: Machine
 ) -> tuple[Measured, ...]:  # fmt: skip
     """Faults measured from the sizes at which the networks see them; none of an effect that the machine has already,
-    whose growth was measured. `faults` is the table by name; the set of all that are `likely` is fitted from their
-    sizes, too."""
+    whose growth was measured. `faults` is the table by name."""
     if not suspected:
         return ()
     fits = Fits(answer.model, answer.selection.model)
     fits.kept(answer.selection.best.place, answer.selection.best.converged)
-    for place in suggested(fits, likely, faults, machine):
-        fits.fit(place)
     looks = (_measured(answer, fits, faults[one.name], one, machine) for one in suspected)
     return tuple(look for look in looks if look is not None)
 

@@ -168,7 +168,7 @@ def explained(
     named = {one.fault for one in found_faults}
     looked = [one for one in suspected if one.name not in named]
     asked = {one.name for one in looked}
-    beside = (*measured(answer, looked, by_name, machine, likely), *(c for c in changes if c.fault in asked))
+    beside = (*measured(answer, looked, by_name, machine), *(c for c in changes if c.fault in asked))
     return Physics(verdict, tuple(found_faults), level, answer.before, left(answer), beside)
 
 
