@@ -6,7 +6,7 @@ repeat, over the noise's:
     gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - f N)
 
 Intervals come from windows drawn again with replacement (bootstrap), wider where they are few: by the quantile of
-Student's law of w - 1 degrees of freedom over the normal law's, and by √(w/(w - 1)).
+Student's law of w - 1 degrees of freedom over the normal law's, and by √(w/(w - 1)). One window tells no interval.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _ENDS = (0.025, 0.975)
 
 @dataclass(frozen=True)
 class Share:
-    """A number with its 95 % interval."""
+    """A number with its 95 % interval, whose ends are NaN where one window tells none."""
 
     value: float
     low: float
@@ -81,8 +81,10 @@ def _closed(sums: np.ndarray, floor: float) -> np.ndarray:
 
 def _share(value: np.ndarray, drawn: np.ndarray, windows: int, low: float = 0.0, high: float = math.inf) -> Share:
     """A value with its interval, which ends where no value can lie: beyond `low` and `high`."""
+    if windows < 2:
+        return Share(float(value), math.nan, math.nan)
     ends = np.nanquantile(drawn, _ENDS)
     # few windows drawn again differ too little, and tell little of how far they differ: Student's law
-    wider = math.sqrt(windows / max(1, windows - 1)) * stdtrit(max(1, windows - 1), _ENDS[1]) / ndtri(_ENDS[1])
+    wider = math.sqrt(windows / (windows - 1)) * stdtrit(windows - 1, _ENDS[1]) / ndtri(_ENDS[1])
     ends = value + wider * (ends - value)
     return Share(float(value), max(low, float(ends[0])), min(high, float(ends[1])))

@@ -28,8 +28,11 @@ SHELLS = {"bash": _BASH, "zsh": "autoload -U +X bashcompinit && bashcompinit\n" 
 FLAGS = ("--help", "--version", "--completion")
 """What may stand in place of a verb."""
 
-FLAGS_OF_A_VERB = ("-m", "--multirun", "--help")
+FLAGS_OF_A_VERB = ("--help",)
 """What may stand after one."""
+
+FLAGS_OF_A_SWEEP = ("-m", "--multirun")
+"""What may stand, too, after one that writes a folder, in which the jobs of a sweep have theirs."""
 
 
 def candidates(words: list[str]) -> list[str]:
@@ -45,9 +48,9 @@ def candidates(words: list[str]) -> list[str]:
         return _beginning(SHELLS, last) if len(words) == 2 else []
     if words[0] not in VERBS:
         return []
-    if last.startswith("-"):
-        return _beginning(FLAGS_OF_A_VERB, last)
     keys = keys_of(words[0])
+    if last.startswith("-"):
+        return _beginning([*FLAGS_OF_A_VERB, *(FLAGS_OF_A_SWEEP if "out" in keys else ())], last)
     key, sign, _ = last.partition("=")
     if sign:
         return [f"{key}={name} " for name in keys.get(key, []) if f"{key}={name}".startswith(last)]

@@ -184,8 +184,7 @@ def to_do(outcome: Outcome) -> str:
     question = outcome.question
     if question is None:
         which = "nominal machine" if outcome.answer.written.held_back else "machine as the records show it"
-        opened = "Nothing is open" if outcome.asked else "Whether anything is open is not known, as that stage failed"
-        return f"{opened}. machine.yaml is the {which}."
+        return f"{_closed_question(outcome)}. machine.yaml is the {which}."
     grows = "Record at another speed and under another load, and see with which of them the remainder grows"
     if len(question.rivals) < 2:
         return f"{grows}: no effect of the library predicts it, so no measurement could be chosen by simulation."
@@ -198,3 +197,15 @@ def to_do(outcome: Outcome) -> str:
             f"{best.measurement}, separates the two by {best.separation:.0f} where {enough:g} is enough. {grows}."
         )
     return f"Record {best.measurement}: it would show {question.about}."
+
+
+def _closed_question(outcome: Outcome) -> str:
+    """What is open where no measurement was asked for."""
+    if not outcome.asked:
+        return "Whether anything is open is not known, as that stage failed"
+    if outcome.left is None or not outcome.left.significant:
+        return "Nothing is open"
+    return (
+        "No name is open; the records fitted still disagree beyond chance, though those held out do not: where records "
+        "that were never used show it too, it is more than chance"
+    )

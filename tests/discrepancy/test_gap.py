@@ -60,3 +60,8 @@ def test_intervals_end_where_no_value_can_lie() -> None:
     before, after = place(np.array([4000.0, 16000.0])), place(np.array([100.0, 3000.0]))
     found = gap_of(before, after, view(2, 100), 1.0, np.random.default_rng(0))
     assert found.before.low == 0.0 and found.closed_share is not None and found.closed_share.high == 1.0
+
+
+def test_one_window_tells_no_interval() -> None:
+    found = gap_of(place(np.array([400.0])), place(np.array([100.0])), view(1, 100), 1.0, np.random.default_rng(0))
+    assert found.before.value > found.after.value and np.isnan([found.before.low, found.after.high]).all()

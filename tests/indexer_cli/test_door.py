@@ -189,9 +189,10 @@ def test_completion_offers_verbs_keys_and_names():
 def test_completion_offers_lone_words_and_flags():
     assert candidates(["new", "mach"])[0] == "machine " and "machine=" in candidates(["new", "mach"])
     assert "machine " not in candidates(["new", "machine", "mach"])
-    assert candidates(["train", "-"]) == ["-m ", "--multirun ", "--help "] and candidates(["train", "--h"]) == [
+    assert candidates(["train", "-"]) == ["--help ", "-m ", "--multirun "] and candidates(["train", "--h"]) == [
         "--help "
     ]
+    assert candidates(["check", "-"]) == ["--help "], "it writes no folder that could hold the jobs of a sweep"
     assert candidates(["--v"]) == ["--version "] and candidates(["--completion", "z"]) == ["zsh "]
 
 

@@ -17,6 +17,7 @@ from discrepancy import __main__ as command
 from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.fits import Fitted
+from discrepancy.gap import Share
 from discrepancy.grades import RULES
 from discrepancy.origin import Origin, Place
 from discrepancy.report import content, headline, plain, report_files, to_do
@@ -118,8 +119,9 @@ def test_what_the_records_fitted_show_beyond_chance_is_in_the_headline(made: Mad
     assert outcome.left is not None and "beyond chance" not in headline(outcome)
     cells = (dataclasses.replace(outcome.left.cells[0], level=1.4, p=0.005, significant=True), *outcome.left.cells[1:])
     left = dataclasses.replace(outcome.left, cells=cells)
-    said = headline(dataclasses.replace(outcome, left=left))
-    assert ", though the records fitted disagree with it beyond chance, most at 0 turn (phase)." in said
+    outcome = dataclasses.replace(outcome, left=left)
+    assert ", though the records fitted disagree with it beyond chance, most at 0 turn (phase)." in headline(outcome)
+    assert to_do(outcome).startswith("No name is open; the records fitted still disagree beyond chance")
 
 
 def test_the_map_counts_cells_that_samples_lie_in(made: Made) -> None:
@@ -286,6 +288,15 @@ def test_a_stage_that_fails_takes_no_answer_away(stage: str, function: str, monk
     )
     assert "Singular matrix" in caplog.text, "the log has the traceback"
     assert headline(outcome) in files["report.html"]
+
+
+def test_one_window_held_out_tells_no_interval(made: Made) -> None:
+    outcome = made("found")
+    assert outcome.gap is not None
+    gap = dataclasses.replace(outcome.gap, before=Share(0.2, np.nan, np.nan), after=Share(0.1, np.nan, np.nan))
+    files = report_files(dataclasses.replace(outcome, gap=gap))
+    assert json.loads(files["report.json"])["gap"]["intervals"]["before"] == [None, None]
+    assert "gap before (of one window: no interval)" in files["report.html"] and "nan" not in files["report.html"]
 
 
 def test_a_figure_that_fails_leaves_the_page(made: Made, monkeypatch, caplog) -> None:
