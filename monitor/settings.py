@@ -40,7 +40,7 @@ class Access:
     Attributes
     ----------
     operator_token, viewer_token, proxy_secret : str or None
-        Secrets of at least 16 signs.
+        Secrets of at least 16 characters.
     operators : tuple of str
         Names from the proxy that may act.
     """
