@@ -144,7 +144,7 @@ GROUPS: dict[str, list[Column]] = {
         Column("warmup_difference", _NUMBER, "-", "Record minus the turn before it, rms over rms", True),
     ]),
     "sensor": _only("simulated", [
-        Column("sensor_radius", _NUMBER, "m", "Radius of the accelerometer; null: reads the angular acceleration", True),
+        Column("sensor_radius", _NUMBER, "m", "Radius of the accelerometer; null: reads the angular one", True),
         Column("sensor_gain", _NUMBER, "-", "Reading over truth"),
         Column("sensor_bracket_hz", _NUMBER, "Hz", "Natural frequency of the bracket; null: rigid", True),
         Column("sensor_bracket_damping", _NUMBER, "-", "Damping ratio of the bracket"),

@@ -40,6 +40,10 @@ _EVEN = 4096
 _BINOMIAL_4 = math.sqrt(70.0)
 """Gain of the fourth difference for white noise: the root of 1 + 16 + 36 + 16 + 1."""
 
+_LEAST = 1e-3
+"""Least noise over a record's standard deviation: what is simulated without a sensor's noise has none, and no model is
+true to a thousandth."""
+
 _MAD = 0.6745
 """Median absolute value of a standard normal."""
 
@@ -58,12 +62,13 @@ def shared_noise(records: Sequence[np.ndarray], rate: float) -> tuple[float, flo
     pieces = _pieces([_level(values) for values in records], rate)
     pieces -= pieces.mean(axis=1, keepdims=True)
     found = _fitted(pieces, rate)
+    least = _LEAST * float(np.median([_level(values).std() for values in records]))
     if found is None or not found[1] > 0.0:
-        return float(np.median([white_noise(values) for values in records])), 0.0
+        return max(float(np.median([white_noise(values) for values in records])), least), 0.0
     colour, variance = found
     # low frequencies are extrapolated, but no more noise is there than all that is read where the machine is quiet
     quiet = float(np.quantile(np.einsum("pn,pn->p", pieces, pieces), _QUARTILE)) / pieces.shape[1]
-    return math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), colour
+    return max(math.sqrt(min(variance / (1.0 - colour**2), max(quiet, variance))), least), colour
 
 
 def _level(values: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ steps in a period, and three quarters of what is stable. The scheme is of fourth
 machines unlike each other, with every effect of the library, with play of 2 arc minutes to 1 degree at the cam, the
 error is 3e-6 to 1e-4 of the signal in the median of the effects, 1 % with the stiffest friction."""
 
-_FINEST = 1.25e-4
+FINEST = 1.25e-4
 """No step is shorter [s]: friction so stiff that it needs that chatters, as it does in no record."""
 
 _BLOCK = int(layout.LANES)
@@ -80,8 +80,8 @@ def let_slip(
     """How far ahead a slipping motor is where a window begins (n,) [rad], its command and its rate there (n,) [rad/s].
 
     A pack stands where its motors would be if they turned evenly from the angle at their record's first sample on, at
-    the record's mean speed. What a motor loses in one index it makes up for in the dwell: p(t), by which it gets ahead
-    of turning evenly from a window's start on, comes again with the cam's turn. So one window of each machine and
+    a speed of each window's own. What a motor loses in one index it makes up for in the dwell: p(t), by which it gets
+    ahead of turning evenly from a window's start on, comes again with the cam's turn. So one window of each machine and
     record tells how much faster the command is than the mean speed, at which rate a window ends and the next one
     starts, and p. What was measured is the angle at a record's first sample and the mean speed up to its last one, T
     later. So where a window begins, t0 after the first sample, the motor is ahead by
@@ -104,7 +104,7 @@ def let_slip(
     sample_rates, turn = sample_rates[one], periods[one]
     counts = np.floor(turn).astype(int) + 2  # one sample behind the turn, also where it is a whole number of them
     time = np.arange(int(counts.max())) / sample_rates[:, None]
-    mean, rate = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE]
+    mean, rate, own = pack.states[one, _MOTOR_RATE], pack.states[one, _MOTOR_RATE], pack.states[:, _MOTOR_RATE]
     command, each = mean, np.arange(len(one))
     for _ in range(_SLIP_ROUNDS):
         states = pack.states[one].copy()
@@ -121,7 +121,9 @@ def let_slip(
         ahead = np.where(failed[:, None], 0.0, ahead + lost[:, None] * time)
     first, last = (_between(ahead, of, np.mod(moment, periods)) for moment in (-begun, lengths - 1 - begun))
     slower = (first - last) * sample_rates[of] / (lengths - 1)
-    return slower * begun / sample_rates[of] - first, command[of] + slower, rate[of] + slower
+    # where the speed drifts over a record each window has its own
+    own = own + slower
+    return slower * begun / sample_rates[of] - first, own + (command - mean)[of], own + (rate - mean)[of]
 
 
 def _between(rows: np.ndarray, which: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -133,7 +135,7 @@ def _between(rows: np.ndarray, which: np.ndarray, place: np.ndarray) -> np.ndarr
 
 def step_of(model: int, features: int, rows: np.ndarray, law: LawTable, speed: float) -> float:
     """The integrator's step [s] for coefficients (n, c) of one model, features and law at a motor's speed [rad/s]."""
-    return max(quick_step(model, features, rows, law.steepest, speed, _PHASE, _DECAY), _FINEST)
+    return max(quick_step(model, features, rows, law.steepest, speed, _PHASE, _DECAY), FINEST)
 
 
 def steps_per_sample(sample_rate: float, step: float) -> int:

@@ -16,6 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.indexer.model import IndexerModel
+from discrepancy.indexer.nuisance import free_responses
+from discrepancy.indexer.parameters import OfRecords
+from discrepancy.indexer.reading import filters_of, passed
 from discrepancy.indexer.response import Response, motion_of
 from discrepancy.indexer.windows import START_PHASE
 from discrepancy.origin import Form, Laid, Residue
@@ -64,7 +67,12 @@ class Setting:
         As of `response.ROWS`.
     response : Response
     unit : ndarray (w,)
-        Reading over the noise per acceleration.
+        Reading over the noise per acceleration, before the filters.
+    table : ndarray (w,)
+        Inertia of the table in each window [kg m²].
+    passes : ndarray (f,) of complex
+        What the sensor's filters pass on of each frequency of a window that is continued by as many zeros; empty where
+        it has none.
     """
 
     machine: Machine
@@ -72,10 +80,28 @@ class Setting:
     motion: dict[str, np.ndarray]
     response: Response
     unit: np.ndarray
+    table: np.ndarray
+    passes: np.ndarray
 
     def readings(self, torque: np.ndarray, joint: str) -> np.ndarray:
         """What torques (w, n, k) add to what is read, over the noise."""
-        return self.unit[:, None, None] * self.response(torque, joint)
+        return self.read(self.response(torque, joint))
+
+    def read(self, acceleration: np.ndarray) -> np.ndarray:
+        """What is read of accelerations (w, n, k), over the noise, the filters at rest before."""
+        return self._filtered(self.unit[:, None, None] * acceleration, self.passes)
+
+    def pulled(self, row: np.ndarray, joint: str) -> np.ndarray:
+        """z (w, n) for which Σ z u is the product of a row (w, n) with the readings of torques u (w, n)."""
+        back = self._filtered(row[..., None], self.passes.conj())[..., 0]
+        return self.response.backwards(self.unit[:, None] * back, joint)
+
+    def _filtered(self, rows: np.ndarray, passes: np.ndarray) -> np.ndarray:
+        if not len(passes):
+            return rows
+        n = rows.shape[1]
+        spectrum = np.fft.rfft(rows, 2 * n, axis=1) * passes[:, None]
+        return np.fft.irfft(spectrum, 2 * n, axis=1)[:, :n] * self.laid.inside[..., None]
 
     @property
     def rate(self) -> np.ndarray:
@@ -92,6 +118,15 @@ def setting_of(model: IndexerModel, place: Point) -> Setting:
     problem = Problem(model, place.hypothesis)
     r, by_global, by_local = problem.linearised(place)
     machine, motion = motion_of(model, place)
+    sensor = model.machine_at(place.hypothesis, place.z)[1]
+    filters = filters_of(sensor, model.sample_rate)
+    if filters:
+        # what filters remember of the time before a window is unknown, as its start state is
+        free = np.zeros((2 * sum(map(len, filters)), *r.shape))
+        for count in np.unique(model.counts).tolist():
+            basis = free_responses(filters, count)
+            free[: len(basis), model.counts == count, :count] = basis[:, None]
+        by_local = np.concatenate([by_local, free])
     every = max(1, round(model.sample_rate / _RATE))
     counts = model.counts // every
     inside = np.asarray(np.arange(int(counts.max())) < counts[:, None])
@@ -115,8 +150,13 @@ def setting_of(model: IndexerModel, place: Point) -> Setting:
         problem.known[free].astype(float), place.z[free], inside, model.groups, time, step,
     )  # fmt: skip
     noise = np.array([e.noise_level for e in model.experiments])[model.groups]
-    unit = model.machine_at(place.hypothesis, place.z)[1].scale / noise
-    return Setting(machine, laid, motion, Response(machine, motion, inside, step), unit)
+    of_records = OfRecords(model.parameters, len(model.experiments))
+    own = of_records.value("inertia", np.repeat(place.z[None], len(counts), axis=0), model.groups)
+    table = machine.table_inertia * np.exp(own)
+    response = Response(machine, motion, inside, step, table)
+    frequencies = np.fft.rfftfreq(2 * inside.shape[1], 1.0 / rate) if filters else np.zeros(0)
+    passes = passed(filters, frequencies, model.sample_rate)
+    return Setting(machine, laid, motion, response, sensor.scale / noise, table, passes)
 
 
 def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple[Form, float]]]:
@@ -128,7 +168,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     speed = motion["table_rate"] / np.abs(motion["table_rate"]).max()
     friction = speed / np.sqrt(speed**2 + _STILL**2)
     twisting = motion["rate_2"] / max(float(np.quantile(np.abs(motion["rate_2"][laid.inside]), 0.99)), 1e-300)
-    force = machine.table_inertia * motion["table_acc"] / setting.rms(motion["torque_2"])
+    force = setting.table[:, None] * motion["table_acc"] / setting.rms(motion["torque_2"])
     phase = _spline(motion["cam"] / _TURN, _PHASES)
     angle = _spline(motion["table"] / _TURN, 2 * machine.stations)
     station = _stations(motion["cam"], laid.inside, machine.stations)
@@ -152,7 +192,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
         free,
     )  # fmt: skip
     ground = _profile(setting)
-    read = (setting.unit[:, None] * motion["table_acc"])[..., None]
+    read = setting.read(motion["table_acc"][..., None])
     own = np.eye(w)
     records = (laid.groups[:, None] == np.unique(laid.groups)).astype(float)
     rows = [
@@ -188,8 +228,8 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
 
 
 def _profile(setting: Setting) -> np.ndarray:
-    """Readings (w, n, k) of a motion law β + e(α) with a free e over the cam's phase: joint 2 is twisted by e less, and
-    what it carries acts on the cam by β' + e'."""
+    """Readings (w, n, k) of a motion law β + e(α) with a free e over the cam's phase: joint 2 is twisted by e less,
+    what it carries acts on the cam by β' + e', and the turret is turned against the housing by e more."""
     motion, machine = setting.motion, setting.machine
     turns, rate, turret = motion["cam"] / _TURN, motion["cam_rate"], machine.follower_inertia
     _, b1, b2 = machine.motion_law.evaluate(motion["cam"], machine.stations, machine.motion_share)
@@ -197,10 +237,13 @@ def _profile(setting: Setting) -> np.ndarray:
     before, after = (_spline(turns + d, _MARKS) for d in (-_NEAR, _NEAR))
     e1 = (after - before) / (2.0 * _NEAR * _TURN)
     e2 = (after - 2.0 * e + before) / (_NEAR * _TURN) ** 2
-    carried = motion["torque_2"] - turret * (b2 * rate**2 + 2.0 * b1 * motion["cam_acc"])
+    acc, shaken = motion["cam_acc"], motion.get("housing_acc", 0.0)
+    carried = motion["torque_2"] - turret * (b2 * rate**2 + 2.0 * b1 * acc + shaken)
     twisted = motion["k2"][..., None] * e + (motion["r2"] * rate)[..., None] * e1
     turned = carried[..., None] * e1 - (turret * b1 * rate**2)[..., None] * e2
-    return setting.readings(-twisted, "joint 2") + setting.readings(turned, "cam")
+    pushed = -turret * (acc[..., None] * e1 + (rate**2)[..., None] * e2)
+    parts = (-twisted, "joint 2"), (turned, "cam"), (pushed, "housing")
+    return np.sum([setting.readings(*part) for part in parts], axis=0)
 
 
 def _read(setting: Setting, joint: str, *torques: np.ndarray) -> list[np.ndarray]:

@@ -9,6 +9,7 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from discrepancy.indexer.advance import FINEST
 from discrepancy.model import Hypothesis, Parameter
 from indexer_env.effects import EFFECTS, LOADABLE, Effect
 from indexer_env.effects.base import Sought
@@ -71,8 +72,10 @@ class Seen:
 
 
 def library(machine: Machine, known: Container[str], seen: Seen) -> dict[str, tuple[Hypothesis, ...]]:
-    """Hypotheses of each effect but those the machine already has (`known`)."""
-    return {name: _hypotheses(machine, effect, seen) for name, effect in EFFECTS.items() if name not in known}
+    """Hypotheses of each effect but those the machine already has (`known`) and those that records of this rate cannot
+    show."""
+    found = {name: _hypotheses(machine, effect, seen) for name, effect in EFFECTS.items() if name not in known}
+    return {name: hypotheses for name, hypotheses in found.items() if hypotheses}
 
 
 def effect_of(hypothesis: Hypothesis, values: Mapping[str, float]) -> Effect:
@@ -93,7 +96,10 @@ def _hypotheses(machine: Machine, effect: type[Effect], seen: Seen) -> tuple[Hyp
             continue
         series = series or sought.series
         if sought.starts:
-            parameter, values = _parameter(effect.name, field.name, field.metadata, sought, seen)
+            least = FINEST / (2.0 * machine.motor_inertia) if effect.name == "drive.slip" else -math.inf
+            parameter, values = _parameter(effect.name, field.name, field.metadata, sought, seen, least)
+            if parameter is None:
+                return ()
             parameters.append(parameter)
             starts.append(values)
         else:
@@ -126,13 +132,15 @@ def _choices(name: str, machine: Machine, seen: Seen) -> Sequence[float]:
         return range(machine.stations)
     if name == "order":
         return sorted({*ORDERS, *seen.orders})
-    return sorted({*MAINS, *(f for f in seen.hums if any(abs(f / mains - 1.0) < _WANDER for mains in MAINS))})
+    hums = {*MAINS, *(f for f in seen.hums if any(abs(f / mains - 1.0) < _WANDER for mains in MAINS))}
+    return sorted(f for f in hums if f < 0.5 * seen.rate)
 
 
 def _parameter(
-    effect: str, name: str, rules: Mapping[str, Any], sought: Sought, seen: Seen
-) -> tuple[Parameter, tuple[float, ...]]:
-    """A parameter and its starts [its unit]."""
+    effect: str, name: str, rules: Mapping[str, Any], sought: Sought, seen: Seen, least: float
+) -> tuple[Parameter | None, tuple[float, ...]]:
+    """A parameter and its starts [its unit], none below the `least` value that can be simulated; None where it can have
+    no value."""
     unit = seen.measures[sought.measure]
     bounds = [(sought.low, rules["low"], max, -math.inf), (sought.high, rules["high"], min, math.inf)]
     low, high = (
@@ -141,7 +149,9 @@ def _parameter(
     # a filter of the sensor shows where the sampling rate lets its frequency through
     fastest = 1.0 / (_TURN * _HIGH * seen.rate)
     reach = {"time_constant": fastest, "inverse_square": fastest**2, "corner": _TURN * _LOW * seen.rate}
-    low = max(low, reach.get(name, -math.inf))
+    low = max(low, reach.get(name, -math.inf), least)
+    if low > high:
+        return None, ()
     sizes = sought.starts
     if rules["null"] is not None:
         least = min(abs(size) for size in sizes)

@@ -143,7 +143,7 @@ class IndexerModel(Model):
 
     def hypotheses(self, residual: np.ndarray | None = None) -> Mapping[str, tuple[Hypothesis, ...]]:
         orders, hums = ((), ()) if residual is None else self._lines(residual)
-        sizes = measures(self.machine, self._fastest, self.sensor.radius)
+        sizes = measures(self.machine, self._fastest, abs(self.sensor.scale))
         seen = Seen(sizes, self.sample_rate, self.sensor.unit, orders, hums)
         return library(self.machine, self._has() | set(self.without), seen)
 

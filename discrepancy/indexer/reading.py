@@ -23,9 +23,19 @@ _BAD = 1e3
 """Normalised residual of a run that left the physical range: worse than any that did not."""
 
 
-def _filters(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
+def filters_of(sensor: Sensor, sample_rate: float) -> tuple[np.ndarray, ...]:
     """A sensor's filters as second-order sections."""
     return _designed(sensor, sample_rate) if has_filters(sensor) else ()
+
+
+def passed(filters: Sequence[np.ndarray], frequencies: np.ndarray, sample_rate: float) -> np.ndarray:
+    """What filters of a sampling rate [Hz] pass on of frequencies (f,) [Hz], complex."""
+    import scipy.signal
+
+    out = np.ones(len(frequencies), dtype=complex)
+    for sections in filters:
+        out *= scipy.signal.sosfreqz(sections, frequencies, fs=sample_rate)[1] if len(frequencies) else 1.0
+    return out
 
 
 def has_filters(sensor: Sensor) -> bool:
@@ -119,7 +129,7 @@ class Reading:
         taken out; may overwrite `acceleration`."""
         difference = self._read(sensor, acceleration, window)
         difference -= self.measured[window]
-        filters, hum = _filters(sensor, self.sample_rate), sensor.hum_amplitude
+        filters, hum = filters_of(sensor, self.sample_rate), sensor.hum_amplitude
         if filters or hum != 0.0:
             counts = self.counts[window]
             for count in np.unique(counts).tolist():
@@ -136,7 +146,7 @@ class Reading:
         y = acceleration
         if sensor.scale != 1.0:
             y *= sensor.scale
-        for sections in _filters(sensor, self.sample_rate):
+        for sections in filters_of(sensor, self.sample_rate):
             y = np.asarray(scipy.signal.sosfilt(sections, y))
         return y
 

@@ -125,10 +125,7 @@ class Scan:
         return frequencies, np.stack([power[self.laid.groups == g].sum(axis=0) for g in self._records])
 
     def _lines(self, joint: str, before: np.ndarray, residue: Residue) -> list[Form]:
-        if joint == "sensor":
-            pulled = before
-        else:
-            pulled = self.setting.response.backwards(self.setting.unit[:, None] * before, joint)
+        pulled = before if joint == "sensor" else self.setting.pulled(before, joint)
         if joint == "cam":
             pulled = pulled * self.setting.rate**2
         high = min(_HIGH, 0.4 / float(self.laid.step.max()))
@@ -168,8 +165,8 @@ class Scan:
         on_table = self.setting.readings(torques, "table")
         forms = []
         for k, ((f, _), each) in enumerate(zip(pairs, swung, strict=True)):
-            beside = self.setting.unit[:, None, None] * np.stack(each[1:], axis=2)
-            tilting = self.setting.unit[:, None, None] * np.stack([each[0] * np.cos(angle), each[0] * np.sin(angle)], 2)
+            beside = self.setting.read(np.stack(each[1:], axis=2))
+            tilting = self.setting.read(np.stack([each[0] * np.cos(angle), each[0] * np.sin(angle)], 2))
             forms += [
                 Form("output", "frequency", f"something that swings at {f:.2g} Hz on the table",
                      residue.clean(on_table[:, :, 2 * k : 2 * k + 2]), price),

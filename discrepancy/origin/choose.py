@@ -142,8 +142,8 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
         # a cause is as likely as the best sum that speaks for it; it may have come to light beside the others alone
         form = one.forms[0]
         place = form.joint, form.kind
-        evidence[place] = max(evidence.get(place, -math.inf), one.evidence)
-        names.setdefault(place, form.name)
+        if one.evidence > evidence.get(place, -math.inf):
+            evidence[place], names[place] = one.evidence, form.name
     for form, won in free:
         if won > evidence.get((form.joint, form.kind), -math.inf):
             evidence[form.joint, form.kind], names[form.joint, form.kind] = won, form.name

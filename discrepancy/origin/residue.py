@@ -76,12 +76,14 @@ class Residue:
         basis, sizes, _ = np.linalg.svd(self._whitened(laid.by_local), full_matrices=False)
         kept = sizes > _RANK * np.maximum(sizes[:, :1], 1e-300)
         self._local = basis * kept[:, None, :]
-        rows = np.concatenate([self._off_local(laid.by_global), np.diag(laid.known)])
+        # a row of the prior is as uncertain as a white sample
+        prior = laid.known * math.sqrt(self.noise)
+        rows = np.concatenate([self._off_local(laid.by_global), np.diag(prior)])
         rows = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         basis, sizes, _ = np.linalg.svd(rows, full_matrices=False)
         self._global = basis[:, sizes > 1e-7 * sizes[0]] if len(sizes) else basis
         self._explained: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
-        y = np.concatenate([self._off_local(laid.residual[..., None]), -(laid.known * laid.at)[:, None]])
+        y = np.concatenate([self._off_local(laid.residual[..., None]), (prior * laid.at)[:, None]])
         self.y = self._off_global(y)[:, 0]
         self.samples = float(laid.inside.sum() - kept.sum() - len(laid.inside))
 

@@ -25,8 +25,9 @@ _LEVEL = (0.6, 1.67)
 """Amplitude over the nominal machine's; kinematics fix it but for the sensor's gain. The next mistake is a factor of 2,
 a diameter for a radius."""
 
-_WHOLE = 0.015
-"""By how much a number of stations that would make the level may be off a whole one."""
+_WHOLE, _APART = 0.015, 0.1
+"""By how much a number of stations that would make the level may be off a whole one, relatively, and at most in
+stations, as of many stations each level is near some number."""
 
 _UNITS = {
     STANDARD_GRAVITY: "g for m/s^2", DEGREE: "deg/s^2 for rad/s^2", 1e-3: "mm/s^2 for m/s^2",
@@ -53,7 +54,7 @@ def check_likeness(record: Record, match: Match, sensor: Sensor) -> None:
 def other_stations(record: Record, level: float, stations: int) -> list[str]:
     """A table that turns by another angle in each index moves like this one with another gain."""
     other = stations / level
-    if round(other) == stations or abs(other / round(other) - 1.0) > _WHOLE:
+    if round(other) == stations or abs(other - round(other)) > min(_WHOLE * round(other), _APART):
         return []
     return [
         f"{record.name} has {level:.3g} times the nominal machine's level, as a table with {round(other)} stations "

@@ -26,8 +26,8 @@ _LEAST_RATE = 100.0
 """Sampling rate [Hz] below which the vibration that an index leaves, some tens of Hz, is not in a record."""
 
 _NOISE_RATE = 200.0
-"""Sampling rate [Hz] below which fourth differences take the motion for noise: at 100 Hz noise of 0.5 % of the spread
-is taken for three times as much."""
+"""Sampling rate [Hz] below which the motion is taken for noise: at 125 Hz noise of 0.5 % of the spread counts as up to
+ten times as much, at 200 Hz as 1.4 times at most."""
 
 
 def check_records(records: Sequence[Record], machine: Machine) -> None:

@@ -129,8 +129,7 @@ class IndexerSubject(Subject):
         law = machine.motion_law.evaluate(_TURN * (turns % 1.0).ravel(), machine.stations, machine.motion_share)
         speed = np.reshape(law[1], turns.shape) * rate
         over = {"cam angle [°]": 360.0 * (turns % 1.0), "speed of the table [rad/s]": speed, "time [s]": time}
-        radius = 1.0 if self.sensor.radius is None else self.sensor.radius
-        return Torque("missing torque on the table [N m]", machine.table_inertia / radius, over)
+        return Torque("missing torque on the table [N m]", machine.table_inertia / self.sensor.scale, over)
 
     def _axes(
         self, turns: np.ndarray, inside: np.ndarray, record: np.ndarray, points: list[OperatingPoint]

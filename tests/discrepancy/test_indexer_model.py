@@ -11,7 +11,7 @@ from discrepancy.indexer import Experiment, IndexerModel
 from discrepancy.indexer.advance import steps_per_sample
 from discrepancy.indexer.parameters import read, torque_power
 from discrepancy.indexer.reading import by_clock, numbered
-from discrepancy.model import NONE, Jobs, together
+from discrepancy.model import NONE, Hypothesis, Jobs, together
 from discrepancy.problem import Problem
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine, make_effect
 from indexer_env.errors import ParameterError
@@ -298,3 +298,25 @@ def test_a_slipping_motor_is_where_its_record_says_at_the_first_sample() -> None
     z = np.append(np.zeros(len(model.parameters)), problem.hypothesis.coordinates((20.0,)))
     place = problem.searched(problem.point(z, np.zeros((len(model.counts), 4))))
     assert np.sqrt(place.squares / model.counts).max() < 1.0
+
+
+def test_a_slipping_motor_drifts_as_its_record_does() -> None:
+    """A window by itself is read as among all others, though each has another speed, and a motor that hardly slips as
+    one that does not, on a record whose speed drifts by 0.2 %."""
+    model = IndexerModel(load_machine("smooth"), [dataclasses.replace(record(10400), noise=1.0)])
+    names = [p.name for p in model.parameters]
+    slip = model.hypotheses()["drive.slip"][0]
+    z = np.zeros(len(names))
+    z[next(k for k, name in enumerate(names) if "drift" in name)] = 1.0
+    w, n = len(model.counts), model.local_count(slip)
+    states, windows = np.zeros((w, n)), np.arange(w)
+
+    def read(hypothesis: Hypothesis, z: np.ndarray, windows: np.ndarray) -> np.ndarray:
+        return model.readings(hypothesis, Jobs.at(z, windows, states[windows]))
+
+    slipping = np.append(z, slip.coordinates(slip.starts[0]))
+    together = read(slip, slipping, windows)
+    scale = np.std(together)
+    assert np.abs(together[-1:] - read(slip, slipping, windows[-1:])).max() < 1e-3 * scale
+    stiff = np.append(z, slip.coordinates((slip.parameters[0].low,)))
+    assert np.abs(read(slip, stiff, windows) - read(NONE, z, windows)).max() < 2e-3 * scale

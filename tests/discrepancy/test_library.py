@@ -1,10 +1,12 @@
 """The effect library as hypotheses of one machine and its records."""
 
+import dataclasses
 import itertools
 
 import numpy as np
 import pytest
 
+from discrepancy.indexer.advance import FINEST
 from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.machines import Machines
 from discrepancy.indexer.parameters import base_parameters
@@ -84,3 +86,27 @@ def test_coefficients_are_those_of_the_machine_that_a_point_stands_for(name: str
         whole = coefficients(expected, OperatingPoint(load_torque=1.0))
         assert item.row.tobytes() == whole.row.tobytes()
         assert (item.model, item.features, sensor) == (whole.model, whole.features, read)
+
+
+def test_hum_that_a_rate_cannot_show_is_not_looked_for() -> None:
+    machine = load_machine("reference")
+    found = library(machine, (), Seen(measures(machine, 157.0, None), 110.0))["sensor.mains_hum"]
+    assert [dict(one.fixed)["frequency"] for one in found] == [50.0]
+    assert "sensor.mains_hum" not in library(machine, (), Seen(measures(machine, 157.0, None), 100.0))
+
+
+def test_a_resonance_that_a_rate_cannot_show_is_not_looked_for() -> None:
+    """At 100 Hz none lies below the table's own of 150 Hz."""
+    machine = load_machine("reference")
+    joint = dataclasses.replace(machine.output_joint, stiffness=machine.table_inertia * (2.0 * np.pi * 150.0) ** 2)
+    stiff = dataclasses.replace(machine, output_joint=joint)
+    assert "sensor.bracket_resonance" not in library(stiff, (), Seen(measures(stiff, 157.0, None), 100.0))
+
+
+def test_no_slip_is_looked_for_that_is_too_fast_to_simulate() -> None:
+    """A light motor comes back to its speed within J_m c, which the shortest step must resolve."""
+    for inertia in (0.01, 1e-3):
+        machine = dataclasses.replace(load_machine("reference"), motor_inertia=inertia)
+        (slip,) = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))["drive.slip"]
+        assert slip.parameters[0].low == pytest.approx(FINEST / (2.0 * inertia))
+        assert all(start >= slip.parameters[0].low for (start,) in slip.starts)

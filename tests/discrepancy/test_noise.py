@@ -99,3 +99,12 @@ def test_noise_of_a_resampled_record_is_told_before(colour: float) -> None:
     size, found = limited_noise(1.0, colour, fast, CUTOFF * RATE, RATE)
     assert size == pytest.approx(slow.std(), rel=0.02)
     assert found == pytest.approx(float(slow[1:] @ slow[:-1]) / float(slow @ slow), abs=0.03)
+
+
+def test_a_record_without_noise_counts_as_known_to_a_thousandth() -> None:
+    """What no sensor has taken would have noise of 1e-7 of its motion, and each fit of it would leave too much to be
+    told from any other."""
+    slow = np.sin(2.0 * np.pi * 0.5 * np.arange(4000) / 250.0)
+    assert noise_of(slow, 250.0)[0] == pytest.approx(1e-3 * slow.std(), rel=0.01)
+    short = np.sin(2.0 * np.pi * 5.0 * np.arange(60) / 250.0)
+    assert noise_of(short, 250.0)[0] > 0.9e-3 * short.std(), "too short for a spectrum"

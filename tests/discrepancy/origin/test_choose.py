@@ -115,3 +115,20 @@ def test_a_joint_is_as_probable_as_it_has_effects() -> None:
     }  # fmt: skip
     joints = [of_quantity[effect.enters] for effect in EFFECTS.values()]
     assert {joint: joints.count(joint) for joint in joints} == _PARTS
+
+
+def test_a_place_has_the_name_of_the_cause_that_speaks_for_it() -> None:
+    """Two causes of one joint and kind: alone the first explains more, as it holds a part of the third one, too; beside
+    that one the second explains all that is left."""
+    second, third = rows(5), CAUSES["sensor.time"]
+    both = 2.0 * second.sum(axis=2, keepdims=True) + third.sum(axis=2, keepdims=True)
+    residue = Residue(laid(NOISE + both[..., 0]))
+    forms = [
+        Form("input", "phase", "the first", residue.clean(both + rows(6).sum(axis=2, keepdims=True))),
+        Form("input", "phase", "the second", residue.clean(second)),
+        Form("sensor", "time", "the third", residue.clean(third)),
+    ]
+    alone = {form.name: residue.evidence(form.columns)[0] for form in forms}
+    assert alone["the first"] > alone["the second"]
+    found = origin_of(residue, forms, lambda left: (), ())
+    assert found is not None and found.first.name == "the second"

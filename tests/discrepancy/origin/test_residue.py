@@ -1,5 +1,7 @@
 """What a fit has left: cleaned, white, and weighed against causes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -74,3 +76,36 @@ def test_a_cause_that_is_a_part_of_the_noise_is_not_found_again() -> None:
     other = left.seen_through(left.clean(second))
     assert left.evidence(other)[0] > 50.0
     assert np.einsum("wn,wnk->k", left.before(), second) == pytest.approx(other.T @ left.y)
+
+
+def bent(residual: np.ndarray, by_global: np.ndarray, at: np.ndarray) -> Laid:
+    """The same with one parameter whose prior is one wide, linearised at a place."""
+    return dataclasses.replace(laid(residual, by_global), known=np.ones(1), at=at)
+
+
+def test_evidence_does_not_depend_on_where_the_fit_was_linearised() -> None:
+    """Seed 5: a cause that the parameter can imitate in part, before and after the parameter has moved towards it."""
+    rng = np.random.default_rng(5)
+    cause, own = rng.standard_normal((2, 20, 100, 1))
+    by_global = 0.02 * (cause + own)
+    r = 0.3 * cause[..., 0] + rng.standard_normal((20, 100))
+    d = np.array([5.0])
+    won = []
+    for residual, at in ((r, np.zeros(1)), (r + by_global @ d, d)):
+        residue = Residue(bent(residual, by_global, at))
+        residue.colour = 0.0
+        won.append(residue.evidence(residue.clean(cause))[0])
+    assert won[1] == pytest.approx(won[0], rel=0.05) and won[0] > 20.0
+
+
+def test_what_is_known_counts_as_much_at_any_rate() -> None:
+    """Seed 6: records, and the means of nine samples of theirs, with a cause that a parameter imitates in part."""
+    rng = np.random.default_rng(6)
+    cause = np.repeat(rng.standard_normal((20, 90)), 9, axis=1)
+    r = 0.1 * cause + rng.standard_normal(cause.shape)
+    found = []
+    for every in (1, 9):
+        residual, column = (x.reshape(20, -1, every).mean(axis=2) for x in (r, cause))
+        residue = Residue(bent(residual, 0.012 * column[..., None], np.zeros(1)))
+        found.append(residue.evidence(residue.clean(column[..., None]))[0])
+    assert found[1] == pytest.approx(found[0], rel=0.15) and found[0] > 5.0
