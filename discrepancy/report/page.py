@@ -20,7 +20,7 @@ _TEMPLATE = "page.html"
 _MOST_NEXT = 6
 
 GRADE_WORDS = {
-    "established": "It closes its share of the gap on records to which its size was not fitted, in all of them.",
+    "established": "None of the rules that hold a name back applies.",
     "family": "One of these is missing; no record here tells which.",
     "stands in": "A hint and not a name: it closes a part of the gap for something that the library does not know.",
 }
