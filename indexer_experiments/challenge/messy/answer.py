@@ -90,6 +90,8 @@ class CaseAnswer:
     gap_before, gap_after : float
         On a record that no method gets, over the noise: what the nominal machine leaves, and machine.yaml; NaN where
         there is none.
+    gaps_held_out : tuple of (float, float)
+        The same on each record that is held out.
     cpu_s : float
         Processor time [s].
     """
@@ -101,6 +103,7 @@ class CaseAnswer:
     machine: tuple[Interval, ...] = ()
     gap_before: float = math.nan
     gap_after: float = math.nan
+    gaps_held_out: tuple[tuple[float, float], ...] = ()
     cpu_s: float = math.nan
 
     @property

@@ -15,7 +15,7 @@ from typing import Any
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.messy.answer import CaseAnswer, Solved
-from indexer_experiments.challenge.messy.draw import MessyOrder, messy_draw
+from indexer_experiments.challenge.messy.draw import MessyOrder, RecordDraw, messy_draw
 from indexer_experiments.challenge.messy.judging import Judge
 from indexer_experiments.challenge.messy.machines import KNOWN_TO
 from indexer_experiments.challenge.messy.method import solved_by_explain
@@ -43,13 +43,20 @@ def solve_messy(order: MessyOrder, number: int, method: Method = solved_by_expla
         made = time.process_time()
         solved = answered(Path(folder), case.drawn.machines.nominal, order.limit, method)
         spent = time.process_time() - made
-    judge, nominal = Judge(case), case.drawn.machines.nominal
-    # NaN is no JSON
-    before = judge.gap(nominal, Sensor())
-    after = None if solved.machine is None else judge.gap(solved.machine, solved.sensor or Sensor())
-    answer = dataclasses.asdict(solved.answer) | {"gap_before": before, "gap_after": after, "cpu_s": spent}
+    gaps = dict(zip(("gap_before", "gap_after"), gaps_of(case, case.drawn.judging, solved), strict=True))
+    # where none is held out, a method divides each of them
+    held = [record for record in case.drawn.records if record.held_out] or case.drawn.records[-1:]
+    answer = dataclasses.asdict(solved.answer) | gaps | {"cpu_s": spent}
+    answer["gaps_held_out"] = [gaps_of(case, record, solved) for record in held]
     order_told = {"case": number, "seed": order.seed, "half": order.half, "limit": order.limit}
     return {**order_told, **_told(case), "answer": answer, "truth_s": made - begin}
+
+
+def gaps_of(case: MessyCase, record: RecordDraw, solved: Solved) -> tuple[float, float | None]:
+    """What the nominal machine and machine.yaml leave of a record; None, as NaN is no JSON, where there is none."""
+    judge = Judge(case, record)
+    after = None if solved.machine is None else judge.gap(solved.machine, solved.sensor or Sensor())
+    return judge.gap(case.drawn.machines.nominal, Sensor()), after
 
 
 def answered(folder: Path, nominal: Machine, limit: float | None, method: Method) -> Solved:

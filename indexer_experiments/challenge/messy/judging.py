@@ -1,4 +1,5 @@
-"""Whether machine.yaml is better than the nominal machine, on a record at conditions of its own that no method gets.
+"""Whether machine.yaml is better than the nominal machine: on a record at conditions of its own that no method gets, and
+at those of the records held out.
 
 The gap is what a machine leaves of that record's true reading, without noise: rms over the noise, cam turn by cam
 turn, each piece resumed from the true state, and what another start state would explain taken off. A method's own
@@ -15,6 +16,7 @@ import numpy as np
 from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
+from indexer_experiments.challenge.messy.draw import RecordDraw
 from indexer_experiments.challenge.messy.pieces import RATE, coarse_run, coarsely_resumed, local_basis
 from indexer_experiments.challenge.messy.sizes import MessyCase, read_of
 
@@ -23,10 +25,10 @@ TURNS = 1.2
 
 
 class Judge:
-    """The record of a case, and what machines leave of it."""
+    """A record of a case, and what machines leave of it."""
 
-    def __init__(self, case: MessyCase) -> None:
-        record = dataclasses.replace(case.drawn.judging, turns=TURNS, drift=0.0)
+    def __init__(self, case: MessyCase, record: RecordDraw) -> None:
+        record = dataclasses.replace(record, turns=TURNS, drift=0.0)
         self._point, self._noise = record.point, case.noise
         motion = coarse_run(case.machine, record.point, record.samples(case.machine, RATE), case.unlisted(record))
         reading = read_of(motion, case.readers(), _without_hum(case.sensor))

@@ -127,6 +127,11 @@ def worse(row: Row) -> bool:
     return row["answer"]["gap_after"] > row["answer"]["gap_before"] + LARGER
 
 
+def worse_held_out(row: Row) -> bool:
+    """The same of a record that was held out."""
+    return any(after > before + LARGER for before, after in row["answer"]["gaps_held_out"])
+
+
 def calibration_error(rows: Sequence[Row]) -> tuple[float, int]:
     """Σ_b n_b/n |share right - mean probability| over `BINS` bins of equal width, and the number n of findings, of all
     grades (Naeini, Cooper, Hauskrecht, AAAI (2015) 2901)."""
@@ -190,6 +195,7 @@ def messy_table(rows: Sequence[Row]) -> str:
         ("effects' sizes: 95 % intervals that hold the truth", "90–99 %", *share_of_groups(sizes)),
         ("the machine's parameters, common scale included: the same", "90–99 %", *share_of_groups(machine)),
         ("probabilities: expected calibration error", "≤ 5 %", *_error(rows)),
+        ("machine.yaml makes the gap on a record held out larger", "never", *_counted(returned, worse_held_out)),
         ("machine.yaml makes the gap on the judging record larger", "never", *_counted(returned, worse)),
         ("what remains points at the right joint and kind", "≥ 80 %", *_counted(seen, pointed_at)),
         *_times(rows),

@@ -85,7 +85,7 @@ def test_a_clock_that_is_off_stretches_the_record() -> None:
 
 def test_the_true_machine_leaves_nothing_and_the_nominal_one_does() -> None:
     case = small()
-    judge = Judge(case)
+    judge = Judge(case, case.drawn.judging)
     assert judge.gap(case.machine, Sensor()) < 0.02
     assert judge.gap(case.drawn.machines.nominal, Sensor()) > 0.5
     assert judge.gap(case.machine, Sensor(gain=1.1)) > 0.5
@@ -110,11 +110,14 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_row_is_json_and_scores(cheap: None) -> None:
     row = json.loads(json.dumps(solve_messy(MessyOrder(1, 1, "tune"), 0, method)))
     assert row["answer"]["gap_before"] == row["answer"]["gap_after"] > 0.5
+    ((before, after),) = row["answer"]["gaps_held_out"]
+    assert before == after > 0.5 and before != row["answer"]["gap_before"], "a record of its own"
     assert row["answer"]["cpu_s"] > 0.0 and row["machine"]["table_inertia"] == pytest.approx(5.25)
     table = messy_table([row])
     assert "right name or its family among the established | ≥ 90 % | 1 of 1" in table
     assert "effects' sizes: 95 % intervals that hold the truth | 90–99 % | 1 of 1" in table
     assert "common scale included: the same | 90–99 % | 1 of 1" in table
+    assert "gap on a record held out larger | never | 0 of 1" in table
     assert "gap on the judging record larger | never | 0 of 1" in table
 
 

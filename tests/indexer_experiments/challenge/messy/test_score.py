@@ -19,7 +19,7 @@ def finding(*members: str, grade: str = "established", probability: float = 0.9,
 
 def row(hidden: list, findings: list, **answer: object) -> dict:
     empty = {"verdict": "named", "reason": "", "remains": None, "machine": [], "gap_before": 2.0, "gap_after": 1.0,
-             "cpu_s": 10.0}  # fmt: skip
+             "gaps_held_out": [[2.0, 1.0]], "cpu_s": 10.0}  # fmt: skip
     return {"half": "tune", "hidden": hidden, "disturbances": [], "disturbed": 0.0, "machine": {"table_inertia": 5.0},
             "records": [{"turns": 2.5}], "answer": {**empty, "findings": findings, **answer}}  # fmt: skip
 
@@ -37,6 +37,7 @@ TWO = "two hidden: both established"
 SIZES = "effects' sizes: 95 % intervals that hold the truth"
 MACHINE = "the machine's parameters, common scale included: the same"
 ERROR = "probabilities: expected calibration error"
+HELD = "machine.yaml makes the gap on a record held out larger"
 LARGER = "machine.yaml makes the gap on the judging record larger"
 REMAINS = "what remains points at the right joint and kind"
 MEDIAN, MOST = "processor time of a case, median", "processor time of a case, 95 %"
@@ -124,6 +125,12 @@ def test_machine_yaml_is_never_worse() -> None:
     """Equal is as good; no machine.yaml is not asked; one that cannot run is worse."""
     rows = [row([], [], gap_after=g) for g in (1.0, 2.0, 2.05, 2.5, math.inf, None)]
     assert got(rows)[LARGER] == "2 of 5 (40.0 %)"
+
+
+def test_machine_yaml_is_worse_where_it_is_on_any_record_held_out() -> None:
+    gaps = [[2.0, 1.0]], [[2.0, 1.0], [2.0, 2.05]], [[2.0, 1.0], [2.0, 2.2]], [[2.0, math.inf]]
+    rows = [row([], [], gaps_held_out=one) for one in gaps]
+    assert got([*rows, row([], [], gap_after=None, gaps_held_out=[[2.0, None]])])[HELD] == "2 of 4 (50.0 %)"
 
 
 @pytest.mark.parametrize(
