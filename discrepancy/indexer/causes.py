@@ -174,7 +174,7 @@ def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple
     station = _stations(motion["cam"], laid.inside, machine.stations)
     slow = _over(_share(laid), _SLOW)
     moments = np.arange(n)[None, :] * laid.step[:, None] / _FREE
-    free = _places(moments[..., None] - np.arange(math.ceil(float(moments.max())) + 1))
+    free = _places(moments[..., None] - np.arange(-1, math.ceil(float(moments.max())) + 2))
     one = np.ones((w, n))[..., None]
 
     by_phase, by_phase_2, inertia, by_angle, dry, by_speed, rubbing, free_table = _read(
@@ -265,8 +265,9 @@ def _spline(turns: np.ndarray, count: int) -> np.ndarray:
 
 
 def _over(share: np.ndarray, count: int) -> np.ndarray:
-    """Splines (w, n, k) at even places from 0 to 1."""
-    return _places(share[..., None] * (count - 1) - np.arange(count))
+    """Splines (w, n, k) at even places from 0 to 1 and one beyond either end, without which they hold no straight
+    line."""
+    return _places(share[..., None] * (count - 1) - np.arange(-1, count + 1))
 
 
 def _share(laid: Laid) -> np.ndarray:

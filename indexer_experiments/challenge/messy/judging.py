@@ -1,5 +1,5 @@
-"""Whether machine.yaml is better than the nominal machine: on a record at conditions of its own that no method gets, and
-at those of the records held out.
+"""Whether machine.yaml is better than the nominal machine: on a record at conditions of its own that no method gets,
+and at those of the records held out.
 
 The gap is what a machine leaves of that record's true reading, without noise: rms over the noise, cam turn by cam
 turn, each piece resumed from the true state, and what another start state would explain taken off. A method's own

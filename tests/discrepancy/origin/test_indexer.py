@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from discrepancy.indexer import Experiment, IndexerModel
-from discrepancy.indexer.causes import _MARKS, Setting, _profile, _spline, setting_of
+from discrepancy.indexer.causes import _MARKS, Setting, _over, _profile, _spline, setting_of
 from discrepancy.indexer.response import JOINTS, Response, motion_of
 from discrepancy.indexer.scans import _own_frequency, elsewhere_at, origin_at
 from discrepancy.model import NONE, Jobs
@@ -191,6 +191,13 @@ def test_a_torque_reads_what_its_effect_adds(scene: Scene, sensor: Sensor, base)
     change = residue.clean((rubbed.laid.residual - bare.laid.residual)[..., None])[:, 0]
     read = residue.clean(bare.readings(bare.motion["table_rate"][..., None], "table"))[:, 0]
     assert np.linalg.norm(change - read) < 0.1 * np.linalg.norm(change)
+
+
+def test_a_free_function_holds_each_straight_line() -> None:
+    share = np.linspace(0.0, 1.0, 200)
+    splines = _over(share, 4)
+    line = 0.3 - 2.0 * share
+    assert splines @ np.linalg.lstsq(splines, line, rcond=None)[0] == pytest.approx(line, abs=1e-9)
 
 
 def test_pulled_is_the_transpose_of_what_is_read(scene: Scene) -> None:
