@@ -6,6 +6,7 @@ In reading order:
     posterior    the joint law of machine, effects, loads and gain at a fitted place
     calibrate    drawing and healthy records -> machine, extended, and draws of what is open
     turns        a turn as the networks see it: what it differs by from the healthy machine, by cam angle
+    remains      what healthy records leave: a fixed part, and noise that follows speed and load
     data         simulated turns with faults: the campaign `own` of `datagen`
     network      layers on the modes of a turn, and the paper's network
     learn        how they are trained
@@ -38,7 +39,7 @@ In reading order:
 
 Units are SI and rad. Sizes of faults are shares of the largest, and in the shop's units where people read them. Arrays
 are (turn, station, cell); a cell is a part of the cam turn, counted from cam angle 0. The networks' inputs x are in
-units of the noise of a cell.
+units of the noise of a cell at the turn's operating point.
 
     from discrepancy.records.conditions import Conditions
     from twin.twin import Twin

@@ -78,7 +78,8 @@ def run(config: dict[str, Any]) -> dict[str, Any]:
     settings = from_mapping(Settings, {key: value for key, value in config.items() if key in names}, "twin")
     bench = with_its_effects(bench_of(config))
     maker = Maker(bench, settings, job_folder("twin", config["out"]), overwrite=config["overwrite"])
-    for sentence in beforehand([one.operating_point.motor_speed / RPM for one in bench.experiments]):
+    recorded = [one.operating_point.motor_speed / RPM for one in bench.experiments]
+    for sentence in beforehand(recorded, settings.motor_speed_rpm or recorded):
         plain_console().print(sentence)
     return made(maker)
 

@@ -20,7 +20,10 @@ _FEW = 3
 def advice(about: Mapping[str, Any]) -> list[str]:
     """Sentences, the one that helps most first."""
     speeds, loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
-    found = beforehand([rpm for rpm, _ in about["recorded"]])
+    recorded = [rpm for rpm, _ in about["recorded"]]
+    if "moved" in about["calibration"]:
+        recorded += speeds  # those of the twin that was brought up to date
+    found = beforehand(recorded, speeds)
     if about["calibration"]["scale_spread"] > _SCALE:
         share = 196.0 * about["calibration"]["scale_spread"]
         heaviest = max(abs(load) for load in loads)
@@ -29,8 +32,7 @@ def advice(about: Mapping[str, Any]) -> list[str]:
             f"hardly shows their scale; a record under a well known load, larger than {heaviest:g} N m, would tell it. "
             "Sizes in N m carry this error, all others do not."
         )
-    # of a calibration that an earlier version began with, it is not known
-    if about["calibration"].get("start_compared", False):
+    if about["calibration"]["start_compared"]:
         found.append(
             "Record a once-per-turn pulse: the cam angle was found by comparison, so stations cannot be told apart and "
             "what shifts the motion is hardly seen."
@@ -51,15 +53,18 @@ def advice(about: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def beforehand(recorded: Sequence[float]) -> list[str]:
-    """Sentences on records at these motor speeds [rpm] that can be said before the twin is made."""
-    slowest, fastest = span(recorded)
-    if slowest != fastest:
+def beforehand(recorded: Sequence[float], diagnosed: Sequence[float]) -> list[str]:
+    """Sentences on records at these motor speeds [rpm], of a twin that will diagnose from the lowest to the highest of
+    others, that can be said before it is made."""
+    if not _one(recorded):
         return []
-    return [
-        "Record at a second speed, 10 % or more from the first: at one speed effects mimic each other, and the twin "
-        "diagnoses at this speed alone."
-    ]
+    alone = ", and the twin diagnoses at this speed alone" if _one(diagnosed) else ""
+    return [f"Record at a second speed, 10 % or more from the first: at one speed effects mimic each other{alone}."]
+
+
+def _one(speeds: Sequence[float]) -> bool:
+    slowest, fastest = span(speeds)
+    return slowest == fastest
 
 
 def _best(about: Mapping[str, Any]) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from discrepancy.indexer import Experiment
@@ -36,10 +37,11 @@ class Bench:
         """Whether the cam angle of a record was found by comparison with the drawing."""
         return any(e.start_compared for e in self.experiments)
 
-    def check(self) -> None:
-        """Refuse what would keep a twin from being made, before anything is fitted or an old twin is removed."""
+    def check(self, motor_speeds: Sequence[float] = ()) -> None:
+        """Refuse what would keep a twin, for these motor speeds [rad/s] too, from being made, before anything is fitted
+        or an old twin is removed."""
         machine = self.subject.machine
-        Cells.of(machine, self.rate, max(e.operating_point.motor_speed for e in self.experiments))
+        Cells.of(machine, self.rate, max([*motor_speeds, *(e.operating_point.motor_speed for e in self.experiments)]))
         fitted = self.subject.model.experiments
         if not any(e.signal.duration >= machine.turn_duration(e.operating_point) for e in fitted):
             raise no_whole_turn()

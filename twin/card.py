@@ -18,7 +18,7 @@ def turns_of(experiment: Experiment, healthy: Healthy) -> np.ndarray:
     """Whole turns (k, stations, cells) of a record."""
     point = experiment.operating_point
     cam_rate = healthy.machine.reduction * point.motor_speed
-    return healthy.cells.turns(experiment.signal.values, cam_rate, point.start_angle)
+    return healthy.cells.turns(experiment.signal.values, cam_rate, point.start_angle, experiment.signal.sample_rate)
 
 
 def scores(told: dict[str, np.ndarray], rows: np.ndarray, turns: Turns) -> dict[str, float | None]:

@@ -12,6 +12,7 @@ import numpy as np
 from discrepancy.noise import limited_noise
 from discrepancy.records.conditions import Conditions
 from discrepancy.records.matching import Match, upright
+from discrepancy.records.offset import without_offset
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import by_pulses, put_right
 from discrepancy.records.start import pulse_start
@@ -19,7 +20,8 @@ from indexer_env.errors import SignalError
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.signal import Signal
 from indexer_records.resample import CUTOFF, entire
-from twin.turns import Healthy, Remains, likeliest_station
+from twin.remains import Remains
+from twin.turns import Healthy, likeliest_station
 
 _LIKENESS, _LEVEL = 0.9, (0.5, 2.0)
 """Likeness to the healthy machine in the first orders of the cam, and level over its own, outside of which a record is
@@ -46,7 +48,7 @@ class Corrected:
     Attributes
     ----------
     signal : Signal
-        At the twin's rate and with its sign.
+        At the twin's rate, with its sign and without an offset of its own.
     conditions : Conditions
         With the record's own mean speed, the cam angle of the first sample, and the noise at the twin's rate.
     reference : ndarray (stations, cells)
@@ -106,6 +108,10 @@ def corrected(
         speed, said = put_right(record, speed, match, machine.reduction, _SPEED_SLACK)
         if said:
             reference, notes = healthy.turn(OperatingPoint(speed, conditions.load_torque)), [*notes, *said]
+    cam_rate, turned = machine.reduction * speed, dataclasses.replace(record, signal=signal)
+    first_dwell = (math.pi * (1.0 + machine.motion_share) - match.start_angle) % (2.0 * math.pi)
+    level, said = without_offset(turned, cam_rate, first_dwell, healthy.sensor.offset)
+    signal, notes = level.signal, [*notes, *said]
     start = conditions.start_angle
     if start is None and record.pulses is not None and len(record.pulses):
         start = pulse_start(record, machine, speed)
@@ -120,7 +126,7 @@ def corrected(
         )
     if not known:
         point = OperatingPoint(speed, conditions.load_torque)
-        turns = healthy.cells.turns(signal.values, machine.reduction * speed, start)
+        turns = healthy.cells.turns(signal.values, cam_rate, start, signal.sample_rate)
         station = likeliest_station(turns, reference + remains.at(point)) if len(turns) else 0
         start += 2.0 * np.pi * station
         notes = [*notes, f"{name}: no start angle or pulse is stated, so that no station can be told by its number"]

@@ -180,7 +180,7 @@ def _shard(
     at = {p.motor_speed: k for k, p in enumerate(_told_apart(points))}
     campaign = order.campaign
     assert isinstance(campaign, Own)
-    kept, x, point, size, station, subset = [], [], [], [], [], []
+    x, point, size, station, subset = [], [], [], [], []
     for row, record in zip(rows, records, strict=True):
         item = by_number[row["item"]]
         speed = item.operating_point["motor_speed"]
@@ -191,10 +191,9 @@ def _shard(
         single = item.effects.get("roller.crack_single", {}).get("station", -1)
         station.append(int(single) if size[-1][_place(faults, "crack_single")] else -1)
         subset.append(("calibration", "control", "validation").index(item.label.subset))
-        kept.append(item.index)
     return {
         "x": np.array(x, dtype=np.float16), "point": np.array(point), "size": np.array(size, dtype=np.float32),
-        "station": np.array(station), "subset": np.array(subset), "item": np.array(kept),
+        "station": np.array(station), "subset": np.array(subset),
     }  # fmt: skip
 
 

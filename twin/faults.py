@@ -15,12 +15,17 @@ from typing import Any
 import numpy as np
 
 from indexer_env.checks import did_you_mean
+from indexer_env.effects import EFFECTS, SensorEffect
 from indexer_env.errors import refuse
 from indexer_env.faults import LOOSE_HOUSING_HZ
 from indexer_env.machine import Machine
 from indexer_env.operating_point import REFERENCE_MOTOR_SPEED, OperatingPoint
+from indexer_env.sensors import Sensor
 
 _TURN = 2.0 * math.pi
+
+_ROUNDED = 5e-3
+"""Relative error of a largest size that is written with three digits."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,8 @@ class Fault:
         The size t beyond which there is none: no more than all of the stiffness is lost, no screw is more than loose.
     motor_speed : float
         The fastest at which the machine is diagnosed [rad/s]: torques are measured by what the index asks there.
+    before : float
+        What the healthy sensor has of the parameter [SI]; the fault comes on top, and the shop reads both.
     """
 
     name: str
@@ -60,6 +67,7 @@ class Fault:
     signed: bool = False
     most: float = math.inf
     motor_speed: float = REFERENCE_MOTOR_SPEED
+    before: float = 0.0
 
     def largest(self, machine: Machine) -> float:
         """The effect's parameter at t = 1 [SI]."""
@@ -70,16 +78,16 @@ class Fault:
         return min(share if self.signed else max(0.0, share), self.most)
 
     def value(self, share: float, machine: Machine) -> float:
-        """The effect's parameter [SI] at a size t."""
+        """What a size t adds to the effect's parameter [SI]."""
         return share * self.largest(machine)
 
     def share(self, value: float, machine: Machine) -> float:
-        """Size t of a value of the parameter [SI]."""
+        """Size t that adds a value to the parameter [SI]."""
         return value / self.largest(machine)
 
     def told(self, share: float, machine: Machine) -> float:
         """A size t in the shop's unit."""
-        return self.shop(self.value(share, machine), machine)
+        return self.shop(self.before + self.value(share, machine), machine)
 
 
 def number_of(value: float) -> str:
@@ -147,14 +155,41 @@ FAULTS: dict[str, Fault] = {
 the stiffness lost, the paper's 20° of play, fully loosened screws, friction of half the index's own torque."""
 
 
-def chosen(names: Sequence[str], motor_speed: float = REFERENCE_MOTOR_SPEED) -> tuple[Fault, ...]:
-    """The faults of these names, of a machine that is diagnosed up to a motor speed [rad/s]."""
+BY_SPEED = ("friction", "imbalance")
+"""Faults whose largest size follows from the machine's inertia and its fastest speed."""
+
+
+def chosen(
+    names: Sequence[str], motor_speed: float = REFERENCE_MOTOR_SPEED, sensor: Sensor | None = None
+) -> tuple[Fault, ...]:
+    """The faults of these names, of a machine that is diagnosed up to a motor speed [rad/s] by a sensor."""
     if not isinstance(names, list | tuple) or not names:
         raise refuse("twin", "faults", "a list of one fault or more", names, "write it as [crack,friction]")
     for name in names:
         if name not in FAULTS:
             raise refuse("twin", "faults", "some of " + ", ".join(FAULTS), name, did_you_mean(name, FAULTS))
-    return tuple(dataclasses.replace(FAULTS[name], motor_speed=motor_speed) for name in dict.fromkeys(names))
+    return tuple(
+        dataclasses.replace(FAULTS[name], motor_speed=motor_speed, before=_before(FAULTS[name], sensor))
+        for name in dict.fromkeys(names)
+    )
+
+
+def _before(fault: Fault, sensor: Sensor | None) -> float:
+    kind = EFFECTS[fault.effect]
+    there = kind.of_sensor(sensor) if sensor is not None and issubclass(kind, SensorEffect) else None
+    return 0.0 if there is None else float(getattr(there, fault.parameter))
+
+
+def check_matters(matters: Mapping[str, float] | None, faults: Sequence[Fault], machine: Machine) -> None:
+    """Refuse a smallest size that matters beyond the largest size of its fault."""
+    for fault in faults:
+        told, largest = (matters or {}).get(fault.name), fault.told(1.0, machine)
+        if told is None:
+            continue
+        falls = largest < fault.told(0.5, machine)
+        if (told < largest * (1.0 - _ROUNDED)) if falls else (told > largest * (1.0 + _ROUNDED)):
+            rule = f"{number_of(largest)} {fault.unit} or {'more' if falls else 'less'}, the largest fault simulated"
+            raise refuse("twin.matters", fault.name, rule, told, "state a smaller fault")
 
 
 def by_effect(faults: Sequence[Fault]) -> dict[str, Fault]:

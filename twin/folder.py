@@ -23,11 +23,12 @@ from twin.faults import Fault, chosen
 from twin.learn import View
 from twin.network import NETWORKS as KINDS
 from twin.nuisance import Nuisance
+from twin.remains import Remains
 from twin.synthesis import SQUARE, Synthesis
-from twin.turns import Cells, Healthy, Remains
+from twin.turns import Cells, Healthy
 
 FORMAT = "indexer-twin"
-VERSION = 9
+VERSION = 10
 
 NETWORKS = ("modes_0", "modes_1")
 """Networks that diagnose together: two, as many as most machines have cores to teach them side by side."""
@@ -127,9 +128,9 @@ def networks_of(folder: Path, names: Sequence[str], faults: int, cells: Cells) -
     return tuple(found)
 
 
-def faults_of(about: Mapping[str, Any]) -> tuple[Fault, ...]:
+def faults_of(about: Mapping[str, Any], sensor: Sensor) -> tuple[Fault, ...]:
     """The fault table of a twin."""
-    return chosen(list(about["settings"]["faults"]), float(about["range"]["motor_speed_rpm"][1]) * RPM)
+    return chosen(list(about["settings"]["faults"]), float(about["range"]["motor_speed_rpm"][1]) * RPM, sensor)
 
 
 def view_of(about: Mapping[str, Any], remains: Remains) -> View:
@@ -151,4 +152,4 @@ def synthesis_of(folder: Path, faults: Sequence[Fault], healthy: Healthy, view: 
         own_load = float(held["own_load"][0])
     with reading(posterior):
         nuisance = Nuisance.of(posterior, own_load)
-    return Synthesis(healthy, faults, view.remains.noise, components, shapes=view.shapes, nuisance=nuisance, **square)
+    return Synthesis(healthy, faults, view.remains.sigma, components, shapes=view.shapes, nuisance=nuisance, **square)

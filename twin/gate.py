@@ -17,7 +17,8 @@ from twin.learn import View
 from twin.turns import Healthy
 
 OUTSIDE = 0.02
-"""Share of the range by which an operating point may lie outside it [-]; of its middle where it is one point."""
+"""Share of the range's middle, or of its half width where that is more, by which an operating point may lie outside it
+[-]."""
 
 DEAD, CLIPPED = 0.02, 0.002
 """Shares of a turn at one value, and at flat tops, above which it is none."""
@@ -61,9 +62,10 @@ class Gate:
         told, reference, point = record.conditions, record.reference, record.point
         assert told.start_angle is not None
         cam_rate = self.healthy.machine.reduction * told.motor_speed
-        turns = self.healthy.cells.turns(record.signal.values, cam_rate, told.start_angle)
+        signal = record.signal
+        turns = self.healthy.cells.turns(signal.values, cam_rate, told.start_angle, signal.sample_rate)
         if not len(turns):
-            got = record.signal.duration / self.healthy.machine.turn_duration(point)
+            got = signal.duration / self.healthy.machine.turn_duration(point)
             raise SignalError(f"{name} must hold a whole turn of the table, got {got:.2f}; record for longer.")
         return np.array([self.view.measured(turn - reference, reference, point) for turn in turns]), record
 

@@ -14,7 +14,8 @@ from torch import Tensor, nn
 from indexer_env import OperatingPoint
 from twin.data import Turns
 from twin.network import NETWORKS, Told
-from twin.turns import Remains, shift_shapes
+from twin.remains import Remains
+from twin.turns import shift_shapes
 
 _BATCH = 256
 _RATE = 1.5e-2
@@ -48,7 +49,6 @@ class View:
         Standard deviation of a turn's angle at its ends [rad].
     speeds, loads : (float, float)
         Middle and half width of the range [rad/s, N m].
-    load_uncertainty : float
     """
 
     remains: Remains
@@ -56,19 +56,26 @@ class View:
     speeds: tuple[float, float]
     loads: tuple[float, float]
 
+    @property
+    def noise(self) -> float:
+        """σ of a cell in the middle of the range [unit of the sensor]."""
+        return self.remains.sigma(OperatingPoint(self.speeds[0], self.loads[0]))
+
     def conditions(self, points: Sequence[OperatingPoint]) -> np.ndarray:
         """Conditions (n, 2) as networks take them."""
         (s, ds), (t, dt) = self.speeds, self.loads
         return np.array([((p.motor_speed - s) / ds, (p.load_torque - t) / dt) for p in points], dtype=np.float32)
 
-    def shapes(self, reference: np.ndarray) -> np.ndarray:
-        """`shift_shapes` of turns (..., stations, cells) in units of the noise."""
-        return (shift_shapes(reference, self.shift) / self.remains.noise).astype(np.float32)
+    def shapes(self, turns: np.ndarray, sigma: float = 1.0) -> np.ndarray:
+        """`shift_shapes` of turns (..., stations, cells), in units of their noise σ; of x, which is in these units, σ
+        is 1."""
+        return (shift_shapes(turns, self.shift) / sigma).astype(np.float32)
 
     def measured(self, left: np.ndarray, reference: np.ndarray, point: OperatingPoint) -> np.ndarray:
         """x (stations, cells) of a measured turn less ŷ."""
-        x = torch.from_numpy(((left - self.remains.at(point)) / self.remains.noise).astype(np.float32))[None]
-        return still(x, torch.from_numpy(self.shapes(reference))[None])[0].numpy()
+        sigma = self.remains.sigma(point)
+        x = torch.from_numpy(((left - self.remains.at(point)) / sigma).astype(np.float32))[None]
+        return still(x, torch.from_numpy(self.shapes(reference, sigma))[None])[0].numpy()
 
 
 def still(x: Tensor, shapes: Tensor) -> Tensor:
@@ -82,15 +89,17 @@ class Feed:
     """Batches of turns as a network will see measured ones."""
 
     def __init__(self, turns: Turns, view: View) -> None:
-        self.view, noise = view, view.remains.noise
-        self.x = torch.from_numpy(turns.x) / noise
+        self.view = view
+        sigma = np.array([view.remains.sigma(point) for point in turns.points], dtype=np.float32)
+        self.x = torch.from_numpy(turns.x / sigma[turns.point, None, None])
         self.point = torch.from_numpy(turns.point)
-        self.shapes = torch.from_numpy(np.array([view.shapes(r) for r in turns.reference]))
+        shapes = [view.shapes(r, float(own)) for r, own in zip(turns.reference, sigma, strict=True)]
+        self.shapes = torch.from_numpy(np.array(shapes))
         self.conditions = torch.from_numpy(view.conditions(turns.points))
         cells = turns.x.shape[2]
         parts = np.array([view.remains.parts(point) for point in turns.points])
-        self.parts = torch.from_numpy((parts / noise).astype(np.float32))
-        self.colour = torch.from_numpy((view.remains.spectrum / (noise * math.sqrt(cells))).astype(np.float32))
+        self.parts = torch.from_numpy((parts / sigma[:, None, None, None]).astype(np.float32))
+        self.colour = torch.from_numpy((view.remains.spectrum / math.sqrt(cells)).astype(np.float32))
         self.there = torch.from_numpy(turns.there.astype(np.float32))
         self.size = torch.from_numpy(turns.size)
         self.station = torch.from_numpy(turns.station)
@@ -102,7 +111,7 @@ class Feed:
     def shifts(self, rows: Tensor) -> Tensor:
         """What shifts add to these rows (n, 2, stations, cells) beyond what they add to the healthy turn: a shift moves
         what a fault does to the turn, too."""
-        own = torch.from_numpy(self.view.shapes(self.x[rows].numpy() * self.view.remains.noise))
+        own = torch.from_numpy(self.view.shapes(self.x[rows].numpy()))
         return still(own.flatten(0, 1), self.shapes[self.point[rows]].repeat_interleave(2, dim=0)).reshape(own.shape)
 
     def noise(self, point: Tensor, generator: torch.Generator) -> Tensor:

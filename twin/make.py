@@ -33,7 +33,7 @@ from twin.bench import Bench, no_whole_turn
 from twin.calibrate import calibrated
 from twin.card import calibration_card, span, turns_of
 from twin.check import Check, checked
-from twin.faults import chosen
+from twin.faults import BY_SPEED, check_matters, chosen
 from twin.folder import (
     FORMAT,
     NETWORKS,
@@ -48,11 +48,12 @@ from twin.folder import (
     view_of,
 )  # fmt: skip
 from twin.judge import Judge
-from twin.moved import as_before, gone_on, moved_since, taught
-from twin.posterior import Uncertain
+from twin.moved import as_before, gone_on, moved_since
+from twin.posterior import Uncertain, simulated
+from twin.remains import Remains, remains_of
 from twin.settings import Settings
 from twin.teach import learned
-from twin.turns import Cells, Healthy, remains_of
+from twin.turns import Cells, Healthy
 from twin.weigh import Weights
 from twin.workplace import Workplace, keep
 
@@ -73,7 +74,9 @@ class Maker:
         """`before` is the folder of the twin that this one continues: its posterior is the bench's prior."""
         check_flag("twin", "overwrite", overwrite)
         self.bench, self.settings, self.out, self.before = bench, settings, out, before
-        bench.check()
+        bench.check([rpm * RPM for rpm in settings.motor_speed_rpm or ()])
+        known = [f for f in chosen(settings.faults, sensor=bench.subject.sensor) if f.name not in BY_SPEED]
+        check_matters(settings.matters, known, bench.subject.machine)
         self.work = Workplace(out, self._fingerprint(), overwrite)
 
     def _fingerprint(self) -> str:
@@ -104,7 +107,8 @@ class Maker:
         self.remains = stored_remains(self.out)
         self.view = view_of(about, self.remains)
         self.speeds, self.loads = about["range"]["motor_speed_rpm"], about["range"]["load_torque"]
-        self.faults = chosen(list(self.settings.faults), self.speeds[1] * RPM)
+        self.faults = chosen(list(self.settings.faults), self.speeds[1] * RPM, sensor)
+        check_matters(self.settings.matters, self.faults, machine)
         begin("data")
         learned = self.work.has(["learned.yaml"])
         turns = None if learned else self._data()
@@ -147,8 +151,8 @@ class Maker:
         uncertain = Uncertain(s.load_uncertainty, s.gain_uncertainty, s.housing_uncertainty, scale)
         fresh = calibrated(self.bench.subject, uncertain, s.draws, s.seed, extend=self.extend)
         found = fresh if before is None else as_before(fresh, before["calibration"])
-        columns = {path: found.draws[:, k] for k, path in enumerate(found.paths)}
-        pq.write_table(pa.table(columns), self.out / "posterior.parquet")
+        columns = dict(zip(found.paths, found.draws.T, strict=True))
+        pq.write_table(pa.table(simulated(columns)), self.out / "posterior.parquet")
         (self.out / "machine.yaml").write_text(machine_yaml(found.machine), encoding="utf-8")
         values = {n: float(v) if isinstance(v, float) else v for n, v in dataclasses.asdict(found.sensor).items()}
         self.work.write("sensor", values)
@@ -157,33 +161,44 @@ class Maker:
         past = {"motor_speed_rpm": (), "load_torque": ()} if before is None else before["range"]
         speeds = list(s.motor_speed_rpm or span([*(p.motor_speed / RPM for p in points), *past["motor_speed_rpm"]]))
         loads = list(s.load_torque or span([*(p.load_torque for p in points), *past["load_torque"]]))
-        kept_speeds = () if s.motor_speed_rpm else past["motor_speed_rpm"]
-        fastest = max([*(p.motor_speed for p in points), *(rpm * RPM for rpm in kept_speeds)])
+        asked = s.motor_speed_rpm or past["motor_speed_rpm"]
+        fastest = max([*(p.motor_speed for p in points), *(rpm * RPM for rpm in asked)])
         cells = Cells.of(found.machine, self.bench.rate, fastest)
         healthy = Healthy(found.machine, found.sensor, cells, found.load_factor)
-        turns = [turns_of(e, healthy) for e in self.bench.experiments]
-        fitted = [k for k, mine in enumerate(turns) if len(mine) and k < len(self.bench.subject.model.experiments)]
-        if not fitted:
-            raise no_whole_turn()
-        remains = remains_of([turns[k] for k in fitted], [points[k] for k in fitted], self.bench.shift, healthy)
-        arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
-        keep(self.out / "remains.safetensors", save(arrays))
+        remains = self._remains_of(healthy)
         told = {
             **calibration_card(found), "cells": dataclasses.asdict(cells), "shift": self.bench.shift,
             "range": {"motor_speed_rpm": speeds, "load_torque": loads},
-            "load_factor": found.load_factor, "noise": remains.noise, "unit": found.sensor.unit,
+            "load_factor": found.load_factor, "unit": found.sensor.unit,
             "sample_noise": float(np.median([e.noise_level for e in self.bench.experiments])),
             "recorded": [[p.motor_speed / RPM, p.load_torque] for p in self._recorded()],
             "start_compared": self.bench.start_compared,
         }  # fmt: skip
-        if before is not None:
+        told["noise"] = view_of(told, remains).noise
+        if before is not None and self.before is not None:
             noisier = told["sample_noise"] / before["sample_noise"]
             moved = moved_since(before["calibration"], self.bench.subject.machine, fresh, noisier)
             told, kept = gone_on(before, told, moved)
             if kept:
                 self._take_over(before)
+                remains = remains.with_those_of(stored_remains(self.before))
+                told["noise"] = view_of(told, remains).noise
+        self._keep_remains(remains)
         # last: a run that was stopped before it calibrates again
         self.work.write("calibration", told)
+
+    def _remains_of(self, healthy: Healthy) -> Remains:
+        """What the records that were fitted leave of this machine."""
+        fitted = self.bench.subject.model.experiments
+        turns = [(turns_of(e, healthy), e.operating_point) for e in fitted]
+        whole = [(mine, point) for mine, point in turns if len(mine)]
+        if not whole:
+            raise no_whole_turn()
+        return remains_of([mine for mine, _ in whole], [point for _, point in whole], self.bench.shift, healthy)
+
+    def _keep_remains(self, remains: Remains) -> None:
+        arrays = {name: np.ascontiguousarray(array) for name, array in remains.arrays().items()}
+        keep(self.out / "remains.safetensors", save(arrays))
 
     def _recorded(self) -> list[OperatingPoint]:
         """Speed and load of each record, once where a part of it is held out."""
@@ -199,8 +214,8 @@ class Maker:
             with reading(file):
                 content = file.read_bytes()
             keep(self.out / file.name, content)
-        keys = ("judge", "paper_judge", "weights", "records", "scores")
-        self.work.write("learned", {**{key: before[key] for key in keys}, "taught": dict(taught(before))})
+        keys = ("judge", "paper_judge", "weights", "records", "scores", "taught")
+        self.work.write("learned", {key: before[key] for key in keys})
         self.work.write("detection", before["detection"])
 
     def _order(self, count: int, seed: int, **more: Any) -> Any:

@@ -101,7 +101,7 @@ def _beside(fits: Fits, place: Point, fault: Fault, seen: FaultSeen, machine: Ma
     """The best place of a fault of the size that the networks give beside others; None where it is not looked for."""
     library, at = fits.model.hypotheses().get(fault.effect, ()), seen.station
     hypotheses = [h for h in library if at is None or h.fixed.get("station", at) == at]
-    value = fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
+    value = fault.before + fault.value(math.copysign(max(abs(seen.share), _BEGUN), seen.share), machine)
     begun = (_begun(fits, place, h, fault, value) for h in hypotheses)
     return min(begun, key=lambda p: p.cost, default=None)
 
@@ -120,7 +120,8 @@ def _measured(answer: Explanation, fits: Fits, fault: Fault, seen: FaultSeen, ma
     effect = estimates_of(answer.model, whole).effect(fault.effect, ())
     size = next(one for one in effect.parameters if one.name == fault.parameter)
     value, *ends, nothing = (
-        fault.share(number, machine) for number in (size.value, size.low, size.high, size.nominal)
+        fault.share(number - fault.before, machine)
+        for number in (size.value, size.low, size.high, max(size.nominal, fault.before))
     )  # fmt: skip
     return Measured(fault.name, value, min(ends), max(ends), _fall(answer, whole, without), nothing)
 

@@ -116,14 +116,9 @@ def gone_on(
     return told if other else {**told, "range": before["range"]}, not other
 
 
-def taught(before: Mapping[str, Any]) -> Mapping[str, float]:
-    """Noise and accuracy of the cam angle that a twin's networks were taught with, however often the twin was brought
-    up to date since; of a twin that does not say it, its own."""
-    return before.get("taught") or {name: before[name] for name in ("noise", "shift")}
-
-
 def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    said, then = [], taught(before)
+    # what the networks were taught with, however often the twin was brought up to date since
+    said, then = [], before["taught"]
     if before["cells"] != now["cells"]:
         said.append("the sampling rate")
     if any(not _within(now["range"][name], before["range"][name]) for name in now["range"]):
@@ -133,5 +128,5 @@ def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 
 
 def _within(now: Sequence[float], before: Sequence[float]) -> bool:
-    slack = OUTSIDE * 0.5 * abs(sum(before))
+    slack = OUTSIDE * 0.5 * max(abs(before[0] + before[1]), before[1] - before[0])
     return before[0] - slack <= now[0] and now[1] <= before[1] + slack

@@ -3,7 +3,8 @@
     values(z) = ŵ + s V Λ^½ z,   z ~ N(0, 1)
 
 ŵ are the values of the twin's machine, s the standard deviations of the posterior's draws, V Λ Vᵀ the correlation among
-them; directions without any spread are left out. Values stay within the draws' own range. One more coordinate is what
+them; directions without any spread are left out. Values stay within the draws' own range, and ŵ's own where that lies
+outside. One more coordinate is what
 the load of a single turn is off by from that of the others.
 """
 
@@ -40,16 +41,13 @@ class Nuisance:
     axes : ndarray (k, g)
         What one standard deviation of each coordinate adds to them [SI].
     low, high : ndarray (k,)
-        Range of each over its value in the twin's machine, as a difference [SI].
-    middle : ndarray (k,)
-        Mean of each among the draws [SI].
+        Range of each among the draws [SI].
     """
 
     paths: tuple[str, ...]
     axes: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    middle: np.ndarray
 
     @property
     def count(self) -> int:
@@ -67,25 +65,24 @@ class Nuisance:
         """Of joint draws (n,) of quantities by path."""
         free = {name: column for name, column in values.items() if column.std() > 1e-9 * max(1e-9, abs(column.mean()))}
         if not free:
-            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
+            return cls((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
         draws = np.column_stack(list(free.values()))
         off, size = draws - draws.mean(axis=0), draws.std(axis=0)
         share, along = np.linalg.eigh(np.atleast_2d(np.cov((off / size).T)))
         kept = share > _LEAST * share[-1]
         axes = size[:, None] * along[:, kept] * np.sqrt(share[kept])
-        return cls(tuple(free), axes, off.min(axis=0), off.max(axis=0), draws.mean(axis=0))
+        return cls(tuple(free), axes, draws.min(axis=0), draws.max(axis=0))
 
     def _with_load(self, own: float) -> Nuisance:
         if own == 0.0:
             return self
         paths = self.paths if LOAD_FACTOR in self.paths else (*self.paths, LOAD_FACTOR)
-        more = np.zeros(len(paths) - len(self.paths))
+        as_stated = np.ones(len(paths) - len(self.paths))
         axis = np.where(np.array(paths) == LOAD_FACTOR, own, 0.0)[:, None]
-        axes = np.concatenate([self.axes, np.zeros((len(more), self.count))])
+        axes = np.concatenate([self.axes, np.zeros((len(as_stated), self.count))])
+        low, high = (np.concatenate([ends, as_stated]) for ends in (self.low, self.high))
         reach = _REACH * axis[:, 0]
-        low, high = np.concatenate([self.low, more]) - reach, np.concatenate([self.high, more]) + reach
-        middle = np.concatenate([self.middle, 1.0 + more])
-        return Nuisance(paths, np.concatenate([axes, axis], axis=1), low, high, middle)
+        return Nuisance(paths, np.concatenate([axes, axis], axis=1), low - reach, high + reach)
 
     def together(self, load_factor: float) -> Together:
         """The same as what `discrepancy` knows of the machine before a fit, under loads times a factor."""
@@ -93,18 +90,18 @@ class Nuisance:
         names = tuple(LOAD if name == LOAD_FACTOR else name for name in plain)
         loads = np.array(self.paths) == LOAD_FACTOR
         unit, off = np.where(loads, load_factor, 1.0), np.where(loads, 1.0, 0.0)
-        low, high = ((self.middle + end) / unit - off for end in (self.low, self.high))
-        return Together(names, self.axes / unit[:, None], low, high)
+        return Together(names, self.axes / unit[:, None], self.low / unit - off, self.high / unit - off)
 
     def at(self, z: np.ndarray, machine: Machine, sensor: Sensor, load_factor: float) -> tuple[Machine, Sensor, float]:
         """The twin's machine and sensor at coordinates z (g,), and loads over loads as stated."""
         if not np.any(z):
             return machine, sensor, load_factor
-        off = dict(zip(self.paths, np.clip(self.axes @ z, self.low, self.high).tolist(), strict=True))
-        load_factor += off.pop(LOAD_FACTOR, 0.0)
-        machine = _moved(machine, {p.partition(".")[2]: v for p, v in off.items() if p.startswith("machine.")})
-        sensor = _moved(sensor, {p.partition(".")[2]: v for p, v in off.items() if p.startswith("sensor.")})
-        effects = tuple(_moved(effect, _within(off, f"effects.{effect.name}.")) for effect in machine.effects)
+        rows = zip((self.axes @ z).tolist(), self.low.tolist(), self.high.tolist(), strict=True)
+        of = dict(zip(self.paths, rows, strict=True))
+        if LOAD_FACTOR in of:
+            load_factor = _clipped(load_factor, *of[LOAD_FACTOR])
+        machine, sensor = _moved(machine, _within(of, "machine.")), _moved(sensor, _within(of, "sensor."))
+        effects = tuple(_moved(effect, _within(of, f"effects.{effect.name}.")) for effect in machine.effects)
         return dataclasses.replace(machine, effects=effects), sensor, load_factor
 
 
@@ -114,10 +111,18 @@ def draws_in(posterior: Path) -> dict[str, np.ndarray]:
     return {name: table.column(name).to_numpy() for name in table.column_names}
 
 
-def _within(off: Mapping[str, float], prefix: str) -> dict[str, float]:
-    return {path.removeprefix(prefix): value for path, value in off.items() if path.startswith(prefix)}
+_Change = tuple[float, float, float]
+"""By how much a quantity is changed, and its range."""
 
 
-def _moved(target: Any, off: Mapping[str, float]) -> Any:
-    """A copy with the fields at these dotted paths changed by so much."""
-    return with_changes(target, {path: value_at(target, path) + change for path, change in off.items()})
+def _within(of: Mapping[str, _Change], prefix: str) -> dict[str, _Change]:
+    return {path.removeprefix(prefix): change for path, change in of.items() if path.startswith(prefix)}
+
+
+def _moved(target: Any, changes: Mapping[str, _Change]) -> Any:
+    """A copy with the fields at these dotted paths changed by so much, within their range."""
+    return with_changes(target, {path: _clipped(value_at(target, path), *change) for path, change in changes.items()})
+
+
+def _clipped(value: float, by: float, low: float, high: float) -> float:
+    return min(max(value + by, min(low, value)), max(high, value))

@@ -183,7 +183,7 @@ def _as_fault(found: Found, fault: Fault | None, machine: Machine) -> PhysicalFa
     station = finding.values.get("station")
     value, (low, high) = finding.values[finding.size], finding.interval
     if fault is not None:
-        value, low, high = (fault.share(number, machine) for number in (value, low, high))
+        value, low, high = (fault.share(number - fault.before, machine) for number in (value, low, high))
     return PhysicalFault(
         fault.name if fault else finding.effect, value, low, high, found.probability, found.grade,
         None if station is None else int(station), finding.rivals,

@@ -14,7 +14,7 @@ of the stated loads is one factor for all records, as one instrument or one esti
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -24,14 +24,16 @@ from discrepancy.arrow import arrow
 from discrepancy.indexer import IndexerModel
 from discrepancy.indexer.library import HOUSING
 from discrepancy.indexer.parameters import UNCERTAINTY, torque_power
+from discrepancy.indexer.together import GAIN
 from discrepancy.indexer.windows import Experiment
 from discrepancy.model import Hypothesis
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from indexer_env.effects.sensor import SensorBracketResonance
+from indexer_env.effects.sensor import SensorBracketResonance, SensorGain
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
+from twin.turns import PASSING
 
 _STEP = 1e-4
 """Change of a scaled parameter, to both sides, by which derivatives are taken: the error of one-sided or larger
@@ -141,7 +143,7 @@ def columns_of(
             columns.append((f"effects.{effect.name}.{name}", "-", np.full(len(z), float(value))))
     columns += _bracket(model.sensor, [path for path, _, _ in columns], len(z))
     columns.append((LOAD_FACTOR, "-", 1.0 + uncertain.load * z[:, -2]))
-    columns.append(("sensor.gain", "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
+    columns.append((GAIN, "-", model.sensor.gain * (1.0 + uncertain.gain * z[:, -1])))
     if all(path != f"machine.{HOUSING}" for path, _, _ in columns):
         housing = drawing.housing_inertia * np.exp(uncertain.housing_inertia * rng.standard_normal(len(z)))
         columns.append((f"machine.{HOUSING}", "kg m²", housing))
@@ -155,6 +157,15 @@ def _bracket(sensor: Sensor, drawn: Sequence[str], count: int) -> list[tuple[str
         return []
     rows = [(f"effects.{effect.name}.{f.name}", f.metadata["unit"], getattr(effect, f.name)) for f in fields(effect)]
     return [(path, unit, np.full(count, value)) for path, unit, value in rows if path not in drawn]
+
+
+def simulated(draws: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The joint draws as turns are simulated from them: an error of the gain that was found is part of the gain, so
+    that a wrong gain is an error of what the sensor has, and what does not repeat from turn to turn has no part."""
+    passing = tuple(f"effects.{name}." for name in PASSING)
+    kept = {path: column for path, column in draws.items() if not path.startswith(passing)}
+    error = kept.pop(f"effects.{SensorGain.name}.error", None)
+    return kept if error is None else {**kept, GAIN: kept[GAIN] * (1.0 + error)}
 
 
 def rescaled(

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from indexer_env import Machine, Sensor, make_effect
+from indexer_env import Machine, OperatingPoint, Sensor, make_effect
 from indexer_env.effects import EFFECTS, Effect, SensorEffect
 from twin.components import Components
 from twin.faults import Fault
@@ -41,26 +41,26 @@ class Synthesis:
     ----------
     healthy : Healthy
     faults : tuple of Fault
-    noise : float
-        σ of a cell [unit of the sensor].
+    sigma : callable
+        OperatingPoint -> σ of a cell there [unit of the sensor].
     components : Components
         k of them.
     covariance, open, growth : ndarray (k, k)
         C_noise, C_open and C_faulty along them in units of the noise.
     shapes : callable
-        A turn of reference -> what shifts add to it, in units of the noise.
+        Turns, and their σ where they are not in units of it -> what shifts add to them, in units of the noise.
     nuisance : Nuisance
         The machine's own parameters.
     """
 
     healthy: Healthy
     faults: Sequence[Fault]
-    noise: float
+    sigma: Callable[[OperatingPoint], float]
     components: Components
     covariance: np.ndarray
     open: np.ndarray
     growth: np.ndarray
-    shapes: Any
+    shapes: Callable[..., np.ndarray]
     nuisance: Nuisance
 
     def seen(self, x: np.ndarray) -> np.ndarray:

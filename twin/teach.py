@@ -81,7 +81,7 @@ def learned(
     return {
         "judge": judge.plain(), "paper_judge": judge_of(paper, faulty, sound, view, **told).plain(),
         "weights": weights.plain(), "records": len(faulty.x),
-        "taught": {"noise": float(view.remains.noise), "shift": float(view.shift)},
+        "taught": {"noise": view.noise, "shift": float(view.shift)},
         "scores": {
             "twin": scores(refined, few, faulty),
             "networks": scores(*looked_at(networks, faulty, view, control, s.seed + 2, 1), faulty),
@@ -112,7 +112,7 @@ def _synthesis(
     covariance, open_ = (np.ascontiguousarray(m.T @ m / len(m)) for m in both)
     nothing, nuisance = np.zeros_like(covariance), Nuisance.of(out / "posterior.parquet", own_load)
     plain = Synthesis(
-        healthy, faults, view.remains.noise, components, covariance, open_, nothing, view.shapes, nuisance
+        healthy, faults, view.remains.sigma, components, covariance, open_, nothing, view.shapes, nuisance
     )
     clean = Feed(faulty, view).clean(torch.arange(len(faulty.x))).double().numpy()
     growth = growth_of(plain, clean, [faulty.points[k] for k in faulty.point], faulty.size, faulty.station)

@@ -1,10 +1,10 @@
 """A turn of the table as the networks see it: what it differs by from the healthy machine, cell by cell of the cam.
 
-    x = (y − ŷ(speed, load) − R(speed, load)) / σ      (stations, cells)
+    x = (y − ŷ(speed, load) − R(speed, load)) / σ(speed, load)      (stations, cells)
 
 y and ŷ are means over cells of the cam angle, measured and simulated at the twin's mean; R is what healthy records left
-after calibration; σ is the noise of a cell. How far the turn was shifted in its angle at the beginning and at the end
-is a nuisance of known size (the pulse's accuracy) and taken out as far as that prior lets it be (ridge).
+after calibration, σ the noise of a cell (`remains`). How far the turn was shifted in its angle at the beginning and at
+the end is a nuisance of known size (the pulse's accuracy) and taken out as far as that prior lets it be (ridge).
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from indexer_env import Machine, OperatingPoint, Run, Sensor, SignalError, simulate, simulate_batch
+from indexer_env.units import RPM
 
 _TURN = 2.0 * math.pi
 
@@ -37,9 +38,8 @@ play lets the cam rattle from turn to turn, its steady motion comes later: at 13
 _SAME_SPEED = 1e-6
 """Relative steps of speed in which healthy turns are kept for the next turn at the same point [-]."""
 
-_NEAR = 0.1
-"""Square of the distance between operating points, as shares of the range recorded, at which a healthy record's own
-residual counts half of what it does at its point."""
+PASSING = ("sensor.mains_hum", "sensor.offset_drift")
+"""Effects of the sensor that do not repeat from turn to turn."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Cells:
     stations, count : int
         Cam turns of a table turn, cells of a cam turn.
     rate : float
-        Sampling rate of the records [Hz].
+        Sampling rate of the records [Hz], but for what their clocks are off.
     """
 
     stations: int
@@ -65,15 +65,16 @@ class Cells:
         count = 2 ** min(int(math.log2(MOST_CELLS)), int(math.log2(max(1.0, samples / 2.0))))
         if count < LEAST_CELLS:
             raise SignalError(
-                f"The records must hold {2 * LEAST_CELLS} samples or more a cam turn, got {samples:.0f}; record with a "
-                "higher rate."
+                f"The records must hold {2 * LEAST_CELLS} samples or more a cam turn, got {samples:.0f} at "
+                f"{fastest / RPM:.4g} rpm; record with a higher rate."
             )
         return cls(machine.stations, count, rate)
 
-    def turns(self, values: np.ndarray, cam_rate: float, start: float) -> np.ndarray:
-        """Whole turns (k, stations, cells) of a record (n,) whose cam turns at `cam_rate` [rad/s] from `start` [rad];
-        cells count from cam angle 0 at station 0, a turn is read in a circle."""
-        whole, width, step = self.stations * self.count, _TURN / self.count, cam_rate / self.rate
+    def turns(self, values: np.ndarray, cam_rate: float, start: float, rate: float | None = None) -> np.ndarray:
+        """Whole turns (k, stations, cells) of a record (n,) whose cam turns at `cam_rate` [rad/s] from `start` [rad]
+        and which was sampled at `rate` [Hz], None: that of the cells; cells count from cam angle 0 at station 0, a turn
+        is read in a circle."""
+        whole, width, step = self.stations * self.count, _TURN / self.count, cam_rate / (rate or self.rate)
         angle = start + step * np.arange(len(values))
         if angle[-1] + _SHORT * step - start >= whole * width:
             # a turn that ends within a cell is completed by what the turn before began with
@@ -157,112 +158,6 @@ def behind_lead_in(machine: Machine, cells: Cells, record: np.ndarray, speed: fl
     return cells.turns(record[first:], cam_rate, start + cam_rate * first / cells.rate)[0]
 
 
-@dataclass(frozen=True, eq=False)
-class Remains:
-    """What healthy records leave: a fixed part for each record, and the noise.
-
-    Attributes
-    ----------
-    points : ndarray (r, 2)
-        Motor speed [rad/s] and load [N m] of each record.
-    fixed : ndarray (r, stations, cells)
-        [unit of the sensor]
-    spectrum : ndarray (cells // 2 + 1,)
-        Amplitude of the noise of cells by order of the cam: standard deviation of a cell is `noise`.
-    noise : float
-        σ [unit of the sensor]
-    """
-
-    points: np.ndarray
-    fixed: np.ndarray
-    spectrum: np.ndarray
-    noise: float
-
-    def at(self, point: OperatingPoint) -> np.ndarray:
-        """R (stations, cells) at an operating point: the records' own, the nearer ones for more, times `shared`."""
-        return self.shared * self.parts(point).sum(axis=0)
-
-    def parts(self, point: OperatingPoint) -> np.ndarray:
-        """What each record's own part (r, stations, cells) has in the mean at an operating point."""
-        weights = self._weights((point.motor_speed, point.load_torque))
-        return weights[:, None, None] * self.fixed
-
-    @functools.cached_property
-    def shared(self) -> float:
-        """How much of what is predicted of a record by the others it shows, by least squares, 0 to 1: what belongs to
-        one record alone is none of the machine's at another operating point. 1 of a single record, which nothing
-        tells."""
-        if len(self.fixed) == 1:
-            return 1.0
-        there, predicted = [], []
-        for k, point in enumerate(self.points):
-            weights = self._weights(point) * (np.arange(len(self.points)) != k)
-            there.append(self.fixed[k].ravel())
-            predicted.append(np.tensordot(weights / weights.sum(), self.fixed, 1).ravel())
-        found = float((np.array(predicted) ** 2).sum())
-        return min(max(float((np.array(there) * predicted).sum()) / found, 0.0), 1.0) if found > 0.0 else 0.0
-
-    def _weights(self, point: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Weights (r,) of the records at a motor speed and load."""
-        span = np.maximum(np.ptp(self.points, axis=0), np.maximum(1e-9, 1e-3 * np.abs(self.points).max(axis=0)))
-        weights = 1.0 / ((((self.points - point) / span) ** 2).sum(axis=1) + _NEAR)
-        return weights / weights.sum()
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Its arrays by name, for a file."""
-        return {
-            "remains.points": self.points, "remains.fixed": self.fixed.astype(np.float32),
-            "remains.spectrum": self.spectrum, "remains.noise": np.array([self.noise]),
-        }  # fmt: skip
-
-    @classmethod
-    def restore(cls, arrays: Mapping[str, np.ndarray]) -> Remains:
-        """What gave these arrays."""
-        points, fixed, spectrum, noise = (arrays[f"remains.{n}"] for n in ("points", "fixed", "spectrum", "noise"))
-        return cls(points, fixed.astype(float), spectrum, float(noise[0]))
-
-
-def remains_of(
-    turns: Sequence[np.ndarray], points: Sequence[OperatingPoint], shifts: float, healthy: Healthy
-) -> Remains:
-    """What is left of healthy turns (k, stations, cells) of each record.
-
-    The fixed part is the mean over a record's cam turns, on it that of each station; either is shrunk by how much of it
-    chance explains (James and Stein), so that noise is not learned by heart.
-    """
-    fixed, rest = [], []
-    for mine, point in zip(turns, points, strict=True):
-        reference = healthy.turn(point)
-        left = mine - reference
-        shapes = shift_shapes(reference, shifts)
-        for k in range(len(left)):
-            left[k] = without_shift(left[k], shapes, float(np.median(np.abs(np.diff(left[k], 2)))) / 1.65)
-        count, stations = left.shape[:2]
-        chance = _chance(left)
-        common = left.mean(axis=(0, 1))
-        common *= _kept(common, chance / (count * stations))
-        own = left.mean(axis=0) - common
-        own *= _kept(own, chance / count) if count > 1 else 0.0
-        fixed.append(common + own)
-        rest.append((left - fixed[-1]).reshape(-1, left.shape[2]))
-    rows = np.concatenate(rest)
-    amplitude = np.sqrt((np.abs(np.fft.rfft(rows, axis=1)) ** 2).mean(axis=0))
-    noise = float(rows.std())
-    at = np.array([(p.motor_speed, p.load_torque) for p in points])
-    return Remains(at, np.array(fixed), amplitude, noise)
-
-
-def _chance(left: np.ndarray) -> float:
-    """Variance of a cell among the cam turns of a record."""
-    return float((left.reshape(-1, left.shape[2])).var(axis=0, ddof=1).mean())
-
-
-def _kept(mean: np.ndarray, variance: float) -> float:
-    """Share of a mean that its own variance does not explain."""
-    found = float((mean**2).mean())
-    return max(0.0, 1.0 - variance / found) if found > 0.0 else 0.0
-
-
 def likeliest_station(turns: np.ndarray, template: np.ndarray) -> int:
     """Stations by which turns (k, stations, cells) of unknown stations must be rolled on to leave least of a template
     (stations, cells)."""
@@ -273,7 +168,8 @@ def likeliest_station(turns: np.ndarray, template: np.ndarray) -> int:
 
 def shift_shapes(turn: np.ndarray, shift: float) -> np.ndarray:
     """What one standard deviation of a shift [rad] adds to turns (..., stations, cells): of the whole turn, and growing
-    from its beginning to its end. Shape (..., 2, stations, cells)."""
+    from station 0 on. In a record that begins at another station it grows from there: the same but for a step, which
+    is left. Linear in the turns. Shape (..., 2, stations, cells)."""
     before, own = turn.shape[:-2], turn.shape[-2:]
     flat = turn.reshape(*before, -1)
     width = _TURN / own[1]

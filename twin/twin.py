@@ -104,7 +104,7 @@ class Twin:
         remains = stored_remains(folder)
         with reading(folder / "twin.yaml"):
             cells = Cells(**about["cells"])
-            faults = faults_of(about)
+            faults = faults_of(about, sensor)
             view = view_of(about, remains)
             healthy = Healthy(machine, sensor, cells, float(about["load_factor"]))
             judge, weights = Judge.restore(about["judge"]), Weights.restore(about["weights"])
@@ -120,7 +120,7 @@ class Twin:
     @functools.cached_property
     def faults(self) -> tuple[Fault, ...]:
         """The fault table."""
-        return faults_of(self.about)
+        return faults_of(self.about, self.sensor)
 
     @functools.cached_property
     def draws(self) -> Mapping[str, np.ndarray]:

@@ -86,7 +86,8 @@ class Work:
         self.stride = np.array([_STRIDE] * (f + p) + [_OWN_STRIDE] * g)
         self.prior = np.array([0.0] * (f + p) + [1.0] * g) / m.shape[1]
         self.reference = of.healthy.turns(points)
-        self.shapes = np.array([of.shapes(r) for r in self.reference])
+        self.sigma = np.array([of.sigma(point) for point in points])
+        self.shapes = np.array([of.shapes(r, sigma) for r, sigma in zip(self.reference, self.sigma, strict=True)])
 
     def phases(self, size: np.ndarray) -> np.ndarray:
         """Phases (n, phased) that fit best of some tried, one fault after the other."""
@@ -118,7 +119,7 @@ class Work:
     def shifted(self, x: np.ndarray, at: np.ndarray) -> np.ndarray:
         """What one standard deviation of each shift adds along the axes (n, 2, k) to turns x (n, stations, cells): it
         moves what a fault does to the turn, too."""
-        shapes = self.of.shapes(x * self.of.noise).reshape(len(x), 2, -1)
+        shapes = self.of.shapes(x).reshape(len(x), 2, -1)
         still = _without(shapes, np.asarray(self.shapes[at], dtype=float).reshape(len(x), 2, -1))
         return self.of.seen(still.reshape(2 * len(x), *x.shape[1:])).reshape(len(x), 2, -1)
 
@@ -172,7 +173,7 @@ class Work:
                 with contextlib.suppress(ParameterError):
                     values = made[k][1].read(acceleration, cells.rate).values
                     x[k] = behind_lead_in(healthy.machine, cells, values, point.motor_speed)
-        x = (x - self.reference[at]) / self.of.noise
+        x = (x - self.reference[at]) / self.sigma[at, None, None]
         flat = x.reshape(len(at), 1, -1)
         return _without(flat, self.shapes[at].reshape(len(at), 2, -1)).reshape(x.shape)
 

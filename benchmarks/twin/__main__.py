@@ -44,6 +44,9 @@ joined by commas."""
 OF_ROWS = ("records", "physics", "at_size", "seed", "simulated")
 """Settings that a row is made with and its file's name does not tell."""
 
+MADE_WITH = "settings.json"
+"""File of them in the folder in which rows are made."""
+
 OF_PAPER = "paper's network"
 """Row of the paper's network."""
 
@@ -59,8 +62,10 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
     if method == TRANSFER:
         rows = transferred(truth, records, seed)
         return {"kind": truth.kind, "rows": {name: [row.plain() for row in given] for name, given in rows.items()}}
-    work = out / f"work-{name}-{method}"
-    if not (work / "bench" / "records.csv").exists():
+    work = work_of(out, settings, number, method)
+    if not work.exists():
+        _begin(work, {key: settings[key] for key in OF_ROWS})
+    if not (work / "bench").exists():
         write_bench(truth, work / "bench", seed)
     fresh, spent = not (work / "twin").exists(), time.process_time()
     twin = make_twin(method, truth, work, simulated=settings["simulated"])
@@ -75,13 +80,26 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
         if physics and REFINED in found:
             found[AGAIN] = by_physics(twin, truth, misnamed(records, found[REFINED]))
         found[next(iter(ways))] += at_stated_size(twin, truth, settings["at_size"], np.random.default_rng(seed))
-    shutil.rmtree(work)
     about = twin.about
     return {
         "kind": truth.kind, "made_cpu_s": made, "headline": about["calibration"]["headline"], "matters": twin.matters,
         "trusted": about["check"]["trusted"], "scores": about["scores"],
         "rows": {name: [row.plain() for row in rows] for name, rows in found.items()},
     }  # fmt: skip
+
+
+def work_of(out: Path, settings: dict[str, Any], number: int, method: str) -> Path:
+    """The folder in which the rows of a machine and a method are made."""
+    return out / f"work-{settings['noise']:g}-{settings['spread']:g}-{number}-{method}"
+
+
+def _begin(work: Path, own: dict[str, Any]) -> None:
+    """A folder to work in that says what is made there."""
+    fresh = work.with_name(f".{work.name}.part")
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir()
+    (fresh / MADE_WITH).write_text(json.dumps(own))
+    fresh.rename(work)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -98,19 +116,32 @@ def main(arguments: Sequence[str]) -> None:
     law = f"{settings['noise']:g}-{settings['spread']:g}"
     own = {key: settings[key] for key in OF_ROWS}
     for file in sorted((out / "rows").glob(f"{law}-*.json")):
-        if (held := json.loads(file.read_text()).get("settings", own)) != own:
-            raise SystemExit(f"benchmarks.twin: {file} was made with {held}, not {own}; name another out.")
+        _check_made_with(file, json.loads(file.read_text()).get("settings"), own)
+    for folder in sorted(out.glob(f"work-{law}-*")):
+        file = folder / MADE_WITH
+        _check_made_with(folder, json.loads(file.read_text()) if file.exists() else None, own)
     for number in numbers:
         truth = machine_of(number, settings["seed"], settings["noise"], settings["spread"])
         for method in settings["methods"].split(","):
-            file = out / "rows" / f"{law}-{number}-{method}.json"
+            file, work = out / "rows" / f"{law}-{number}-{method}.json", work_of(out, settings, number, method)
             if file.exists():
+                shutil.rmtree(work, ignore_errors=True)
                 continue
             found = {**done(truth, number, method, settings, out), "settings": own}
-            file.write_text(json.dumps(found))
+            fresh = file.with_suffix(".part")
+            fresh.write_text(json.dumps(found))
+            fresh.rename(file)
+            shutil.rmtree(work, ignore_errors=True)
             told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
             print(number, method, truth.kind, found.get("made_cpu_s"), told, flush=True)
     print(markdown(table_of(sorted((out / "rows").glob(f"{law}-*.json")))))
+
+
+def _check_made_with(path: Path, held: object, own: dict[str, Any]) -> None:
+    """Stop at what an earlier run has left with other settings, or without saying with which."""
+    if held != own:
+        got = "settings that it does not tell" if held is None else held
+        raise SystemExit(f"benchmarks.twin: {path} was made with {got}, not {own}; name another out.")
 
 
 def table_of(files: Sequence[Path]) -> dict[tuple[str, str], list[list[Judged]]]:

@@ -86,7 +86,8 @@ def at_stated_size(twin: Twin, truth: Truth, count: int, rng: np.random.Generato
 def row_of(one: Recorded, faults: Sequence, verdict: str, twin: Twin, truth: Truth, spent: float) -> Judged:
     """What is counted of a record."""
     told = {name: FAULTS[name].told(size, truth.machine) for name, size in one.sizes.items()}
-    above = all(size >= twin.matters.get(name, 1.0) for name, size in one.sizes.items())
+    stated = {seen.fault for seen in twin.seen if seen.size is not None}
+    above = all(name in stated and size >= twin.matters[name] for name, size in one.sizes.items())
     held = tuple(found.low <= told[found.name] <= found.high for found in faults if found.name in told)
     named = frozenset(found.name for found in faults)
     large = frozenset(found.name for found in faults if found.matters)

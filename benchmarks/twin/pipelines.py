@@ -17,10 +17,11 @@ from discrepancy.subjects.from_config import indexer_subject
 from indexer_env.errors import refuse
 from indexer_env.presets import load_yaml
 from twin.bench import Bench
-from twin.folder import PAPER, networks_of
+from twin.folder import PAPER, machine_and_sensor, networks_of, view_of
 from twin.judge import Judge
 from twin.make import Maker
 from twin.settings import Settings
+from twin.turns import Cells, Healthy
 from twin.twin import Twin
 
 METHODS = ("twin", "oracle", "nominal", "point", "unextended")
@@ -46,7 +47,8 @@ class _Fixed(Maker):
             self._nominal(path, table.num_rows)
 
     def _nominal(self, path: Path, count: int) -> None:
-        """Machines of the drawing, every parameter ±10 %, and the drawing as the healthy machine."""
+        """Machines of the drawing, every parameter ±10 %, and the drawing as the healthy machine, with what the records
+        leave of it."""
         from discrepancy.indexer.parameters import UNCERTAINTY, read
 
         drawing, rng = self.bench.subject.machine, np.random.default_rng(0)
@@ -55,8 +57,11 @@ class _Fixed(Maker):
         }
         pq.write_table(pa.table(columns), path)
         (self.out / "machine.yaml").write_text(machine_yaml(drawing), encoding="utf-8")
-        about = self.work.read("calibration")
-        self.work.write("calibration", {**about, "load_factor": 1.0})
+        about = {**self.work.read("calibration"), "load_factor": 1.0}
+        _, sensor = machine_and_sensor(self.out)
+        remains = self._remains_of(Healthy(drawing, sensor, Cells(**about["cells"]), about["load_factor"]))
+        self._keep_remains(remains)
+        self.work.write("calibration", {**about, "noise": view_of(about, remains).noise})
 
 
 def make_twin(method: str, truth: Truth, work: Path, **more: Any) -> Twin:

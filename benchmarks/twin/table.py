@@ -23,7 +23,7 @@ class Judged:
     refused : bool
         Whether the method said unknown or not comparable.
     above : bool
-        Whether every fault is above its stated smallest size.
+        Whether every fault is above its stated smallest size; no fault is for which none is stated.
     held : tuple of bool
         For each fault rightly named: whether its interval holds its size.
     at_size : bool or None

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,18 +119,21 @@ def _noise(size: float, samples: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def write_bench(truth: Truth, folder: Path, seed: int, turns: float = 2.2) -> None:
-    """Healthy CSV files of the machine and records.csv, which says what was known when they were taken."""
-    rng = np.random.default_rng(seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "records.csv").open("w", newline="", encoding="utf-8") as file:
+    """Healthy CSV files of the machine and records.csv, which says what was known when they were taken; a new folder,
+    whole or not at all."""
+    rng, fresh = np.random.default_rng(seed), folder.with_name(f".{folder.name}.part")
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir(parents=True)
+    with (fresh / "records.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["file", "motor_speed_rpm", "load_torque", "start_angle", "noise", "held_out"])
         for rpm, load, held in HEALTHY:
             values, point = taken(truth, rpm, load, turns, rng)
             name = f"{rpm:.0f}rpm_{load:.0f}Nm.csv"
-            write_record(folder / name, values)
+            write_record(fresh / name, values)
             row = [name, point.motor_speed / RPM, load, point.start_angle, truth.noise, "yes" if held else "no"]
             writer.writerow(row)
+    fresh.rename(folder)
 
 
 def write_record(path: Path, values: np.ndarray) -> None:

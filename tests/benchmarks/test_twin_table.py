@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
 
-from benchmarks.twin import records
-from benchmarks.twin.judging import misnamed
+from benchmarks.twin import __main__ as command
+from benchmarks.twin import records, truth
+from benchmarks.twin.judging import misnamed, row_of
+from benchmarks.twin.pipelines import _Fixed
 from benchmarks.twin.records import drawn, records_of
 from benchmarks.twin.table import Judged, markdown, summary
-from benchmarks.twin.truth import Truth
-from indexer_env import load_machine
+from benchmarks.twin.truth import HEALTHY, Truth, write_bench
+from indexer_env import OperatingPoint, load_machine
+from indexer_env.units import RPM
+from tests.monitor.twins import twin_folder
+from twin.diagnosis import FAULTY
+from twin.folder import machine_and_sensor, stored_remains
+from twin.make import Maker
+from twin.turns import Cells, Healthy
 
 CRACK, BOTH, NONE = frozenset({"crack"}), frozenset({"crack", "loose_base"}), frozenset()
 
@@ -75,3 +88,96 @@ def test_records_are_solved_once_and_come_back_as_they_were(tmp_path, monkeypatc
 def test_a_judged_record_comes_back_from_a_file():
     row = Judged(BOTH, CRACK, CRACK, False, True, (True, False), sizes={"crack": 0.2, "loose_base": 0.1}, cpu=0.3)
     assert Judged.restore(json.loads(json.dumps(row.plain()))) == row
+
+
+def test_what_is_above_the_stated_size_has_one():
+    """A loose base is seen at no operating point, so that any of it matters."""
+    seen = [SimpleNamespace(fault="crack", size=0.1), SimpleNamespace(fault="loose_base", size=None)]
+    twin: Any = SimpleNamespace(seen=seen, matters={"crack": 0.1, "loose_base": 0.0})
+    machine = Truth(load_machine("reference"), "as modelled", 0.1, 1.0)
+    for sizes, above in (({"crack": 0.2}, True), ({"crack": 0.05}, False), ({"crack": 0.2, "loose_base": 0.9}, False)):
+        one: Any = SimpleNamespace(sizes=sizes, stranger=False)
+        assert row_of(one, (), FAULTY, twin, machine, 0.0).above == above, sizes
+
+
+def test_a_bench_that_was_begun_is_written_anew(tmp_path, monkeypatch):
+    machine, calls = Truth(load_machine("reference"), "as modelled", 0.1, 1.0), []
+
+    def taken(*given: Any) -> tuple[np.ndarray, OperatingPoint]:
+        calls.append(given)
+        if len(calls) == 3:
+            raise InterruptedError
+        return np.zeros(3), OperatingPoint()
+
+    monkeypatch.setattr(truth, "taken", taken)
+    with pytest.raises(InterruptedError):
+        write_bench(machine, tmp_path / "bench", 1)
+    assert not (tmp_path / "bench").exists()
+    write_bench(machine, tmp_path / "bench", 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["bench"]
+    table = (tmp_path / "bench" / "records.csv").read_text().splitlines()
+    assert len(table) == 1 + len(HEALTHY) and len(list((tmp_path / "bench").glob("*Nm.csv"))) == len(HEALTHY)
+
+
+def begun(tmp_path, monkeypatch, *arguments: str) -> list[str]:
+    """A run of the table whose work stops, and the folders that it has left."""
+
+    def stopped(*given: Any) -> None:
+        raise InterruptedError
+
+    monkeypatch.setattr(command, "records_of", lambda *given: [])
+    monkeypatch.setattr(command, "machine_of", lambda *given: Truth(load_machine("reference"), "as modelled", 0.1, 1.0))
+    monkeypatch.setattr(command, "write_bench", stopped)
+    with pytest.raises(InterruptedError):
+        command.main(["machines=1", f"out={tmp_path}", *arguments])
+    return sorted(path.name for path in tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("other", ["seed=6", "records=20", "simulated=1000"])
+def test_a_run_that_was_stopped_goes_on_with_its_own_settings_alone(tmp_path, monkeypatch, other):
+    for _ in range(2):
+        assert begun(tmp_path, monkeypatch) == ["rows", "work-0.015-0.1-0-twin"]
+    with pytest.raises(SystemExit, match=r"work-0\.015-0\.1-0-twin was made with .*; name another out"):
+        command.main(["machines=1", f"out={tmp_path}", other])
+    (tmp_path / "work-0.015-0.1-0-twin" / "settings.json").unlink()
+    with pytest.raises(SystemExit, match="was made with settings that it does not tell, not"):
+        command.main(["machines=1", f"out={tmp_path}"])
+
+
+def test_what_was_made_goes_when_its_rows_are_written_and_not_before(tmp_path, monkeypatch):
+    begun(tmp_path, monkeypatch)
+    work, rows = tmp_path / "work-0.015-0.1-0-twin", tmp_path / "rows"
+    monkeypatch.setattr(command, "done", lambda *given: {"kind": object(), "rows": {}})
+    with pytest.raises(TypeError):
+        command.main(["machines=1", f"out={tmp_path}"])
+    assert work.exists() and not list(rows.glob("*.json"))
+    monkeypatch.setattr(command, "done", lambda *given: {"kind": "as modelled", "rows": {}})
+    command.main(["machines=1", f"out={tmp_path}"])
+    assert not work.exists() and [path.name for path in rows.iterdir()] == ["0.015-0.1-0-twin.json"]
+    # of a run that was stopped between the two
+    command._begin(work, json.loads(next(rows.iterdir()).read_text())["settings"])
+    command.main(["machines=1", f"out={tmp_path}"])
+    assert not work.exists()
+
+
+def test_the_drawing_without_a_fit_has_what_records_leave_of_the_drawing(tmp_path, monkeypatch):
+    """Records of the drawing itself, of which the fitted machine, another one, would leave much."""
+    out, point = twin_folder(tmp_path / "twin"), OperatingPoint(1400.0 * RPM, 5.0)
+    machine, sensor = machine_and_sensor(out)
+    about = {"cells": {"stations": 8, "count": 64, "rate": 500.0}, "load_factor": 1.1, "noise": 9.0, "shift": 0.002,
+             "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [0.0, 20.0]}}  # fmt: skip
+    turn = Healthy(machine, sensor, Cells(**about["cells"])).turn(point)
+    record: Any = SimpleNamespace(operating_point=point)
+    kept: dict[str, Any] = {}
+    maker: Any = _Fixed.__new__(_Fixed)
+    maker.method, maker.out = "nominal", out
+    maker.work = SimpleNamespace(read=lambda name: about, write=kept.__setitem__)
+    subject = SimpleNamespace(machine=machine, model=SimpleNamespace(experiments=[record]))
+    maker.bench = SimpleNamespace(subject=subject, shift=0.002)
+    monkeypatch.setattr(Maker, "_calibrate", lambda maker: None)
+    monkeypatch.setattr("twin.make.turns_of", lambda experiment, healthy: np.stack([turn, turn]))
+    pq.write_table(pa.table({"machine.table_inertia": [1.0]}), out / "posterior.parquet")
+    maker._calibrate()
+    left = stored_remains(out)
+    assert left.points.tolist() == [[point.motor_speed, point.load_torque]] and np.abs(left.fixed).max() < 1e-3
+    assert kept["calibration"]["load_factor"] == 1.0 and kept["calibration"]["noise"] < 0.01

@@ -18,8 +18,9 @@ from twin.judge import Judge
 from twin.learn import View
 from twin.network import Told
 from twin.nuisance import Nuisance
+from twin.remains import Remains
 from twin.synthesis import Synthesis
-from twin.turns import Cells, Healthy, Remains
+from twin.turns import Cells, Healthy
 from twin.weigh import Weights
 
 RATE = 500.0
@@ -34,10 +35,10 @@ def healthy() -> Healthy:
 
 
 def view() -> View:
-    """Nothing left of healthy records; 1200 to 1500 rpm, 0 to 20 N m."""
+    """Nothing left of healthy records but white noise, `NOISE` at 1350 rpm; 1200 to 1500 rpm, 0 to 20 N m."""
     fixed = np.zeros((1, CELLS.stations, CELLS.count))
-    spectrum = np.full(CELLS.count // 2 + 1, NOISE * CELLS.count**0.5)
-    remains = Remains(np.array([[1350.0 * RPM, 10.0]]), fixed, spectrum, NOISE)
+    spectrum, levels = np.full(CELLS.count // 2 + 1, CELLS.count**0.5), np.array([NOISE / (1350.0 * RPM) ** 0.5])
+    remains = Remains(np.array([[1350.0 * RPM, 10.0]]), fixed, levels, spectrum)
     return View(remains, 0.002, (1350.0 * RPM, 150.0 * RPM), (10.0, 10.0))
 
 
@@ -78,7 +79,7 @@ WEIGHTS = Weights(np.array([-1.0, 1.0]), np.full((10, 2), 2.0), 0.0, 0.0, float(
 """Named where a size is above 1.2 standard deviations; strange where four times the noise's power is left."""
 
 
-KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
+KNOWN = Nuisance((), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 """Nothing is open of the machine."""
 
 
@@ -95,8 +96,8 @@ def synthesis(
     names: tuple[str, ...] = ("crack", "loose_base", "reducer_play"), modes: int = 32, patterns: int = 0
 ) -> Synthesis:
     """White noise as covariance."""
-    along = components(modes, patterns)
+    along, seen = components(modes, patterns), view()
     nothing = np.zeros((along.count, along.count))
     return Synthesis(
-        healthy(), chosen(names), NOISE, along, np.eye(along.count), nothing, nothing, view().shapes, KNOWN
+        healthy(), chosen(names), seen.remains.sigma, along, np.eye(along.count), nothing, nothing, seen.shapes, KNOWN
     )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from indexer_env import EFFECTS, load_machine, make_effect
+from indexer_env import EFFECTS, Sensor, load_machine, make_effect
 from indexer_env.errors import ParameterError
 from indexer_env.units import RPM
-from twin.faults import FAULTS, chosen, peak_torque, share_of
+from twin.faults import FAULTS, check_matters, chosen, peak_torque, share_of
 
 MACHINE = load_machine("reference")
 
@@ -33,6 +35,32 @@ def test_the_shop_reads_the_papers_20_degrees():
     assert FAULTS["reducer_play"].told(1.0, MACHINE) == pytest.approx(20.0)
     loose = FAULTS["sensor_loose"]
     assert loose.told(1.0, MACHINE) == pytest.approx(25.0) and loose.unit == "Hz bracket resonance"
+
+
+def test_a_loose_sensor_is_told_by_the_bracket_that_there_is_in_all():
+    """A bracket of its own of 100 Hz that has come down to 50 Hz."""
+    (loose,) = chosen(["sensor_loose"], sensor=Sensor(bracket_hz=100.0))
+    grown = 1.0 / (2.0 * math.pi * 50.0) ** 2 - 1.0 / (2.0 * math.pi * 100.0) ** 2
+    share = loose.share(grown, MACHINE)
+    assert loose.told(share, MACHINE) == pytest.approx(50.0) and loose.told(0.0, MACHINE) == pytest.approx(100.0)
+    assert share_of(loose, 50.0, MACHINE) == pytest.approx(share, rel=1e-6)
+    assert chosen(["crack", "sensor_gain"], sensor=Sensor(bracket_hz=100.0)) == chosen(["crack", "sensor_gain"])
+
+
+@pytest.mark.parametrize(
+    ("matters", "said"),
+    [
+        ({"reducer_play": 30.0}, "reducer_play must be 20 ° at the motor shaft or less, the largest .*, got 30"),
+        ({"sensor_loose": 10.0}, "sensor_loose must be 25 Hz bracket resonance or more, the largest .*, got 10"),
+        ({"crack": 80.0}, "crack must be 60 % of stiffness lost or less"),
+        ({"friction": 50.0}, r"friction must be 41\.3 N m or less"),
+    ],
+)
+def test_a_size_that_matters_beyond_the_largest_is_refused(matters, said):
+    with pytest.raises(ParameterError, match=said):
+        check_matters(matters, chosen(list(FAULTS)), MACHINE)
+    check_matters({"reducer_play": 20.0, "sensor_loose": 25.0, "friction": 41.3}, chosen(list(FAULTS)), MACHINE)
+    check_matters(None, chosen(list(FAULTS)), MACHINE)
 
 
 def test_no_interval_ends_beyond_what_there_can_be():

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from indexer_env import Joint, OperatingPoint, Run, Signal, SignalError, make_effect, simulate
+from indexer_env import Joint, OperatingPoint, Run, Sensor, Signal, SignalError, make_effect, simulate
 from indexer_env.units import RPM
 from indexer_records.resample import CUTOFF
 from tests.twin.builders import MACHINE, RANGE, RATE, healthy, record, view
@@ -77,6 +77,29 @@ def test_a_faster_record_is_read_at_the_rate_of_the_twin():
     assert seen.signal.sample_rate == RATE and size(x) < 0.5
     # white noise loses what lies above the filter's edge
     assert seen.conditions.noise == pytest.approx(0.4 * np.sqrt(CUTOFF / 2.0), rel=0.01)
+
+
+@pytest.mark.parametrize("share", [1.0009, 0.9991, 1.0015])
+def test_a_record_is_read_by_its_own_clock(share):
+    """Within 0.1 % of the twin's rate it is not resampled."""
+    point = OperatingPoint(1400.0 * RPM, 5.0, 3.0)
+    run = Run(share * RATE, int(1.1 * MACHINE.turn_duration(point) * share * RATE), warmup_turns=1)
+    signal = Signal(simulate(MACHINE, point, run).table_acceleration, share * RATE, unit="rad/s^2", source="today.csv")
+    x, _ = GATE.looked(signal, record()[1])
+    assert size(x) < 0.3
+
+
+@pytest.mark.parametrize("stated", [0.0, 2.0])
+def test_an_offset_that_the_sensor_has_today_is_taken_out(stated):
+    """Five times the noise of a cell, beside what the twin's sensor reads at rest; seed 0."""
+    sensor = Sensor(offset=stated)
+    gate = Gate(dataclasses.replace(healthy(), sensor=sensor), view(), RANGE)
+    signal, told = record()
+    noisy = signal.values + stated + 0.1 * np.random.default_rng(0).standard_normal(len(signal.values))
+    for start in (3.0, None):
+        x, seen = gate.looked(changed(signal, values=noisy + 0.5), dataclasses.replace(told, start_angle=start))
+        assert size(x) < 0.6 and "at rest; its offset is taken out" in seen.notes[0]
+    assert gate.looked(changed(signal, values=noisy), told)[1].notes == ()
 
 
 def test_the_pulse_tells_start_and_speed():

@@ -73,7 +73,7 @@ def test_a_shift_moves_what_a_fault_does_to_a_turn_that_is_learned_from():
     cells, step = CELLS.count, 0.002
     cam = 2.0 * np.pi * np.arange(cells) / cells
     waves = np.stack([5.0 * np.cos(5.0 * cam), 11.0 * np.cos(11.0 * cam)])
-    wanted = step * np.repeat((part.size @ waves)[:, None], 8, axis=1) / view().remains.noise
+    wanted = step * np.repeat((part.size @ waves)[:, None], 8, axis=1) / view().noise
     found = feed.shifts(rows)[:, 0].numpy()
     away = np.abs(found - wanted).reshape(40, -1).max(axis=1)
     assert (away < 0.5 * np.abs(wanted).reshape(40, -1).max(axis=1)).all()
@@ -200,7 +200,7 @@ def test_each_way_to_fail_the_check_has_its_sentence():
     assert "like none of the simulated" in checked_with(Fixed(-5.0, sound), offset=0.3).reason
     easy = dataclasses.replace(WEIGHTS, quiet=8000.0)
     off = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy)
-    assert not off.trusted and "predicted to 3.0 times the noise" in off.reason and "stations" not in off.reason
+    assert not off.trusted and "predicted to 2.9 times the noise" in off.reason and "stations" not in off.reason
     unknown = checked_with(Fixed(-5.0, sound), offset=0.3, weights=easy, stations_known=False)
     assert "record a once-per-turn pulse" in unknown.reason
 

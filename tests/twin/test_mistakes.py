@@ -7,11 +7,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 
 from discrepancy.indexer import Experiment
 from discrepancy.records.conditions import Conditions
 from indexer_env import OperatingPoint, Sensor, Signal, load_machine
 from indexer_env.errors import ParameterError, SignalError
+from indexer_env.units import RPM
 from tests.monitor.twins import twin_folder
 from tests.twin.builders import JUDGE
 from twin import __main__ as command
@@ -45,11 +47,14 @@ def test_a_wrong_setting_is_refused(given, said):
     assert said in str(error.value)
 
 
+KNOWN = {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}, "start_compared": False}
+
+
 def about(**changes):
     found = {
         "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [2.0, 20.0]},
         "recorded": [[1200.0, 2.0], [1500.0, 20.0]], "shift": 0.05, "detection": [],
-        "calibration": {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}, "start_compared": False},
+        "calibration": KNOWN,
         "check": {"turns": [{}, {}, {}]}, "settings": {"faults": ["crack"], "housing_uncertainty": 0.2},
     }  # fmt: skip
     return {**found, **changes}
@@ -60,9 +65,9 @@ def about(**changes):
     [
         ({"recorded": [[1500.0, 2.0], [1500.0, 20.0]]}, "Record at a second speed"),
         ({"recorded": [[1500.2, 2.0], [1500.9, 20.0]]}, "Record at a second speed"),
-        ({"calibration": {"scale_spread": 0.04, "spread": {}}}, "a record under a well known load, larger than 20 N m"),
-        ({"calibration": {"scale_spread": 0.01, "spread": {}, "start_compared": True}}, "once-per-turn pulse"),
-        ({"calibration": {"scale_spread": 0.01, "spread": {"cam_inertia": 0.2}}}, "Hardly known: cam_inertia"),
+        ({"calibration": {**KNOWN, "scale_spread": 0.04}}, "a record under a well known load, larger than 20 N m"),
+        ({"calibration": {**KNOWN, "start_compared": True}}, "once-per-turn pulse"),
+        ({"calibration": {**KNOWN, "spread": {"cam_inertia": 0.2}}}, "Hardly known: cam_inertia"),
         ({"check": {"turns": [{}]}}, "Hold out another healthy record"),
         (
             {"detection": [{"fault": "crack", "motor_speed_rpm": 1500.0, "load_torque": 2.0, "size": 0.01}]},
@@ -73,6 +78,51 @@ def about(**changes):
 def test_what_to_record_next_follows_from_what_is_open(changes, said):
     assert not any(said in sentence for sentence in advice(about()))
     assert any(said in sentence for sentence in advice(about(**changes)))
+
+
+def test_a_twin_diagnoses_in_its_range_whatever_was_recorded_last():
+    """Records at one speed alone: of a twin for that speed, of one for a wider range, and of an update."""
+    one = {"recorded": [[1500.0, 2.0]]}
+    alone = {"range": {"motor_speed_rpm": [1500.0, 1500.0], "load_torque": [2.0, 20.0]}}
+    first, *_ = advice(about(**one, **alone))
+    assert first.startswith("Record at a second speed") and "diagnoses at this speed alone" in first
+    first, *_ = advice(about(**one))
+    assert first.startswith("Record at a second speed") and "alone" not in first
+    updated = {"calibration": {**KNOWN, "moved": {"since": False}}}
+    assert not any("second speed" in sentence for sentence in advice(about(**one, **updated)))
+
+
+def test_a_size_that_matters_beyond_the_largest_is_refused_before_the_work(tmp_path):
+    made, asked = maker(), []
+    bench = SimpleNamespace(check=asked.extend, subject=made.bench.subject)
+    settings = Settings(matters={"reducer_play": 30.0}, motor_speed_rpm=[1200.0, 1500.0])
+    with pytest.raises(ParameterError, match=r"twin\.matters\.reducer_play must be 20 ° .* got 30"):
+        Maker(bench, settings, tmp_path / "twin")  # type: ignore[arg-type]
+    assert not (tmp_path / "twin").exists() and asked == [1200.0 * RPM, 1500.0 * RPM], "speeds that records must allow"
+    # a torque's largest size is known when the machine is calibrated and the range known
+    made.settings, made.out = Settings(matters={"friction": 400.0}), twin_folder(tmp_path / "twin")
+    held = {"cells": {"stations": 8, "count": 64, "rate": 500.0}, "load_factor": 1.0, "shift": 0.002,
+            "range": {"motor_speed_rpm": [1200.0, 1500.0], "load_torque": [0.0, 20.0]}}  # fmt: skip
+    made.work = SimpleNamespace(read=lambda name: held)  # type: ignore[assignment]
+    made._calibrate = lambda: None  # type: ignore[method-assign]
+    write_bracket(made.out)
+    with pytest.raises(ParameterError, match=r"twin\.matters\.friction must be .* N m or less"):
+        made.make()
+    assert made.faults[-2].told(0.0, made.healthy.machine) == pytest.approx(100.0), "of the bracket that was found"
+
+
+def write_bracket(folder) -> None:
+    """The sensor of a twin stands on a bracket of 100 Hz."""
+    values = dataclasses.asdict(Sensor(bracket_hz=100.0))
+    (folder / "sensor.yaml").write_text(yaml.safe_dump(values), encoding="utf-8")
+
+
+def test_a_loaded_twin_tells_a_loose_sensor_by_the_bracket_in_all(tmp_path):
+    write_bracket(twin_folder(tmp_path / "twin"))
+    twin = Twin.load(tmp_path / "twin")
+    (loose,) = [fault for fault in twin.faults if fault.name == "sensor_loose"]
+    assert loose.told(0.0, twin.machine) == pytest.approx(100.0) and loose.before > 0.0
+    assert twin.synthesis is not None and loose in twin.synthesis.faults
 
 
 @pytest.mark.parametrize(("speeds", "said"), [((150.0, 150.1), True), ((150.0, 170.0), False)])
@@ -86,6 +136,9 @@ def test_records_at_one_speed_are_told_before_the_work_begins(monkeypatch, tmp_p
     command.run({"out": str(tmp_path / "twin"), "overwrite": False})
     lines = capsys.readouterr().out.splitlines()
     assert lines[-1] == "the work begins" and any("Record at a second speed" in one for one in lines[:-1]) == said
+    assert any("at this speed alone" in one for one in lines) == said
+    command.run({"out": str(tmp_path / "twin"), "overwrite": False, "motor_speed_rpm": [1200.0, 1500.0]})
+    assert "at this speed alone" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -153,8 +206,10 @@ def test_records_that_cannot_make_a_twin_are_refused_before_any_fit():
     with pytest.raises(SignalError, match="must hold a whole turn of the table"):
         bench.check()
     slow = Experiment(Signal(np.arange(2000.0), 50.0, unit="rad/s^2"), OperatingPoint(150.0, 2.0))
-    with pytest.raises(SignalError, match="must hold 128 samples or more a cam turn, got 54; record with"):
+    with pytest.raises(SignalError, match="must hold 128 samples or more a cam turn, got 54 at 1432 rpm; record with"):
         maker(fitted=[slow], held_out=[slow]).bench.check()
+    with pytest.raises(SignalError, match="must hold 128 samples or more a cam turn, got 103 at 7500 rpm"):
+        bench.check([7500.0 * RPM])
 
 
 def test_an_old_twin_without_the_network_beside_goes_on(tmp_path):
@@ -165,7 +220,7 @@ def test_an_old_twin_without_the_network_beside_goes_on(tmp_path):
         (before / f"{name}.safetensors").write_bytes(name.encode())
     made = maker(before=before)
     made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
-    keys = ("judge", "paper_judge", "weights", "records", "scores", "detection", "noise", "shift")
+    keys = ("judge", "paper_judge", "weights", "records", "scores", "detection", "taught")
     made._take_over(dict.fromkeys(keys, 1))
     assert made.work.has(["learned.yaml", "detection.yaml", "synthesis.safetensors"])
     assert not made.work.has(["calibration.yaml"]), "written last, so that a run that was stopped begins again"

@@ -13,12 +13,16 @@ from indexer_env import OperatingPoint
 from indexer_env.units import RPM
 from tests.twin.test_mistakes import maker
 from tests.twin.test_posterior import ABOUT, BEFORE, SMOOTH, STAYED, calibrated
-from twin.calibrate import Finding
-from twin.folder import NETWORKS, PAPER
+from twin.calibrate import Calibrated, Finding
+from twin.folder import NETWORKS, PAPER, stored_remains
 from twin.moved import gone_on, moved_since
+from twin.nuisance import draws_in
+from twin.remains import Remains
+from twin.settings import Settings
+from twin.turns import Cells
 from twin.workplace import Workplace
 
-SPREAD = 0.01
+SPREAD, FAST = 0.01, OperatingPoint(1500.0 * RPM, 2.0)
 
 
 def test_one_parameter_at_the_end_of_what_a_fit_allows_is_a_move():
@@ -56,11 +60,9 @@ def test_noise_that_grows_from_update_to_update_is_compared_with_what_was_taught
     assert gone_on(before, {**ABOUT, "noise": 0.109}, STAYED)[1]
     told, kept = gone_on(before, {**ABOUT, "noise": 0.116}, STAYED)
     assert not kept and "the noise differs" in told["moved"]["sentence"]
-    assert gone_on({**ABOUT, "noise": 0.108}, {**ABOUT, "noise": 0.116}, STAYED)[1], "a twin that does not say it"
 
 
-@pytest.mark.parametrize("taught", [None, {"noise": 0.1, "shift": 0.002}])
-def test_what_the_networks_were_taught_with_goes_on_with_them(tmp_path, taught):
+def test_what_the_networks_were_taught_with_goes_on_with_them(tmp_path):
     before = tmp_path / "before"
     before.mkdir()
     for name in (*NETWORKS, PAPER, "synthesis"):
@@ -68,28 +70,34 @@ def test_what_the_networks_were_taught_with_goes_on_with_them(tmp_path, taught):
     made = maker(before=before)
     made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
     keys = dict.fromkeys(("judge", "paper_judge", "weights", "records", "scores", "detection"), 1)
-    about = {**keys, "noise": 0.108, "shift": 0.003, **({} if taught is None else {"taught": taught})}
-    made._take_over(about)
-    assert made.work.read("learned")["taught"] == (taught or {"noise": 0.108, "shift": 0.003})
+    taught = {"noise": 0.1, "shift": 0.002}
+    made._take_over({**keys, "noise": 0.108, "shift": 0.003, "taught": taught})
+    assert made.work.read("learned")["taught"] == taught
 
 
-def updated(monkeypatch, tmp_path, rpm: float) -> dict:
+def updated(
+    monkeypatch, tmp_path, rpm: float, level: float = 0.2, found: Calibrated | None = None, **settings: Any
+) -> dict[str, Any]:
     """calibration.yaml of an update with records at 1200 rpm and at another speed, without any fit: nothing has
-    changed, but the noise. The twin before had found a gain of its sensor, which is part of the sensor since."""
+    changed, but the noise, to `level`. The twin before had found a gain of its sensor, which is part of the sensor
+    since, and its records at 1200 and 1500 rpm had left ones."""
     row = {"effect": "sensor.gain", "grade": "established", "values": {"error": 0.05}, "interval": [0.04, 0.06],
            "size": "error", "rivals": []}  # fmt: skip
     before = {
         "range": {"motor_speed_rpm": [1000.0, 1500.0], "load_torque": [0.0, 20.0]}, "noise": 0.1, "shift": 0.002,
-        "cells": {"stations": 8, "count": 128, "rate": 500.0}, "sample_noise": 0.1,
+        "taught": {"noise": 0.1, "shift": 0.002}, "sample_noise": 0.1,
+        "cells": dataclasses.asdict(Cells.of(SMOOTH, 500.0, 1500.0 * RPM)),
         "calibration": {**BEFORE, "findings": [row], "scale_spread": 0.02},
     }  # fmt: skip
-    noise = SimpleNamespace(noise=0.2, arrays=dict)
-    monkeypatch.setattr("twin.make.about_of", lambda folder: before)
-    monkeypatch.setattr("twin.make.calibrated", lambda *given, **more: calibrated(SMOOTH))
-    monkeypatch.setattr("twin.make.turns_of", lambda experiment, healthy: np.zeros((1, 8, 64)))
-    monkeypatch.setattr("twin.make.remains_of", lambda *given: noise)
-    made = maker(before=tmp_path)
     points = [OperatingPoint(speed * RPM, 2.0) for speed in (1200.0, rpm)]
+    monkeypatch.setattr("twin.make.about_of", lambda folder: before)
+    monkeypatch.setattr("twin.make.calibrated", lambda *given, **more: found or calibrated(SMOOTH))
+    monkeypatch.setattr("twin.make.turns_of", lambda experiment, healthy: np.zeros((1, 8, 64)))
+    monkeypatch.setattr("twin.make.remains_of", lambda *given: left(2.0, level, *points))
+    monkeypatch.setattr("twin.make.stored_remains", lambda folder: left(1.0, 0.1, points[0], FAST))
+    monkeypatch.setattr("twin.make.Maker._take_over", lambda maker, before: None)
+    made = maker(before=tmp_path)
+    made.settings = Settings(**settings)
     records = [
         SimpleNamespace(
             operating_point=p, signal=SimpleNamespace(sample_rate=500.0, source=str(p)), start_uncertainty=0.002,
@@ -102,6 +110,38 @@ def updated(monkeypatch, tmp_path, rpm: float) -> dict:
     made.out, made.work = tmp_path / "twin", Workplace(tmp_path / "twin", "these", False)
     made._calibrate()
     return made.work.read("calibration")
+
+
+def left(size: float, sigma: float, *points: OperatingPoint) -> Remains:
+    """What records leave: one size in all cells, and noise that is σ in the middle of the range, 1250 rpm."""
+    at = np.array([(point.motor_speed, point.load_torque) for point in points])
+    levels = np.full(len(points), sigma / np.sqrt(1250.0 * RPM))
+    return Remains(at, np.full((len(points), 8, 128), size), levels, np.full(65, 128.0**0.5))
+
+
+def test_what_records_left_at_other_speeds_stays_with_the_networks(monkeypatch, tmp_path):
+    """New records at 1200 rpm alone, which leave twice as much as before."""
+    told = updated(monkeypatch, tmp_path, 1201.0, level=0.102)
+    assert "the networks are kept" in told["moved"]["sentence"]
+    kept = stored_remains(tmp_path / "twin")
+    assert kept.fixed[:, 0, 0].tolist() == [2.0, 2.0, 1.0] and kept.points[2].tolist() == [FAST.motor_speed, 2.0]
+    assert told["noise"] == pytest.approx(0.102, rel=0.02)
+    told = updated(monkeypatch, tmp_path / "other", 1201.0, level=0.2)
+    assert "all is learned anew" in told["moved"]["sentence"]
+    assert stored_remains(tmp_path / "other" / "twin").fixed[:, 0, 0].tolist() == [2.0, 2.0]
+
+
+def test_turns_are_simulated_from_what_repeats(monkeypatch, tmp_path):
+    paths = ("effects.sensor.offset_drift.rate", "effects.sensor.gain.error", "sensor.gain")
+    found = dataclasses.replace(calibrated(SMOOTH), paths=paths, units=("",) * 3, draws=np.array([[0.02, 0.06, 1.0]]))
+    updated(monkeypatch, tmp_path, 1400.0, found=found)
+    drawn = draws_in(tmp_path / "twin" / "posterior.parquet")
+    assert {path: column.tolist() for path, column in drawn.items()} == {"sensor.gain": [pytest.approx(1.06)]}
+
+
+def test_cells_are_those_of_the_fastest_speed_that_is_asked_for(monkeypatch, tmp_path):
+    told = updated(monkeypatch, tmp_path, 1400.0, motor_speed_rpm=[1200.0, 5000.0])
+    assert told["cells"]["count"] == 64 and told["range"]["motor_speed_rpm"] == [1200.0, 5000.0]
 
 
 @pytest.mark.parametrize(("rpm", "fastest"), [(1400.0, 1500.0), (1600.0, 1600.0)])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from tests.twin.builders import MACHINE, NOISE, record
 from twin import physics
 from twin.diagnosis import FaultSeen
 from twin.faults import chosen
+from twin.measured import _beside
 
 NUMBERS = (
     "table_inertia", "cam_inertia", "follower_inertia", "input_joint.stiffness", "input_joint.damping",
@@ -146,3 +149,34 @@ def test_a_station_that_the_twin_found_is_known_to_physics():
     given = physics.checked([Record("today.csv", signal, told)], machine, Sensor())
     said = physics.explained(given, machine, Sensor(), [found], draws(random) | error | station, 1.0, FAULTS)
     assert said.verdict == "healthy" and said.level < 1.1
+
+
+def test_a_loose_sensor_begins_beyond_the_bracket_that_it_stood_on(monkeypatch):
+    (loose,) = chosen(["sensor_loose"], sensor=Sensor(bracket_hz=100.0))
+    seen, place = FaultSeen("sensor_loose", 0.8, 50.0, 40.0, 60.0, "Hz", 0.1, True), SimpleNamespace(cost=0.0)
+    model = SimpleNamespace(hypotheses=lambda: {loose.effect: (SimpleNamespace(fixed={}),)})
+    begun: list[float] = []
+    monkeypatch.setattr("twin.measured._begun", lambda *given: (begun.append(given[-1]), place)[1])
+    given: Any = SimpleNamespace(model=model), place, loose, seen, MACHINE
+    assert _beside(*given) is place and begun == [pytest.approx(loose.before + loose.value(0.1, MACHINE))]
+
+
+@pytest.mark.parametrize("bracket", [50.0, 100.0])
+def test_a_loose_sensor_is_measured_from_the_bracket_that_it_stood_on(bracket: float):
+    """One of 100 Hz, which is not the fault; at 50 Hz, what came on top of it, told as what there is. Seed 10."""
+    stood = Sensor(bracket_hz=100.0, bracket_damping=0.05)
+    faults = chosen(["crack", "sensor_loose"], sensor=stood)
+    signal, told = record(turns=1.2)
+    values = dataclasses.replace(stood, bracket_hz=bracket).read(signal.values, signal.sample_rate).values
+    values = values + NOISE * np.random.default_rng(10).standard_normal(len(values))
+    signal, told = dataclasses.replace(signal, values=values), dataclasses.replace(told, noise=NOISE)
+    given = physics.checked([Record("today.csv", signal, told)], MACHINE, stood)
+    seen = FaultSeen("sensor_loose", 0.8, 50.0, 40.0, 60.0, "Hz", 0.1, True)
+    known = MACHINE, stood, (), draws(np.random.default_rng(10)), 1.0, faults
+    found = physics.explained(given, *known, [seen])
+    if bracket == 50.0:
+        (one,) = found.faults
+        assert faults[1].told(one.size, MACHINE) == pytest.approx(50.0, abs=0.5)
+    else:
+        (look,) = found.measured
+        assert found.faults == () and look.size == pytest.approx(0.0, abs=0.01) and look.nothing == 0.0

@@ -14,12 +14,14 @@ from discrepancy.records.conditions import Conditions
 from discrepancy.records.experiments import experiments
 from discrepancy.records.reading import Record
 from discrepancy.subjects.indexer import IndexerSubject
-from indexer_env import Joint, OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, simulate
+from indexer_env import EFFECTS, Joint, OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, simulate
+from indexer_env.effects import SensorEffect
 from twin.__main__ import with_its_effects
 from twin.bench import Bench
 from twin.calibrate import Calibrated, Finding, _in_draws
 from twin.moved import as_before, gone_on, moved_since
-from twin.posterior import _bracket, _covariance, rescaled
+from twin.posterior import _bracket, _covariance, rescaled, simulated
+from twin.turns import PASSING, quiet
 
 SMOOTH = load_machine("smooth")
 
@@ -113,6 +115,7 @@ def test_what_the_draws_leave_open_has_no_name() -> None:
 ABOUT = {
     "cells": {"stations": 8, "count": 64, "rate": 500.0}, "noise": 0.1, "shift": 0.002,
     "range": {"motor_speed_rpm": [1200.04, 1500.0], "load_torque": [2.0, 20.0]},
+    "taught": {"noise": 0.1, "shift": 0.002},
 }  # fmt: skip
 STAYED = {"since": False, "sentence": "The machine has not moved since."}
 
@@ -159,6 +162,29 @@ def test_an_effect_of_the_drawing_that_may_grow_is_fitted_about_what_the_drawing
     assert torque.known and torque.nominal == 20.0 and torque.scale == pytest.approx(4.0)
     plain = Bench(IndexerSubject(SMOOTH, Sensor(), experiments([record], SMOOTH, Sensor())))
     assert with_its_effects(plain) is plain
+
+
+def test_what_does_not_repeat_has_no_part_in_what_is_simulated():
+    rng = np.random.default_rng(0)
+    error, gain = 0.06 + 0.005 * rng.standard_normal(50), 1.02 + 0.01 * rng.standard_normal(50)
+    rows = {
+        "effects.sensor.offset_drift.rate": error, "effects.sensor.mains_hum.amplitude": error,
+        "effects.sensor.mains_hum.frequency": 50.0 + error, "effects.sensor.lowpass.time_constant": error,
+        "sensor.gain": gain,
+    }  # fmt: skip
+    assert set(simulated(rows)) == {"effects.sensor.lowpass.time_constant", "sensor.gain"}
+    found = simulated({**rows, "effects.sensor.gain.error": error})
+    assert "effects.sensor.gain.error" not in found
+    np.testing.assert_allclose(found["sensor.gain"], gain * (1.0 + error))
+
+
+def test_what_does_not_repeat_is_what_a_quiet_sensor_lacks():
+    grown = {
+        name: effect(**{field.name: 0.01 for field in dataclasses.fields(effect)}).extend_sensor(Sensor())
+        for name, effect in EFFECTS.items()
+        if issubclass(effect, SensorEffect)
+    }
+    assert {name for name, sensor in grown.items() if quiet(sensor) != sensor} == set(PASSING)
 
 
 def test_a_loose_sensor_is_learned_on_top_of_the_bracket_that_the_sensor_stands_on():

@@ -1,4 +1,4 @@
-"""A turn by cam angle: cells, shifts, and what healthy records leave."""
+"""A turn by cam angle: cells and shifts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from indexer_env import Faults, OperatingPoint, Sensor
 from indexer_env.units import RPM
 from tests.twin.builders import CELLS, MACHINE, NOISE, RATE, healthy, record
 from twin import turns as module
-from twin.turns import Cells, Healthy, remains_of, shift_shapes, without_shift
+from twin.turns import Cells, Healthy, shift_shapes, without_shift
 
 TURN = 2.0 * math.pi
 
@@ -73,44 +73,6 @@ def test_a_shift_is_taken_out_and_what_is_no_shift_stays():
     other = NOISE * np.random.default_rng(1).standard_normal(reference.shape)
     assert np.abs(without_shift(shifted, shapes, 1e-3 * NOISE)).max() < 1e-3 * np.abs(shifted).max()
     assert np.std(without_shift(other, shapes, NOISE)) > 0.95 * np.std(other)
-
-
-def test_chance_is_not_learned_by_heart_but_structure_is():
-    sound, point = healthy(), OperatingPoint(1350.0 * RPM, 5.0)
-    reference = sound.turn(point)
-    rng = np.random.default_rng(0)
-    shape = np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((8, 1))
-    for size, kept in ((0.0, 0.1), (3.0, 0.95)):
-        turns = reference + NOISE * (size * shape + rng.standard_normal((3, 8, CELLS.count)))
-        left = remains_of([turns], [point], 0.002, sound)
-        assert left.noise == pytest.approx(NOISE, rel=0.1)
-        share = left.fixed[0].std() / NOISE
-        assert share < kept if size == 0.0 else share > kept * size * shape.std()
-
-
-@pytest.mark.parametrize("common", [True, False])
-def test_what_records_leave_is_the_machines_as_far_as_they_share_it(common: bool):
-    """All records leave one shape, the faster the more of it; or each leaves one of its own."""
-    sound = healthy()
-    points = [OperatingPoint(rpm * RPM, 5.0) for rpm in (1200.0, 1350.0, 1500.0)]
-    rng = np.random.default_rng(0)
-    steps = np.linspace(0.0, 40.0, CELLS.count) * np.ones((8, 1))
-    shapes = [NOISE * (4.0 + k) * np.sin(steps if common else (1.0 + k) * steps + k) for k in range(3)]
-    noise = 0.01 * rng.standard_normal((3, 2, 8, CELLS.count))
-    turns = [sound.turn(p) + shape + part for p, shape, part in zip(points, shapes, noise, strict=True)]
-    left = remains_of(turns, points, 0.002, sound)
-    assert left.shared > 0.95 if common else left.shared < 0.15
-    size = [float(np.sqrt((left.at(p) ** 2).mean()) / NOISE) for p in points]
-    assert size[0] < size[1] < size[2] if common else max(size) < 0.6
-    np.testing.assert_allclose(left.shared * left.parts(points[1]).sum(axis=0), left.at(points[1]))
-
-
-def test_the_residual_of_a_single_record_is_taken_as_it_is():
-    sound, point = healthy(), OperatingPoint(1350.0 * RPM, 5.0)
-    turns = sound.turn(point) + NOISE * 3.0 * np.sin(np.linspace(0.0, 40.0, CELLS.count)) * np.ones((2, 8, 1))
-    left = remains_of([turns], [point], 0.002, sound)
-    assert left.shared == 1.0
-    np.testing.assert_allclose(left.at(point), left.fixed[0])
 
 
 def test_what_does_not_repeat_has_no_part_in_the_healthy_turn():

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from classifier.style import COLOURS, DARK, GREY, style
 from twin.faults import FAULTS
-from twin.turns import Remains
+from twin.remains import Remains
 
 
 def detection(rows: Sequence[Mapping[str, Any]], faults: Sequence[str]) -> str:
@@ -41,16 +41,17 @@ def detection(rows: Sequence[Mapping[str, Any]], faults: Sequence[str]) -> str:
 
 
 def remains(left: Remains) -> str:
-    """What healthy records leave, station by station, over the noise."""
+    """What healthy records leave in the mean over the stations, over the noise of each."""
     with style():
         figure = Figure(figsize=(7.6, 2.2), layout="constrained")
         axes = figure.subplots()
         phase = np.linspace(0.0, 360.0, left.fixed.shape[2], endpoint=False)
-        for number, (fixed, (speed, load)) in enumerate(zip(left.fixed, left.points, strict=True)):
+        means = left.fixed.mean(axis=1) / left.sigmas[:, None]
+        for number, (mean, (speed, load)) in enumerate(zip(means, left.points, strict=True)):
             label = f"{speed * 30.0 / math.pi:.0f} rpm, {load:g} N m"
-            axes.plot(phase, fixed.mean(axis=0) / left.noise, color=COLOURS[number % len(COLOURS)], label=label)
+            axes.plot(phase, mean, color=COLOURS[number % len(COLOURS)], label=label)
         axes.axhspan(-1.0, 1.0, color=GREY, alpha=0.4, lw=0)
-        axes.set_ylim(*(max(2.0, 1.1 * float(np.abs(left.fixed.mean(axis=1)).max()) / left.noise) * np.array([-1, 1])))
+        axes.set_ylim(*(max(2.0, 1.1 * float(np.abs(means).max())) * np.array([-1, 1])))
         axes.set_xlim(0.0, 360.0)
         axes.set_xticks(range(0, 361, 60))
         axes.set_xlabel("cam angle [°]")

@@ -11,8 +11,8 @@ import jinja2
 from indexer_env.machine import Machine
 from twin.advice import advice
 from twin.faults import FAULTS
+from twin.remains import Remains
 from twin.report import figures
-from twin.turns import Remains
 
 
 def page(about: Mapping[str, Any], machine: Machine, remains: Remains) -> str:
