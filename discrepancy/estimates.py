@@ -49,6 +49,8 @@ class Estimate:
     moved : float or None
         (value - nominal) in units of the uncertainty it was known with (of ln where it is logarithmic); None where
         nothing was known beforehand.
+    null : float or None
+        An effect's null value where the search's bounds leave it out, so that `nominal` is the nearest one within them.
     """
 
     name: str
@@ -58,6 +60,12 @@ class Estimate:
     high: float
     nominal: float
     moved: float | None
+    null: float | None = None
+
+    @property
+    def none(self) -> float:
+        """Value that stands for what was there before: nominal, or no effect [unit]."""
+        return self.nominal if self.null is None else self.null
 
 
 @dataclass(frozen=True)
@@ -94,7 +102,7 @@ class FoundEffect:
         """Factor between the ends of the interval of its size, both taken from no effect; infinite where it holds
         none."""
         size = self.parameters[0]
-        near, far = sorted(abs(end - size.nominal) for end in (size.low, size.high))
+        near, far = sorted(abs(end - size.none) for end in (size.low, size.high))
         return far / near if self.shown and near > 0.0 else math.inf
 
 
@@ -160,8 +168,17 @@ class Estimates:
         hit = tuple(self.parameters[k].name for k in mine if near(self.parameters[k].bounds, self.believed.z[k]))
         known = [k for k in mine if self.parameters[k].known]
         names = [self.parameters[k].name for k in known]
-        directions = _undetermined(self.information[np.ix_(known, known)], names)
+        directions = _undetermined(self._told_alone(known), names)
         return Calibration(tuple(self.estimates[k] for k in mine), hit, directions)
+
+    def _told_alone(self, mine: Sequence[int]) -> np.ndarray:
+        """What the records tell under D of these parameters (m, m), all others as uncertain as they are: eliminated,
+        with what was known of them."""
+        told = self.information / self.dispersion
+        others = np.setdiff1d(np.arange(len(told)), mine)
+        own, between = told[np.ix_(mine, mine)], told[np.ix_(others, mine)]
+        prior = np.diag([float(self.parameters[k].known) for k in others])
+        return own - between.T @ np.linalg.pinv(told[np.ix_(others, others)] + prior, hermitian=True) @ between
 
 
 def estimates_of(model: Model, place: Point) -> Estimates:
@@ -194,7 +211,7 @@ def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estima
     ends = (float(parameter.value(coordinate)) for coordinate in (low, z, high))
     moved = float(z) if parameter.known else None
     low, value, high = ends
-    return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved)
+    return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved, parameter.null)
 
 
 def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from threadpoolctl import threadpool_limits
 
 from discrepancy.criteria import Criteria
-from discrepancy.estimates import Calibration, FoundEffect, estimates_of
+from discrepancy.estimates import Calibration, FoundEffect
 from discrepancy.form import Form
 from discrepancy.grades import DISMISSED, FAMILY, GRADES, NAMED, STANDS_IN
 from discrepancy.judging import Elsewhere, Judge, Judged, closed
@@ -205,7 +205,7 @@ def _answer(
     judge = Judge(search.fits, selection, held_out, criteria, forms, elsewhere)
     judged, accepted = judge.judged()
     told = sorted((one for one in judged if one.grade != DISMISSED), key=lambda one: GRADES.index(one.grade))
-    findings = tuple(_finding(selection, one) for one in told)
+    findings = tuple(_finding(selection, judge, one) for one in told)
     held, best, base = judge.held, judge.best, judge.base
     remains = Remains(
         held[best.name].level(held_out), math.sqrt(judge.floor), _looks_like(selection, findings, criteria)
@@ -237,10 +237,11 @@ def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Cri
     if not selection.tried:
         return ""
     leading, level = selection.tried[0], selection.best.place.level(selection.model)
-    open_, left = level**2 - 1.0, leading.place.level(selection.model) ** 2 - 1.0
-    added = leading.effects[-1].name
-    closes = open_ - left > criteria.hint * open_ > 0.0
-    return added if closes and added not in selection.best.place.hypothesis.names else ""
+    tolerated = selection.model.tolerated
+    open_, left = (one**2 / tolerated - 1.0 for one in (level, leading.place.level(selection.model)))
+    has = selection.best.place.hypothesis.names
+    added = [effect.name for effect in leading.effects if effect.name not in has]
+    return added[-1] if added and open_ - left > criteria.hint * open_ > 0.0 else ""
 
 
 _LISTED, _SHARPNESS, _HINTS = 3.0, 8.0, 1.0 / 8.0
@@ -260,7 +261,7 @@ def listed(closes: float, missed: float = 0.0, *, named: bool = True) -> float:
     return odds / (1.0 + odds)
 
 
-def _finding(selection: Selection, one: Judged) -> Finding:
+def _finding(selection: Selection, judge: Judge, one: Judged) -> Finding:
     """The finding; each set compared for its place has its posterior weight exp(-Δscore/2) of the probability that one
     of the library's effects is missing there."""
     k, closes = one.k, one.evidence.closes
@@ -271,7 +272,7 @@ def _finding(selection: Selection, one: Judged) -> Finding:
     members = [m for m in selection.instead[k] if one.grade == FAMILY and selection.other(m, k) in one.evidence.alike]
     others = []
     for member in members:
-        numbers = estimates_of(selection.model, member.place)
+        numbers = judge.estimates(judge.fits.on_all(member))
         effect = next(h for h in member.effects if h.name == selection.other(member, k))
         others.append(numbers.effect(effect.name, tuple(effect.fixed.items())))
     rivals = tuple(Rival(selection.other(r, k), gaps[r], share * weights[r]) for r in selection.instead[k])

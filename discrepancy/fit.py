@@ -74,7 +74,7 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
     gains nothing. Where it is `thorough`, all windows are searched before the end: a start state that is a little wrong
     does not stand out, and bends play and damping. Then what the records tell little of is brought to rest as well.
     """
-    unsearched, at_search, damping = thorough, math.inf, 1e-2
+    unsearched, searched, damping = thorough, None, 1e-2
     wait, due, idle, exact = _SEARCH_EVERY, _SEARCH_EVERY, 0, problem
     number, limit = 0, steps
     while number < limit and idle < _IDLE:
@@ -95,19 +95,19 @@ def fit(problem: Problem, place: Point, *, steps: int, thorough: bool = False) -
         if unsearched and (idle >= _IDLE or number == limit):
             found, unsearched, limit = problem.searched(place), False, number + _LAST
             idle = 0 if place.cost - found.cost > gain else idle
-            place, at_search, damping = found, found.cost, min(damping, 1e-2)
+            place, searched, damping = found, found, min(damping, 1e-2)
     place, settled = exact.adopted(place), idle >= _IDLE
     if thorough and place.level(exact.model) < _NEAR:
-        place = _doubted(exact, rested(exact, place, at_search))
+        place = _doubted(exact, rested(exact, place, searched))
     _log.debug("%s at %.2f times the noise", place.hypothesis.name, place.level(exact.model))
     return Fit(place, settled)
 
 
-def rested(exact: Problem, place: Point, at_search: float = math.inf) -> Point:
+def rested(exact: Problem, place: Point, searched: Point | None = None) -> Point:
     """The place at rest in all directions: crossed, its windows searched and its kin tried, until all win next to
-    nothing. Windows that were searched at the cost `at_search` are so again only where it has fallen since."""
+    nothing. Where they were `searched` at a place already, they are so again only where the cost has fallen since."""
     problem = exact.eased(place)
-    place = problem.adopted(place)
+    place, at_search = problem.adopted(place), problem.adopted(searched).cost if searched else math.inf
     for _ in range(_ROUNDS):
         before, place = place.cost, _crossed(problem, place)
         gain = _GAIN * place.dispersion(exact.model)

@@ -36,7 +36,7 @@ class Fits:
         self._library = model.hypotheses()
         self._best: dict[str, Fitted] = {}
         # a fitted set is its own key, by identity
-        self._smaller: dict[tuple[Fitted, int], Fitted] = {}
+        self._smaller: set[tuple[Fitted, int]] = set()
         self._whole: dict[Fitted, Fitted] = {}
         self._careful: dict[Fitted, Point] = {}
 
@@ -96,9 +96,10 @@ class Fits:
     def without(self, fitted: Fitted, k: int) -> Fitted:
         """The set without its k-th effect, from the machine that it had with it: a poor fit of the smaller set must not
         make an effect look needed. Where that leads to no better place than is known, it is not followed to its end."""
-        if (fitted, k) not in self._smaller:
-            begun = self.left_out(fitted, k)
-            problem, known = Problem(self.model, begun.hypothesis), self.known(begun.hypothesis)
+        smaller = together(*fitted.effects[:k], *fitted.effects[k + 1 :])
+        known = self.known(smaller)
+        if known is None or (fitted, k) not in self._smaller:
+            begun, problem = self.left_out(fitted, k), Problem(self.model, smaller)
             if known is not None:
                 begun = fit(problem, begun, steps=_CAREFUL).place
             if known is None or known.place.cost - begun.cost > begun.dispersion(self.model):
@@ -108,8 +109,8 @@ class Fits:
                     if before.cost < result.place.cost:
                         result = fit(problem, before, steps=_LONG, thorough=True)
                 known = self.kept(result.place, result.converged)
-            self._smaller[fitted, k] = known
-        return self._smaller[fitted, k]
+            self._smaller.add((fitted, k))
+        return known
 
     def left_out(self, fitted: Fitted, k: int) -> Point:
         """The set's place without its k-th effect, all else as it is but for the windows' start states."""

@@ -23,7 +23,7 @@ from discrepancy.held_out import adapted, held_places
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.selection import Fitted, Selection
+from discrepancy.selection import Fitted, Selection, key_of
 
 _QUARTILE = 0.25
 """Of the differences between repeats: what a missed start state or station adds to single ones must not count."""
@@ -92,15 +92,15 @@ class Judge:
         best = self.held[self.best.name]
         # noise that was taken for more than the best set leaves is no more than that
         noise = min(1.0, best.level(held_out) ** 2)
-        self.floor = max(
-            held_out.tolerated - 1.0 + noise, unrepeated([(fits.whole, self.best.place), (held_out, best)])
-        )
+        scatter = unrepeated([(fits.whole, self.best.place), (held_out, best)])
+        self.floor = max(held_out.tolerated - 1.0 + noise, scatter)
 
     def estimates(self, whole: Fitted) -> Estimates:
         """Numbers of a set that was fitted to all windows."""
-        if whole.name not in self._estimates:
-            self._estimates[whole.name] = estimates_of(self.fits.whole, whole.place)
-        return self._estimates[whole.name]
+        key = key_of(whole.place.hypothesis)
+        if key not in self._estimates:
+            self._estimates[key] = estimates_of(self.fits.whole, whole.place)
+        return self._estimates[key]
 
     def judged(self) -> tuple[list[Judged], Fitted]:
         """All effects of the set with their grades, and the set of those that are named, fitted to all windows. One of
@@ -137,13 +137,11 @@ class Judge:
         whole = self.fits.on_all(inside)
         smaller = [self.fits.on_all(self.fits.without(inside, i)) for i in range(len(kept))]
         self._hold([whole, *smaller])
-        numbers, rows = self.estimates(whole), []
-        criteria = dataclasses.replace(self.criteria, span=None)
-        place = self._there(whole)
-        others = [self._there(one) for one in smaller]
+        numbers, rows, criteria = self.estimates(whole), [], dataclasses.replace(self.criteria, span=None)
+        place, others = self._there(whole), [self._there(one) for one in smaller]
         pulled = [one.place.strain(self.fits.whole) - whole.place.strain(self.fits.whole) for one in smaller]
-        names = inside.place.hypothesis.names
         against = self.held_out, self.floor, 1.0 - self.criteria.closes, dispersion_of(self.held_out, place)
+        names = inside.place.hypothesis.names
         gaps = {name: excess(place, other, *against) for name, other in zip(names, others, strict=True)}
         for k, effect, other, eases in zip(kept, inside.effects, others, pulled, strict=True):
             found = numbers.effect(effect.name, tuple(effect.fixed.items()))
@@ -207,6 +205,11 @@ class Judge:
         """Physics of sets on the records held out, each trying the start states that others found there."""
         new = {one.name: one.place for one in sets if one.name not in self.held}
         places = held_places(list(new.values()), self.held_out, list(self.held.values()))
+        for name, place in self.held.items() if places else ():
+            pooled = Problem(self.held_out, place.hypothesis, frozen=True).pooled(place, places)
+            if pooled.cost < place.cost:
+                self.held[name] = pooled
+                self._adapted.pop(name, None)
         self.held |= dict(zip(new, places, strict=True))
 
     def _there(self, whole: Fitted) -> Point:

@@ -39,6 +39,9 @@ class Parameter:
         True where the records do not depend on it smoothly (a play): it is held while the fit is cautious.
     record : int or None
         The record that the parameter belongs to alone (`Model.groups`); it is fitted anew on a record held out.
+    null : float or None
+        Value [unit] that stands for no effect where the bounds leave it out, as no record shows what is so small; else
+        the nominal one does.
     """
 
     name: str
@@ -51,6 +54,7 @@ class Parameter:
     logarithmic: bool = False
     rough: bool = False
     record: int | None = None
+    null: float | None = None
 
     def __post_init__(self) -> None:
         owner = f"Parameter {self.name}"

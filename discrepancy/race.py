@@ -69,9 +69,11 @@ def race(
         return _fitted(model, _apart(promising), criteria.fits, in_time)
     field = _best_of_each(sorted(promising, key=_promised), criteria.starts)
     judged = [*zip(_left(around, field, worst), field, strict=True)]
+    asked = set[Start]()
     for _ in range(_ROUNDS if in_time() else 0):
         leaders = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _SIDE_BY_SIDE)[:_LEADERS]
-        proposed = [start for leader in leaders for start in _proposals(around, leader)]
+        proposed = [start for leader in leaders if leader not in asked for start in _proposals(around, leader)]
+        asked.update(leaders)
         judged += zip(_left(around, proposed, worst), proposed, strict=True)
     by_windows = _best_of_each([start for _, start in sorted(judged, key=itemgetter(0))], _OF_ONE)
     by_promise = _best_of_each(sorted((start for _, start in judged), key=_promised), _OF_ONE)
@@ -79,19 +81,22 @@ def race(
     return _fitted(model, survivors, math.ceil(len(survivors) / 2), in_time)
 
 
-def restarted(model: Model, place: Point, criteria: Criteria, in_time: Callable[[], bool] = lambda: True) -> Point:
-    """The best place of a set whose last effect begins anew, beside the other effects as they are and all that is known
+def restarted(
+    model: Model, place: Point, k: int, criteria: Criteria, in_time: Callable[[], bool] = lambda: True
+) -> Point:
+    """The best place of a set whose k-th effect begins anew, beside the other effects as they are and all that is known
     at nominal: from a machine that has bent far, no fit finds back.
 
     The most promising starts, and that of each size, are ranked by what they leave once all windows have looked for
     their start states anew. The effect begins at the first one of each size and at the first ones of all, in turns:
     what has a phase may have its right size there.
     """
-    *others, last = place.hypothesis.effects
-    base = together(*others)
-    rest = _at_nominal(model, base, place.z[: -len(last.parameters)], model.states_for(base, place.states))
+    effects = place.hypothesis.effects
+    base = together(*effects[:k], *effects[k + 1 :])
+    z = np.delete(place.z, len(model.parameters) + place.hypothesis.places(k))
+    rest = _at_nominal(model, base, z, model.states_for(base, place.states))
     around = Linearised(model, rest, CAUTION)
-    promising = sorted(around.starts(last, last.starts), key=_promised)
+    promising = sorted(around.starts(effects[k], effects[k].starts), key=_promised)
     field = list(dict.fromkeys([*_of_sizes(promising), *promising[: round(_RANKED * criteria.fits)]]))
     left = dict(zip(field, _left(around, field, np.arange(len(model.counts))), strict=True))
     ranked = sorted(field, key=left.__getitem__)

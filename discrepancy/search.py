@@ -12,7 +12,7 @@ import itertools
 import logging
 import math
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from discrepancy.criteria import Criteria
@@ -31,7 +31,6 @@ _HALF_WAY = 0.5
 _HALF = 0.5
 """Share of what the leading effect wins in a race below which another one is no rival; and of what is left that an
 effect must close so that no wide race looks for a better one."""
-
 
 Suggest = Callable[[Fits], Sequence[Point]]
 """Places from which sets that somebody else thinks right may be fitted."""
@@ -93,8 +92,9 @@ class Search:
         self._suggest = suggest
         self.fits = Fits(model, self.model)
         self._races: dict[tuple[str, str], Race] = {}
+        self._asked: dict[tuple[str, str], set[str]] = {}
         # a fitted set is its own key, by identity
-        self._anew: dict[Fitted, Point] = {}
+        self._anew: dict[tuple[Fitted, int], Point] = {}
         self._barred: frozenset[str] = frozenset()
         given = math.inf if criteria.seconds is None else criteria.seconds
         self._end = time.process_time() + _FOR_SEARCH * given
@@ -103,6 +103,7 @@ class Search:
         """The set selected, of effects that are not `barred`."""
         self._barred = frozenset(barred)
         self._races.clear()
+        self._asked.clear()
         current = self.fits.begun
         tried: list[Fitted] = []
         while self.in_time() and len(current.effects) < self.criteria.most and self._looks_on(current):
@@ -147,9 +148,7 @@ class Search:
     def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
         it is where none does. Two effects may hide each other, so that neither wins alone."""
-        more: Iterable[Fitted]
-        hard = self._leaves(current, self.criteria.much)
-        for more in (tried, self._pairs(current, tried) if hard else ()):
+        for more in (tried, self._pairs(current, tried) if self._leaves(current, self.criteria.much) else ()):
             for one in more:
                 if self.wins(one, current, _HALF_WAY * (len(one.effects) - len(current.effects))):
                     grown = self._floated(one)
@@ -202,7 +201,7 @@ class Search:
         that win something, begin anew where their fit stopped short."""
         found = self._finished(self._raced(current, wide=wide))
         if found and (wide or self.wins(found[0], current, _HALF_WAY)):
-            return self._ranked([self._restarted(one) if self._short(one) else one for one in found])
+            return self._ranked([self._restarted(one, current) if self._short(one) else one for one in found])
         return found
 
     def _short(self, fitted: Fitted) -> bool:
@@ -211,33 +210,38 @@ class Search:
         bent = fitted.place.bent(self.model) >= self.criteria.bent
         return self._leaves(fitted, self.criteria.at_noise if bent else self.criteria.much)
 
-    def _restarted(self, fitted: Fitted) -> Fitted:
-        """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the last effect
-        from its size."""
+    def _restarted(self, fitted: Fitted, base: Fitted) -> Fitted:
+        """The set, or a better fit of it: what was fitted before bends towards what it lacks, and keeps the effect that
+        it has more than a base from its size."""
         if not self.in_time():
             return fitted
-        if fitted not in self._anew:
-            self._anew[fitted] = self.fits.own(restarted(self.model, fitted.place, self.criteria, self.in_time))
-        place = self._anew[fitted]
+        k = fitted.place.hypothesis.names.index(more_than(fitted, base))
+        if (fitted, k) not in self._anew:
+            place = restarted(self.model, fitted.place, k, self.criteria, self.in_time)
+            self._anew[fitted, k] = self.fits.own(place)
+        place = self._anew[fitted, k]
         return self.fits.fit(place) if self.in_time() and place.cost < fitted.place.cost else fitted
 
     def _raced(self, base: Fitted, instead: str = "", *, wide: bool = False) -> Race:
         """The set with one more effect of the library, or of those that have led a race so far where it is to be
         `instead` of one."""
-        key = key_of(base.place.hypothesis)
-        known = None if wide else self._races.get((key, "")) or self._races.get((key, instead))
-        if known is None:
-            careful = self.fits.careful(base)
-            library = self._listed(careful)
-            leaders = {name for one in self._races.values() for name in one.names[: self.criteria.fits]}
-            asked = [name for name in library if name in leaders or not instead]
-            own = {instead, *base.place.hypothesis.names, *self._barred}
-            others = [h for name in asked if name not in own for h in library[name]]
-            places = race(self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time)
-            known = Race(careful.cost, places)
-            before = self._races.get((key, instead))
-            self._races[key, instead] = known if before is None else known.beside(before)
-        return known.without(instead)
+        key = key_of(base.place.hypothesis), instead
+        whole = None if wide else self._races.get((key[0], ""))
+        if whole is not None:
+            return whole.without(instead)
+        before = self._races.get(key)
+        own = {instead, *base.place.hypothesis.names, *self._barred}
+        leaders = {name for one in self._races.values() for name in one.names[: self.criteria.fits]}
+        more = leaders - own - self._asked.setdefault(key, set())
+        if before is not None and instead and not more:
+            return before
+        careful = self.fits.careful(base)
+        library = self._listed(careful).items()
+        others = [h for name, mine in library if (name in more if instead else name not in own) for h in mine]
+        raced = Race(careful.cost, race(self.model, careful, others, self.criteria, wide=wide, in_time=self.in_time))
+        self._asked[key].update(more)
+        self._races[key] = raced if before is None else raced.beside(before)
+        return raced if wide else self._races[key]
 
     def _finished(self, raced: Race, best: Fitted | None = None) -> list[Fitted]:
         """The leading places of a race fitted to the end, best first; those that win less than half of what the leading

@@ -160,4 +160,5 @@ def _parameter(
     null = rules["null"] if rules["null"] is not None else sought.starts[0] * unit
     nominal = min(max(null, low), high)
     told = rules["unit"].replace("unit of the signal", seen.unit)
-    return Parameter(f"{effect}.{name}", told, nominal, sought.step * unit, low, high), starts or (low,)
+    parameter = Parameter(f"{effect}.{name}", told, nominal, sought.step * unit, low, high, null=rules["null"])
+    return parameter, starts or (low,)

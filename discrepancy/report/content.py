@@ -137,7 +137,7 @@ def _effect(effect: FoundEffect, subject: Subject) -> dict[str, Any]:
 
 def _estimate(e: Estimate, subject: Subject, name: str) -> dict[str, Any]:
     return {
-        "name": e.name, "value": e.value, "unit": e.unit, "interval": [e.low, e.high], "nominal": e.nominal,
+        "name": e.name, "value": e.value, "unit": e.unit, "interval": [e.low, e.high], "nominal": e.none,
         "moved": e.moved, "shop": subject.shop(name, (e.value, e.low, e.high)),
     }  # fmt: skip
 

@@ -13,7 +13,7 @@ from discrepancy.intervals import Told
 from discrepancy.model import NONE, Hypothesis, Jobs, Model, Parameter
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from tests.discrepancy.toy import Stateless
+from tests.discrepancy.toy import Chord, Stateless
 
 
 class Line(Stateless):
@@ -248,3 +248,12 @@ def test_how_well_a_size_is_known_is_a_factor_taken_from_no_effect(
 ) -> None:
     size = Estimate("torque", "N m", 0.5 * (low + high), low, high, nominal, None)
     assert FoundEffect("friction", (size,), (), "").span == span
+
+
+def test_what_an_effect_may_as_well_do_is_not_told_of_the_machine() -> None:
+    """An effect of the very shape of the machine's own parameter: each for itself the records would tell."""
+    model = Chord({}, 3, ("ones",))
+    model.shapes["ones"] = np.ones_like(model.y)
+    problem = Problem(model, model.library["ones"][0])
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((len(model.counts), 0))), steps=10).place
+    assert estimates_of(model, place).calibration(1).undetermined == ("offset +1.00",)

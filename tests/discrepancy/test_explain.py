@@ -13,7 +13,8 @@ from discrepancy.model import Hypothesis, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
-from tests.discrepancy.toy import Chord
+from discrepancy.selection import Fitted
+from tests.discrepancy.toy import Chord, Long
 
 
 def explained(
@@ -156,3 +157,28 @@ def test_a_finding_that_a_rule_holds_back_is_told_as_less_likely() -> None:
     (finding,) = explain(models[0], models[1], elsewhere=lambda *_: "a torque").findings
     assert finding.grade == "stands in"
     assert finding.probability == pytest.approx(listed(finding.closes, named=False), rel=0.01)
+
+
+def test_what_is_tolerated_is_not_open() -> None:
+    """A set that closes 40 % of what is above the tolerance, and 8 % of what is above the noise."""
+    search = Search(Chord({"tone": 10.0}, 5), Criteria())
+    (tone,) = search.model.hypotheses()["tone"]
+    known = search.fits.fit(together_at(search.fits, tone))
+
+    def left(fitted: Fitted, squares: float) -> Fitted:
+        own = np.full_like(fitted.place.squares, squares * 100.0)
+        return dataclasses.replace(fitted, place=dataclasses.replace(fitted.place, squares=own))
+
+    model = search.model
+    model.tolerated = 5.0  # type: ignore[misc]
+    selection = dataclasses.replace(
+        explained({}).selection, best=left(search.fits.begun, 6.0), tried=(left(known, 5.6),), model=model
+    )
+    assert _looks_like(selection, (), Criteria()) == "tone"
+
+
+def test_all_members_of_a_family_are_told_from_all_windows() -> None:
+    model, held_out = (Long({"tone": 10.0}, seed, ("tone", "twin")) for seed in (5, 6))
+    (finding,) = explain(model, held_out, Criteria(searched=4)).findings
+    one, other = (effect.parameters[0] for effect in finding.effects)
+    assert other.high - other.low == pytest.approx(one.high - one.low, rel=0.05)

@@ -69,7 +69,7 @@ def test_where_all_is_held_a_symmetry_is_not_followed(monkeypatch: pytest.Monkey
     problem = Problem(Mirrored(), NONE, frozen=frozen)
     place = problem.point(np.zeros(2), np.zeros((4, 0)))
     followed.clear()
-    rested(problem, place, place.cost)
+    rested(problem, place, place)
     assert any(len(z) == 1 and np.abs(z - place.z).min() > 0.5 for z in followed) is not frozen
 
 
@@ -80,7 +80,8 @@ def test_windows_are_searched_again_where_the_cost_has_fallen_since(
     problem, searched = Problem(Valley(), NONE), []
     monkeypatch.setattr(Problem, "searched", lambda self, place, which=None: searched.append(place) or place)
     place = crossed(problem, problem.point(np.full(2, 1.4), np.zeros((4, 0))))
-    rested(problem, place, place.cost + (5.0 if fallen else 0.0))
+    before = problem.point(np.full(2, 4.0), np.zeros((4, 0))) if fallen else place
+    rested(problem, place, before)
     assert bool(searched) is fallen
 
 

@@ -1,11 +1,14 @@
 """Fits of sets that are known to look alike. Seed 5."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from discrepancy.criteria import Criteria
 from discrepancy.fit import fit
 from discrepancy.fits import Fits
+from discrepancy.judging import Judge
 from discrepancy.model import Hypothesis, Jobs, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
@@ -108,3 +111,33 @@ def test_a_set_is_fitted_anew_where_that_leads_to_a_better_place(better: bool, m
     assert (without is not known) == better == any(thorough)
     assert without.place.cost == pytest.approx(both.place.cost, abs=10.0)
     assert fits.without(both, 1) is without and len(thorough) == 1 + better
+
+
+def test_a_smaller_set_that_was_fitted_better_since_is_the_one_that_counts() -> None:
+    model = Pitted({"tone": 10.0}, 5, ("tone", "beat"))
+    fits = Fits(model, model)
+    both = fits.fit(two(model, _WELL))
+    poor = fits.without(both, 1)
+    better = fits.kept(dataclasses.replace(poor.place, cost=poor.place.cost - 1.0), True)
+    assert better is not poor and fits.without(both, 1) is better
+
+
+def test_sets_held_before_learn_start_states_of_later_ones(monkeypatch) -> None:
+    """The tone is held from the wrong well, a set with another effect beside it from the right one."""
+
+    def as_they_are(places: list[Point], held_out: Pitted, known: list[Point]) -> list[Point]:
+        return [Problem(held_out, one.hypothesis, frozen=True).point(one.z, one.states) for one in places]
+
+    monkeypatch.setattr("discrepancy.judging.held_places", as_they_are)
+    model, held_out = (Pitted({"tone": 10.0}, seed, ("tone", "beat")) for seed in (5, 6))
+    search = Search(model, Criteria())
+    one, other = search.fits.fit(at(model, "tone", 10.0, 0.0, _WELL)), search.fits.fit(two(model, _WELL))
+    judge = object.__new__(Judge)
+    judge.held_out, judge.held, judge._adapted = held_out, {}, {}
+    for fitted, state in ((one, 0.0), (other, _WELL)):
+        began = np.full((WINDOWS, 1), state)
+        place = dataclasses.replace(fitted.place, states=began)
+        judge._hold([dataclasses.replace(fitted, place=place)])
+        judge._adapted[fitted.name] = fitted.place
+    assert judge.held[one.name].states == pytest.approx(np.full((WINDOWS, 1), _WELL), abs=0.5)
+    assert list(judge._adapted) == [other.name], "what was adapted from the wrong states is so anew"

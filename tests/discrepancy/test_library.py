@@ -6,6 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
+from discrepancy.estimates import FoundEffect
+from discrepancy.estimates import _estimate as estimate
 from discrepancy.indexer.advance import FINEST
 from discrepancy.indexer.library import Seen, library
 from discrepancy.indexer.machines import Machines
@@ -110,3 +112,17 @@ def test_no_slip_is_looked_for_that_is_too_fast_to_simulate() -> None:
         (slip,) = library(machine, (), Seen(measures(machine, 157.0, None), 1000.0))["drive.slip"]
         assert slip.parameters[0].low == pytest.approx(FINEST / (2.0 * inertia))
         assert all(start >= slip.parameters[0].low for (start,) in slip.starts)
+
+
+def test_how_well_a_size_is_known_is_taken_from_no_effect_beyond_the_bounds() -> None:
+    """A low-pass of 1.5 ms, 1.2 to 1.8, at 400 Hz, where none faster than 0.9 ms can be looked for."""
+    machine = load_machine("reference")
+    (lowpass,) = library(machine, (), Seen(measures(machine, 157.0, None), 400.0))["sensor.lowpass"]
+    (own,) = lowpass.parameters
+    assert own.low > 8e-4 and own.null == 0.0
+    z = [own.coordinate(value) for value in (1.2e-3, 1.5e-3, 1.8e-3)]
+    size = estimate(own, *z)
+    found = FoundEffect("sensor.lowpass", (size,), (), "")
+    assert found.span == pytest.approx(1.5) and found.shown and size.none == 0.0
+    reaching = FoundEffect("sensor.lowpass", (estimate(own, own.coordinate(own.low), *z[1:]),), (), "")
+    assert not reaching.shown, "an interval down to the bound leaves nothing shown"

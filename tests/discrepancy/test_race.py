@@ -240,7 +240,7 @@ def begun_anew(starts, criteria, monkeypatch, leaves=lambda start: start.place.c
     monkeypatch.setattr(racing, "_unmoved", lambda start, rest: start)
     monkeypatch.setattr(racing, "_fitted", lambda model, given, finished, in_time: begun.extend(given) or [None])
     model = Chord({}, 5)
-    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), criteria)
+    restarted(model, Problem(model, model.library["tone"][0]).point(np.zeros(2), np.zeros((8, 0))), 0, criteria)
     return begun
 
 
@@ -257,9 +257,12 @@ def test_the_leaders_of_a_wide_race_begin_anew(monkeypatch) -> None:
 @pytest.mark.parametrize("restarts", [True, False])
 def test_the_last_effect_begins_anew_from_each_size(restarts: bool, monkeypatch) -> None:
     if not restarts:
-        monkeypatch.setattr(Search, "_restarted", lambda self, fitted: fitted)
+        monkeypatch.setattr(Search, "_restarted", lambda self, fitted, base: fitted)
     model = Bent(9.0)
-    monkeypatch.setattr("discrepancy.search.race", lambda model, *given, **more: [model.stuck()])
+    monkeypatch.setattr(
+        "discrepancy.search.race",
+        lambda model, place, *given, **more: [] if place.hypothesis.effects else [model.stuck()],
+    )
     found = Search(model, Criteria(margin=4.0)).run().best.place
     assert (found.level(model) < 3.3) == restarts
 
@@ -270,7 +273,7 @@ def test_nothing_begins_anew_once_the_time_is_over(monkeypatch) -> None:
     stuck = search.fits.fit(model.stuck())
     monkeypatch.setattr(search, "in_time", lambda: False)
     monkeypatch.setattr("discrepancy.search.restarted", lambda *given: pytest.fail("an effect begins anew"))
-    assert search._restarted(stuck) is stuck
+    assert search._restarted(stuck, search.fits.begun) is stuck
 
 
 def test_all_rivals_begin_anew(monkeypatch) -> None:
@@ -291,7 +294,7 @@ def test_each_of_some_rivals_begins_anew_that_has_bent_the_machine(wide: bool, m
     monkeypatch.setattr("discrepancy.search.race", lambda *given, **more: [beat, model.stuck()])
     monkeypatch.setattr(Point, "bent", lambda place, model: 2.1 if place.hypothesis.name == "wave" else 1.9)
     begun = []
-    monkeypatch.setattr(Search, "_restarted", lambda self, fitted: begun.append(fitted.name) or fitted)
+    monkeypatch.setattr(Search, "_restarted", lambda self, fitted, base: begun.append(fitted.name) or fitted)
     search = Search(model, Criteria(margin=4.0, much=1e9))
     search._added(search.fits.begun, wide=wide)
     assert begun == ["wave"]
@@ -314,7 +317,7 @@ def test_an_effect_begins_anew_from_the_nominal_machine() -> None:
     """The machine is bent by three standard deviations, from where its own motion, too, does not find back."""
     model = Bent(9.0, slips=True)
     place = Problem(model, model.wave).point(np.array([0.0, 3.0, 2.0]), np.zeros((4, 0)))
-    assert restarted(model, place, Criteria()).level(model) < 1.2
+    assert restarted(model, place, len(place.hypothesis.effects) - 1, Criteria()).level(model) < 1.2
 
 
 class Bent(Stateless):
@@ -350,3 +353,13 @@ class Bent(Stateless):
         if hypothesis.name == "beat":
             made = made + points[:, 2:] * np.sin(2.0 * self.x[jobs.window])
         return made
+
+
+def test_a_start_that_leads_twice_proposes_once(monkeypatch) -> None:
+    proposed = []
+    of = racing._proposals
+    monkeypatch.setattr(racing, "_proposals", lambda around, leader: proposed.append(leader) or of(around, leader))
+    model = Chord({"tone": 10.0}, 5)
+    base = Problem(model, NONE).point(np.zeros(1), np.zeros((8, 0)))
+    race(model, base, [h for hs in model.library.values() for h in hs], Criteria())
+    assert len(proposed) == len(set(proposed)) > 1

@@ -9,7 +9,7 @@ import pytest
 from discrepancy import race as racing
 from discrepancy.criteria import Criteria
 from discrepancy.dispersion import autocorrelation_time
-from discrepancy.model import NONE, Hypothesis, Jobs, Parameter
+from discrepancy.model import NONE, Hypothesis, Jobs, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.race import race
@@ -242,7 +242,7 @@ def improved(model: Chord, monkeypatch, **criteria: float) -> list[str]:
     """Steps that were taken to make a set better that was fitted to the end."""
     steps = []
     for step in ("_restarted", "_floated"):
-        monkeypatch.setattr(Search, step, lambda self, fitted, step=step: steps.append(step) or fitted)
+        monkeypatch.setattr(Search, step, lambda self, fitted, *base, step=step: steps.append(step) or fitted)
     selected(model, **criteria)
     return steps
 
@@ -297,3 +297,42 @@ def test_noise_with_a_memory_tells_less(memory: float, expected: float) -> None:
     for k in range(1, rows.shape[1]):
         rows[:, k] += memory * rows[:, k - 1]
     assert autocorrelation_time(rows, np.full(12, 1500)) == pytest.approx(expected, rel=0.15)
+
+
+def test_an_effect_begins_anew_that_a_set_has_more_than_the_one_before(monkeypatch) -> None:
+    """Whatever the order in which a set was first fitted."""
+    search = Search(Chord({"tone": 10.0, "beat": 6.0}, 5), Criteria())
+    library, begun = search.model.hypotheses(), []
+    (tone,), (beat,) = library["tone"], library["beat"]
+    problem = Problem(search.model, together(tone, beat))
+    both = search.fits.fit(problem.point(np.array([0.0, 10.0, 6.0]), np.zeros((8, 0))))
+    monkeypatch.setattr(
+        "discrepancy.search.restarted", lambda model, place, k, *given: begun.append(place.hypothesis.names[k]) or place
+    )
+    for name in ("tone", "beat"):
+        base = Problem(search.model, library[name][0]).point(np.array([0.0, 8.0]), np.zeros((8, 0)))
+        search._restarted(both, search.fits.kept(base, True))
+    assert begun == ["beat", "tone"]
+
+
+def test_what_leads_a_later_race_is_tried_in_the_place_of_an_effect_too(monkeypatch) -> None:
+    asked = []
+
+    def raced(model: Chord, place: Point, others: list[Hypothesis], *given: object, **more: object) -> list[Point]:
+        asked.append([one.name for one in others])
+        return []
+
+    monkeypatch.setattr("discrepancy.search.race", raced)
+    search = Search(Chord({"tone": 10.0}, 5, ("tone", "a", "b")), Criteria())
+    library = search.model.hypotheses()
+
+    def led(name: str) -> Race:
+        place = Problem(search.model, library[name][0]).point(np.array([0.0, 5.0]), np.zeros((8, 0)))
+        return Race(9.0, [place])
+
+    base = search.fits.begun
+    for name in ("a", "b"):
+        search._races[f"a set before {name}", ""] = led(name)
+        search._raced(base, "tone")
+    search._raced(base, "tone")
+    assert asked == [["a"], ["b"]]
