@@ -293,6 +293,6 @@ class Engine:
     def _write_state(self, connection: Connection, machine: str) -> None:
         pipeline = self._fleet.pipelines[machine]
         write_machine(connection, machine, pipeline.to_dict(), pipeline.summary())
-        needed = pipeline.first_needed_ns()
-        if needed is not None:
-            drop_blocks(connection, machine, needed)
+        needed, newest = pipeline.first_needed_ns(), pipeline.newest_ns
+        if needed is not None and newest is not None:
+            drop_blocks(connection, machine, needed, newest)

@@ -77,14 +77,14 @@ class Pipeline:
         was used before came twice where it comes again."""
         states, seen = self.states.to_dict(), self._order.seen
         self._order = Order(self.states, self._plan.jitter, None if blocks else self.until_ns)
+        placed = self._order.replay(blocks)
+        self._newest_ns = max((place.block.end_ns for place in placed), default=None)
+        if self.until_ns is not None and self.newest_ns is not None:
+            # earlier versions left the end of a turn by a clock that was set back
+            self.until_ns = min(self.until_ns, self.newest_ns)
         self._resume_ns = self.until_ns
-        outcome = Outcome()
-        for block in blocks:
-            if (more := self.take(block)) is not None:
-                outcome.turns += more.turns
-                outcome.events += more.events
+        outcome = self._work(placed)
         self._resume_ns = None
-        self._newest_ns = max((block.end_ns for block in blocks), default=self._newest_ns)
         self._order.seen = dict.fromkeys([*seen, *self._order.seen])
         self.states.replace(states)
         return outcome
@@ -101,8 +101,9 @@ class Pipeline:
 
     @property
     def newest_ns(self) -> int | None:
-        """End of the newest samples [ns since 1970], also of those that were restored."""
-        return self._newest_ns
+        """End of the newest samples [ns since 1970], also of those that were restored or wait."""
+        known = [] if self._newest_ns is None else [self._newest_ns]
+        return max([*known, *self._order.ends], default=None)
 
     @property
     def waiting(self) -> bool:
@@ -119,6 +120,8 @@ class Pipeline:
     def _begin(self, place: Placed, outcome: Outcome) -> bool:
         """What a new stretch of samples or a clock that was set means for the turns; False: the block is used up."""
         block = place.block
+        if place.restart:
+            self._tell(self._cutter.finish(), outcome)
         if self._resume_ns is not None and block.pulse is None:
             # Without a pulse the next turn begins where the last one ended.
             left = block.behind(self._resume_ns)
@@ -128,10 +131,10 @@ class Pipeline:
             if left is not block:
                 self._feed(left, True, outcome)
                 return False
-        elif self.until_ns is not None and self._resume_ns is None and place.shift_ns < 0:
-            self.until_ns += place.shift_ns
-        if place.restart:
-            self._tell(self._cutter.finish(), outcome)
+        if place.shift_ns:
+            self._cutter.set_clock(place.shift_ns)
+            self.until_ns = None if self.until_ns is None else self.until_ns + place.shift_ns
+            self._begun_ns = None if self._begun_ns is None else self._begun_ns + place.shift_ns
         return True
 
     def _feed(self, block: Block, restart: bool, outcome: Outcome) -> None:

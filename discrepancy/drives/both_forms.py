@@ -17,6 +17,22 @@ from discrepancy.subjects.base import Axis, Subject, binned, told_apart
 _CELLS = 8
 
 
+def adrift(drive: Drive, position: str, records: int) -> bool:
+    """Whether a position means something else in each of so many records, as none of them measures it."""
+    return records > 1 and position not in drive.channels
+
+
+def said_of_places(drive: Drive, positions: Sequence[str], records: int) -> tuple[str, ...]:
+    """What is assumed of positions that are not measured, a sentence each."""
+    each = "each" if records > 1 else "the"
+    more = ", so that effects over it are not looked for" if records > 1 else ""
+    return tuple(
+        f"The position {position} is added up from the speed and is 0 at {each} record's first sample{more}."
+        for position in positions
+        if position not in drive.channels
+    )
+
+
 class DriveModel(Model):
     """A drive with records.
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.channel_checks import check_motion, check_units
 from discrepancy.drives.description import LOAD, Channel, Drive
 from discrepancy.records.conditions import FLAGS, TABLES, table_beside, written
 from discrepancy.records.reading import measured_paths
@@ -32,16 +33,6 @@ _FACTORS = {
     "mm/s^2": (1e-3, "m/s^2"), "deg/s^2": (math.pi / 180.0, "rad/s^2"),
 }  # fmt: skip
 """Units as files write them: what they are worth in the unit that is used here."""
-
-_MOTION = {"q": ("m", "rad"), "v": ("m/s", "rad/s"), "a": ("m/s^2", "rad/s^2"), LOAD[0]: ("m", "rad")}
-_FORCE = ("N", "N m", "A", "V")
-"""Units that roles may have: motion of one kind; a force by what makes it, too."""
-
-_AGREES = (0.67, 1.5)
-"""A measured speed over the rate of the measured position: what lies beyond is another unit or sign."""
-
-_LIKE = 0.9
-"""Correlation of the two from which on their ratio is known."""
 
 _KEYS = ("held_out", "motion", "noise", "sample_rate")
 """Columns of the table beside the files, besides those that name channels."""
@@ -145,7 +136,7 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     rows, units, factors = {}, {}, {}
     for role, column in columns.items():
         rows[role], units[role], factors[role] = _values(table, column, channels[role], role)
-    _check_units(drive, path, units)
+    check_units(drive, path, units)
     lengths = {len(row) for row in rows.values()}
     if len(lengths) > 1:
         raise SignalError(f"{path}: all channels must be sampled together, got {sorted(lengths)} samples.")
@@ -154,9 +145,7 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     size = lengths.pop()
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
-    _check_speed(drive, path, rows, rate)
-    if not drive.forward and LOAD[0] in rows:
-        _check_load(path, rows)
+    check_motion(drive, path, rows, units, rate)
     noise = told.get("noise")
     if noise is not None:
         check_number("known", "noise", noise, low=0.0, low_open=True, unit="in the numbers of the file")
@@ -172,56 +161,6 @@ def _worth(drive: Drive, units: Mapping[str, str], factors: Mapping[str, float],
         rule = f"left out where {joined(predicted)} are not measured in one unit"
         raise refuse("known", "noise", rule, noise, f"state noise by role in {drive.path.name}")
     return worth.pop()[1]
-
-
-def _motion_of(drive: Drive) -> list[dict[str, str]]:
-    """For each joint the roles of its motion: {"q": role of the position, ...}."""
-    if not drive.forward:
-        return [{"q": "q", "v": "v", "a": "a", LOAD[0]: LOAD[0]}]
-    found = [{"q": joint.position, "v": joint.speed} for joint in drive.joints]
-    if "a" not in drive.states:
-        found[0]["a"] = "a"
-    return found
-
-
-def _check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
-    remedy = "correct the header, or give channels = {{{!r}: (column, factor, {!r})}}"
-    if not drive.forward and units["force"] not in _FORCE:
-        rule = f"in {joined(_FORCE, 'or')}"
-        raise refuse(str(path), "force", rule, units["force"], remedy.format("force", "N"))
-    for roles in _motion_of(drive):
-        there = {kind: role for kind, role in roles.items() if role in units}
-        for kind, role in there.items():
-            first = next(iter(there))
-            known = _MOTION[kind]
-            if units[there[first]] in _MOTION[first]:
-                known = (known[_MOTION[first].index(units[there[first]])],)
-            if units[role] not in known:
-                raise refuse(str(path), role, f"in {' or '.join(known)}", units[role], remedy.format(role, known[0]))
-
-
-def _check_speed(drive: Drive, path: Path, rows: Mapping[str, np.ndarray], rate: float) -> None:
-    """Refuse a measured speed that is not the rate of the measured position."""
-    for roles in _motion_of(drive):
-        if roles["q"] not in rows or roles["v"] not in rows:
-            continue
-        if times := _times(rows[roles["v"]], np.gradient(rows[roles["q"]], 1.0 / rate)):
-            rule, got = f"the rate of {roles['q']!r}", f"{times:.3g} times that"
-            raise refuse(str(path), roles["v"], rule, got, "correct its unit or give it a factor in channels")
-
-
-def _check_load(path: Path, rows: Mapping[str, np.ndarray]) -> None:
-    """Refuse a load's position that is not on the drive's side of the gear."""
-    if times := _times(*(rows[role] - rows[role].mean() for role in (LOAD[0], "q"))):
-        remedy = f"give it the gear's ratio as factor in channels, about {1.0 / times:.3g}, or correct its unit"
-        raise refuse(str(path), LOAD[0], "the position 'q' but for a deflection", f"{times:.3g} times that", remedy)
-
-
-def _times(row: np.ndarray, other: np.ndarray) -> float:
-    """How many times another row one is; 0 where they agree, or have little to do with each other."""
-    both, own = float(row @ other), float(other @ other)
-    like = both / max(np.sqrt(own * float(row @ row)), 1e-300)
-    return both / own if abs(like) > _LIKE and not _AGREES[0] <= both / own <= _AGREES[1] else 0.0
 
 
 def _column(table: MeasuredTable, name: str, role: str) -> Column:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import warnings
 from collections import namedtuple
 from collections.abc import Callable, Sequence
@@ -61,10 +62,12 @@ def _arguments(drive: Drive, inputs: Sequence[str]) -> dict[str, Any]:
 def _wrapped(drive: Drive, function: Any, given: dict[str, Any]) -> Any:
     lines = [
         "def wrapped(x, u, t, row, out):",
+        # what raises in compiled code leaves these, so that the run counts as lost
+        *(f"    out[{k}] = nan" for k in range(len(drive.states))),
         f"    found = function({given['x']}, {given['u']}, t, {given['p']})",
         *(f"    out[{k}] = found[{k}]" for k in range(len(drive.states))),
     ]
-    scope = {"function": function, "X": given["X"], "P": given["P"], "U": given["U"]}
+    scope = {"function": function, "nan": math.nan, "X": given["X"], "P": given["P"], "U": given["U"]}
     exec("\n".join(lines), scope)
     return scope["wrapped"]
 

@@ -42,6 +42,8 @@ class Course:
         Measured channels.
     noise : ndarray (channels,)
     u : ndarray (n, inputs)
+    input_unit : str
+        Of the first input, "" where there is none.
     states : ndarray (n, states)
         What the measured motion says of the states.
     spread : ndarray (states,)
@@ -53,6 +55,7 @@ class Course:
     rows: np.ndarray
     noise: np.ndarray
     u: np.ndarray
+    input_unit: str
     states: np.ndarray
     spread: np.ndarray
 
@@ -106,7 +109,8 @@ def _course(drive: Drive, record: Record, roles: Sequence[str], inputs: Sequence
     for k, state in enumerate(drive.states):
         states[:, k], spread[k] = _estimate(drive, record, state, dict(zip(roles, noise, strict=True)))
     u = np.column_stack([record.rows[i] for i in inputs]) if inputs else np.zeros((n, 0))
-    return Course(record.name, rate, np.array(rows), np.array(noise), u, states, spread)
+    unit = record.units.get(inputs[0], "") if inputs else ""
+    return Course(record.name, rate, np.array(rows), np.array(noise), u, unit, states, spread)
 
 
 def _noise_stated(drive: Drive, record: Record, roles: Sequence[str]) -> Mapping[str, float]:
@@ -172,4 +176,4 @@ def window_length(drive: Drive, courses: Sequence[Course], scales: Sequence[Scal
     if drive.windows is not None:
         return float(drive.windows)
     whole = sum(len(c.u) / c.rate for c in courses) * (1.0 - drive.held_out)
-    return max(min(_WINDOW * scales[0].T, whole / WINDOWS), _LEAST_WINDOW / courses[0].rate)
+    return max(min(_WINDOW * scales[0].T, whole / WINDOWS), _LEAST_WINDOW / min(c.rate for c in courses))

@@ -231,8 +231,8 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
             raise refuse(name, "channels", rule, sorted(taken), "give the load's position alone")
         if not {"q", "v"} & set(found):
             raise refuse(name, "channels", "a mapping with the role 'q' or 'v', the measured motion", list(found))
-    elif not {*states, "a"} & set(found):
-        raise refuse(name, "channels", f"a mapping with one of the states {', '.join(states)} or 'a'", list(found))
+    elif not set(states) & set(found):
+        raise refuse(name, "channels", f"a mapping with one of the states {', '.join(states)}", list(found))
     return found
 
 

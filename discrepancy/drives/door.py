@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from discrepancy.drives.both_forms import said_of_places
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.description import Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
@@ -63,7 +64,7 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
         return forward_subject(drive, records, machine or {})
     tracks, scales = tracks_of(drive, records)
     lengths, kept = [len(t.measured) for t in tracks], [r.held_out for r in records]
-    fitted, held, parts = split(lengths, kept, drive.held_out, _LEAST)
+    fitted, held, parts = split(lengths, kept, drive.held_out, [_LEAST] * len(tracks))
     model = InverseModel(drive, tracks, scales, fitted)
     library = model.hypotheses()
     if known := known_effects(drive, machine or {}, library):
@@ -85,6 +86,7 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
             "The encoders of drive and load differ by more than the joint's deflections: if they are zeroed elsewhere, "
             "subtract a parameter for it in the equation."
         )
+    notes += said_of_places(model.drive, ["q"], len(tracks))
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
     if model.drive.sessions:

@@ -161,15 +161,26 @@ INNER = 4
 def net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out):
     """Rates of all states into `out` as the user's function has them, but at the joints' speeds the force that is left
     for dry friction and inertia; of loads on springs their rates. `moved` is room for the states as the user's function
-    sees them."""
+    sees them, and for each joint's rate without the first input.
+
+    Where a transmission wavers, the load at x = q + e(q) asks the joint for (1 + e') times its own force, by virtual
+    work; the first input acts at the joint itself."""
     n = len(x) - INNER * len(joints)
+    wavers = False
     for i in range(n):
         moved[i] = x[i]
     for j in range(len(joints)):
         c, q, v = joints[j], places[j, 0], places[j, 1]
         if c[ERROR] != 0.0:
             angle, first, _ = wavered(c, x[q], x[v])
-            moved[q], moved[v] = angle, (1.0 + first) * x[v]
+            moved[q], moved[v], wavers = angle, (1.0 + first) * x[v], True
+    if wavers and len(u) > 0:
+        driving = u[0]
+        u[0] = 0.0
+        rates(moved, u, t, row, out)
+        u[0] = driving
+        for j in range(len(joints)):
+            moved[n + INNER * j] = out[places[j, 1]]
     rates(moved, u, t, row, out)
     for j in range(len(joints)):
         c, q, v, load = joints[j], places[j, 0], places[j, 1], n + INNER * j
@@ -177,7 +188,9 @@ def net_forces(rates, x, u, t, row, places, joints, z0, q0, moved, out):
         out[load], out[load + 1] = 0.0, 0.0
         if c[ERROR] != 0.0:
             out[q] = x[v]
-            force -= c[MASS] * wavered(c, x[q], x[v])[2] * x[v] * x[v]
+            _, first, second = wavered(c, x[q], x[v])
+            alone = c[MASS] * moved[n + INNER * j] if len(u) > 0 else force
+            force += first * alone - (1.0 + first) * c[MASS] * second * x[v] * x[v]
         if c[SOFT] != 0.0:
             pulled = soft_acceleration(c, x[q], x[v], x[load], x[load + 1])
             out[load], out[load + 1] = x[load + 1], pulled
@@ -211,7 +224,7 @@ def whole_rates(rates, x, u, t, row, places, joints, mode, z0, q0, moved, out):
             force -= mode[j] * dry_level(c, x[q], x[v], mode[j], u)
         inertia = c[MASS] * (1.0 - c[SOFT] - (c[PLAY_SHARE] if c[PLAY] != 0.0 else 0.0))
         if c[ERROR] != 0.0:
-            inertia *= 1.0 + wavered(c, x[q], x[v])[1]
+            inertia *= (1.0 + wavered(c, x[q], x[v])[1]) ** 2
         out[v] = force / (inertia + inertia_added(c, x[q]))
 
 

@@ -189,10 +189,11 @@ class ForwardModel(DriveModel):
                 named = [named[0], named[2], named[1]]
             for column, value in zip((size, *shape), named, strict=True):
                 table[j, at[column]] = value
-        table[:, CONTACT] = self.courses[0].rate * self.substeps / _RESOLVED
+        slowest = min(course.rate for course in self.courses) * self.substeps
+        table[:, CONTACT] = slowest / _RESOLVED
         # a load that swings faster than the steps resolve moves with its joint
         swing = np.sqrt(np.maximum(table[:, SOFT_INVERSE_SQUARE], 1e-300) * (1.0 - table[:, SOFT]))
-        table[swing * self.courses[0].rate * self.substeps < _RESOLVED, SOFT] = 0.0
+        table[swing * slowest < _RESOLVED, SOFT] = 0.0
         return table, tuple(command), lag
 
     def command(self, k: int, done: tuple) -> np.ndarray:

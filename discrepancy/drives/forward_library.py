@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from discrepancy.drives.both_forms import adrift
 from discrepancy.drives.course import Course
+from discrepancy.drives.effects.friction import LOAD_FRICTION
 from discrepancy.drives.effects.ripple import lines
 from discrepancy.drives.library import hypotheses_of, sized, without
 from discrepancy.drives.scales import Scales
@@ -45,8 +47,12 @@ def library_of(model: ForwardModel) -> dict[str, tuple[Hypothesis, ...]]:
                 found[effect.name] = hypotheses_of(effect, _of_input(next(iter(model.scales)), model.courses))
             continue
         at_joints: list[Hypothesis] = []
-        for j, scales in enumerate(model.scales):
+        for j, (joint, scales) in enumerate(zip(model.drive.joints, model.scales, strict=True)):
             if effect.rotary and scales.position_unit != "rad":
+                continue
+            if effect.placed and adrift(model.drive, joint.position, len(model.courses)):
+                continue
+            if effect.name == LOAD_FRICTION and model.courses[0].input_unit != scales.force_unit:
                 continue
             wavelengths = [(0.1 * scales.F, k / scales.Q, 0.0) for k in (6.3, 12.6, 25.1)]
             wavelengths = wavelengths if effect.name == "cogging" else []

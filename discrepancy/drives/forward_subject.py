@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.both_forms import FormSubject, axis_of
+from discrepancy.drives.both_forms import FormSubject, adrift, axis_of, said_of_places
 from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
 from discrepancy.drives.description import Drive
 from discrepancy.drives.effects import TABLES
+from discrepancy.drives.effects.friction import LOAD_FRICTION
 from discrepancy.drives.effects.tabulated import OVER
 from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
@@ -24,6 +25,7 @@ from discrepancy.form import Form
 from discrepancy.locate.statistics import CHANNEL
 from discrepancy.model import NONE, Model
 from discrepancy.subjects.base import Axis, Measurement, View
+from indexer_cli.words import joined
 from indexer_env.errors import ParameterError
 
 _SIZES = (0.5, 2.0)
@@ -100,7 +102,12 @@ class ForwardSubject(FormSubject):
         ])  # fmt: skip
         at = {"speed": joint.speed, "position": joint.position}
         rows = {variable: states[:, self.drive.states.index(state)] for variable, state in at.items()}
-        passed = {name: [rows[v] for v in OVER[name]] for name, table in TABLES.items() if not table.load}
+        lost = adrift(self.drive, joint.position, len(self.model.courses))
+        passed = {
+            name: [rows[v] for v in OVER[name]]
+            for name, table in TABLES.items()
+            if not table.load and not (table.placed and lost)
+        }
         return forms_of(self.model.scales[0], passed, self.model.known)
 
     def measurements(self) -> tuple[Measurement, ...]:
@@ -144,7 +151,8 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     """
     courses, scales, measured = courses_of(drive, records)
     lengths, kept = [len(c.u) for c in courses], [r.held_out for r in records]
-    least = max(1, round(window_length(drive, courses, scales) * courses[0].rate))
+    seconds = window_length(drive, courses, scales)
+    least = [max(1, round(seconds * c.rate)) for c in courses]
     fitted, held, parts = split(lengths, kept, drive.held_out, least, most=True)
     roles = [role for role in records[0].rows if role in drive.states or role == "a"]
     inputs = [role for role in records[0].rows if role not in roles]
@@ -161,6 +169,10 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     notes = []
     if not fast:
         notes.append("rates could not be compiled, so every step calls Python: this takes a few hundred times longer.")
+    notes += said_of_places(drive, [joint.position for joint in drive.joints], len(courses))
+    if LOAD_FRICTION in {e.name for e in drive.effects} - {*model.hypotheses(), *(one.name for one in model.known)}:
+        unit, forces = courses[0].input_unit or "none", joined(list(dict.fromkeys(s.force_unit for s in scales)), "or")
+        notes.append(f"Not looked for, as the first input must be a force in {forces}, got {unit}: {LOAD_FRICTION}.")
     if drive.sessions:
         notes.append(f"Each record has its own: {', '.join(drive.sessions)}.")
     if parts:

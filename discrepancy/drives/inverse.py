@@ -13,14 +13,15 @@ counts only beyond them (Moreau's law, the motion being given).
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from discrepancy.drives.both_forms import DriveModel
-from discrepancy.drives.description import LOAD, Drive
-from discrepancy.drives.effects import TABLES, DriveEffect
+from discrepancy.drives.description import Drive
+from discrepancy.drives.effects import EFFECTS, TABLES, DriveEffect
 from discrepancy.drives.inverse_library import library_of, proposed_by
 from discrepancy.drives.library import values_of
 from discrepancy.drives.scales import Scales
@@ -33,6 +34,10 @@ from indexer_env.errors import ParameterError
 
 _REMEMBERED = 64
 """Forces of single effects that are kept: a fit moves one parameter at a time."""
+
+
+_NUDGE = 1e-4
+"""Of a channel's size, by which it is moved to see what its noise does."""
 
 
 class InverseModel(DriveModel):
@@ -107,34 +112,49 @@ class InverseModel(DriveModel):
         return force
 
     def _noise(self, track: Track) -> float:
-        """Of the comparison [F]: the force's own, and what the motion's noise makes of it at nominal parameters."""
-        values = tuple(p.nominal for p in self.drive.parameters)
-        force = self.base(track, values)
-        at = force(track.q, track.v, track.a)
-        total = track.noise**2
-        rows = (track.q, track.v, track.a)
-        sizes = (self.scales.Q, self.scales.V, self.scales.A)
-        for k, (size, noise) in enumerate(zip(sizes, track.motion_noise, strict=True)):
-            moved = [row + 1e-4 * size * (j == k) for j, row in enumerate(rows)]
-            slope = float(np.median(np.abs(force(*moved) - at))) / (1e-4 * size)
-            total += (slope * noise) ** 2
-        for name, size, noise in zip(LOAD, sizes, track.load_noise, strict=True):
+        """Of the comparison [F]: the force's own, and what the noise of the motion and of the inputs makes of it at
+        nominal parameters."""
+        sizes = {"q": self.scales.Q, "v": self.scales.V, "a": self.scales.A}
+        sources = [(sizes[role], noise, {role: getattr(track, role) + _NUDGE * sizes[role]})
+                   for role, noise in zip(sizes, track.motion_noise, strict=True)]  # fmt: skip
+        for name, noise in track.input_noise.items():
+            row = track.input(name)
+            size = float(np.ptp(row)) or 1.0
+            sources.append((size, noise, {"u": track.inputs_with(name, row + _NUDGE * size)}))
+        at, total = self._nominal(track), track.noise**2
+        for size, noise, moved in sources:
             if noise:
-                there = force(*rows, track.u._replace(**{name: getattr(track.u, name) + 1e-4 * size}))
-                total += (float(np.median(np.abs(there - at))) / (1e-4 * size) * noise) ** 2
+                there = self._nominal(dataclasses.replace(track, **moved))
+                total += (float(np.median(np.abs(there - at))) / (_NUDGE * size) * noise) ** 2
         return float(np.sqrt(total))
+
+    def _nominal(self, track: Track) -> np.ndarray:
+        """Force (n,) of the model at nominal parameters with the effects that it has, dry friction left out: its levels
+        hardly depend on what is measured."""
+        own = tuple(p.nominal for p in self.drive.parameters)
+        total = self.base(track, own)(track.q, track.v, track.a)
+        for one in self.known:
+            if self.effects[one.name].acts == "force":
+                values = tuple(p.nominal for p in one.parameters)
+                total = total + self._law(track, self.effects[one.name], values_of(one, values), own)
+        return total
 
     # ------------------------------------------------------------------ effects
 
     def _term(self, track: Track, effect: DriveEffect, one: Hypothesis, values: tuple, own: tuple) -> Any:
         """What a single effect adds, at the inner rate: a force (n,), or levels of dry friction (3, n): moving, and the
         highest and lowest at rest."""
-        key = (track.name, one.name, tuple(one.fixed.items()), values, own if effect.of_base else ())
+        key = (track.name, one.name, tuple(one.fixed.items()), values, own if self._calls_base(effect) else ())
         if key not in self._kept:
             if len(self._kept) > _REMEMBERED * len(self.tracks):
                 self._kept.clear()
             self._kept[key] = self._law(track, effect, values_of(one, values), own)
         return self._kept[key]
+
+    @staticmethod
+    def _calls_base(effect: DriveEffect) -> bool:
+        """Whether a law may change with the model's own parameters: that of a user's own effect may."""
+        return effect.of_base or effect.name not in (EFFECTS | TABLES)
 
     def _law(self, track: Track, effect: DriveEffect, p: Any, own: tuple) -> np.ndarray:
         base = self.base(track, own)

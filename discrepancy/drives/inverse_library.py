@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from discrepancy.drives.both_forms import adrift
 from discrepancy.drives.library import check_slopes, done_by_model, hypotheses_of, proposals, sensible, sized, without
 from discrepancy.model import NONE, Hypothesis
 
@@ -25,7 +26,8 @@ def library_of(model: InverseModel) -> tuple[dict[str, tuple[Hypothesis, ...]], 
     slopes = _apart(model, slopes)
     tracks, left = [model.tracks[k] for k in model.windows.tracks], _left_by(model, slopes, inside)
     found, done = {}, []
-    for effect in sensible(model.drive.effects, model.scales, {one.name: one for one in model.known}):
+    placed = not adrift(model.drive, "q", len(model.tracks))
+    for effect in sensible(model.drive.effects, model.scales, {one.name: one for one in model.known}, placed):
         choices = hypotheses_of(effect, model.scales, proposals(effect, tracks, left))
         if not choices:
             continue

@@ -85,11 +85,16 @@ def tabulated_row(name: str, p: Any) -> list[float]:
     return [1.0 if OVER[name][0] == "speed" else 2.0, *spline_numbers(axes_of(name, p), table_values(name, p))]
 
 
-def sensible(effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any]) -> list[DriveEffect]:
-    """Effects that make sense for the channels: those of angles only where the position is one, those of a joint whose
-    other side is measured only where it is."""
+def sensible(
+    effects: Sequence[DriveEffect], scales: Scales, known: Mapping[str, Any], placed: bool
+) -> list[DriveEffect]:
+    """Effects that make sense for the channels: those of angles only where the position is one, those over the position
+    only where that is `placed`, those of a joint whose other side is measured only where it is."""
     rotary, load = scales.position_unit == "rad", ("", "seen" if scales.D else "unseen")
-    return [e for e in effects if e.name not in known and (rotary or not e.rotary) and e.load in load]
+    return [
+        e for e in effects
+        if e.name not in known and (rotary or not e.rotary) and (placed or not e.placed) and e.load in load
+    ]  # fmt: skip
 
 
 def done_by_model(response: np.ndarray, slopes: np.ndarray) -> bool:
@@ -134,7 +139,7 @@ def sized(
 
 
 def check_slopes(drive: Drive, slopes: np.ndarray) -> None:
-    """Refuse a parameter that does nothing, or the same as others together."""
+    """Refuse a parameter that does nothing."""
     sizes = np.linalg.norm(slopes, axis=1)
     for parameter, size in zip(drive.parameters, sizes, strict=True):
         if size <= 1e-9 * max(float(sizes.max()), 1e-300):

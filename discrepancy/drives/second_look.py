@@ -65,6 +65,8 @@ def looked_at(drive: Drive, mapping: Mapping[str, Any]) -> Drive:
         if not isinstance(row, Mapping):
             remedy = f"write {p.name}: {{value: NUMBER, unit: {p.unit}}}"
             raise refuse("machine", p.name, f"a mapping with its value [{p.unit}]", row, remedy)
+        if (unit := row.get("unit", p.unit)) != p.unit:
+            raise refuse("machine", f"{p.name} (unit)", f"{p.unit}, as in {drive.path.name}", unit, "convert the value")
         check_number("machine", p.name, row.get("value"), unit=p.unit)
         value = float(row["value"])
         spread = p.scale * abs(value) if p.logarithmic else p.scale

@@ -31,6 +31,11 @@ _TOP = 0.5
 
 _PARTS = 4
 
+_LEAST_OF = 1.76
+"""By how much the least of four medians of m bins each falls short of their mean, as a logarithm times √m: 1.03 for the
+least of four normal numbers, 1/ln 2 for the spread of an exponential law's median, √1.4 for the bins that a Hann taper
+joins."""
+
 
 def deviation(cutoff: float) -> float:
     """Standard deviation s [s] of the kernel with this f_c [Hz]."""
@@ -86,18 +91,24 @@ def density(row: np.ndarray, rate: float, above: float) -> float:
 
 
 def _floor(power: np.ndarray) -> float:
-    """Mean of the noise in a spectrum; the median of an exponential law is ln 2 times its mean."""
+    """Mean of the noise in a spectrum; the median of an exponential law is ln 2 times its mean, and the least of
+    several lies below them."""
     parts = [part for part in np.array_split(power, _PARTS) if len(part)]
-    return min((float(np.median(part)) for part in parts), default=0.0) / math.log(2.0)
+    short = math.exp(_LEAST_OF * math.sqrt(_PARTS / max(len(power), 1)))
+    return min((float(np.median(part)) for part in parts), default=0.0) * short / math.log(2.0)
 
 
-def holding(row: np.ndarray, rate: float, share: float) -> float:
-    """Lowest frequency [Hz] below which a row has this share of its variance, its white noise left out."""
-    level = row - row.mean()
+def holding(row: np.ndarray, rate: float, share: float, order: int = 0) -> float:
+    """Lowest frequency [Hz] below which a row, or its rate (order 1), has this share of its variance, the row's white
+    noise left out."""
+    level = np.gradient(row) if order else row
+    level = level - level.mean()
     power = np.abs(np.fft.rfft(level * np.hanning(len(row)))) ** 2
     frequency = np.fft.rfftfreq(len(row), 1.0 / rate)
-    floor = _floor(power[frequency >= _TOP * 0.5 * rate])
-    held = np.cumsum(power - floor)
+    # what central differences make of white noise
+    gain = np.sin(2.0 * math.pi * frequency / rate) ** 2 if order else np.ones_like(frequency)
+    upper = (frequency >= _TOP * 0.5 * rate) & (gain > 0.1)
+    held = np.cumsum(power - _floor(power[upper] / gain[upper]) * gain)
     total = float(held.max())
     return float(frequency[int(np.argmax(held >= share * total))]) if total > 0.0 else 0.0
 

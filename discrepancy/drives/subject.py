@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.drives.both_forms import FormSubject, axis_of
+from discrepancy.drives.both_forms import FormSubject, adrift, axis_of
 from discrepancy.drives.description import Drive
 from discrepancy.drives.differing import differing, in_words
 from discrepancy.drives.effects import TABLES
@@ -84,7 +84,11 @@ class DriveSubject(FormSubject):
 
     def forms(self) -> tuple[Form, ...]:
         tracks = [self.model.tracks[k] for k in self.model.windows.tracks]
-        seen = [name for name, table in TABLES.items() if self.model.scales.D or not table.load]
+        lost = adrift(self.drive, "q", len(self.model.tracks))
+        seen = [
+            name for name, table in TABLES.items()
+            if (self.model.scales.D or not table.load) and not (table.placed and lost)
+        ]  # fmt: skip
         passed = {
             name: [np.concatenate([VARIABLES[variable][3](t) for t in tracks]) for variable in OVER[name]]
             for name in seen

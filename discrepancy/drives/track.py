@@ -81,8 +81,8 @@ class Track:
         Standard deviation of the force's noise in the comparison [F]; of what the motion's noise adds, `motion_noise`.
     motion_noise : tuple of float
         Standard deviations of q, v and a in the comparison.
-    load_noise : tuple of float
-        The same of the load's position, speed and acceleration, 0 where they are not measured.
+    input_noise : mapping of str to float
+        The same of the inputs by their names, the load's position, speed and acceleration among them.
     still : float
         Speed below which it stands.
     middle, stroke : float
@@ -102,7 +102,7 @@ class Track:
     every: int
     noise: float
     motion_noise: tuple[float, float, float]
-    load_noise: tuple[float, ...]
+    input_noise: Mapping[str, float]
     still: float
     middle: float = 0.0
     stroke: float = 1.0
@@ -120,6 +120,14 @@ class Track:
     @property
     def _loaded(self) -> bool:
         return LOAD[1] in getattr(self.u, "_fields", ())
+
+    def inputs_with(self, name: str, row: np.ndarray) -> Any:
+        """The inputs, one of them another row (n,)."""
+        return row if isinstance(self.u, np.ndarray) else self.u._replace(**{name: row})
+
+    def input(self, name: str) -> np.ndarray:
+        """One of the inputs (n,)."""
+        return self.u if isinstance(self.u, np.ndarray) else getattr(self.u, name)
 
     @functools.cached_property
     def rest(self) -> np.ndarray:
@@ -199,22 +207,23 @@ def _position_unit(record: Record) -> str:
 
 
 def _cutoff(records: Sequence[Record]) -> float:
-    """Of the comparison [Hz]: what holds the force, within what the sampling rate and the motion's noise allow."""
-    found = []
+    """Of the comparison [Hz]: what holds the force of every record, within what each one's sampling rate and the noise
+    of its motion allow."""
+    moving, wanted = [], []
     for r in records:
-        role, order = ("q", 2) if "q" in r.rows else ("v", 1)
-        moving = smoothing.holding(np.gradient(r.rows["q"]) if role == "q" else r.rows["v"], r.rate, _MOVING)
-        wanted = max(
-            smoothing.holding(r.rows["force"], r.rate, _HELD), _HARMONICS * moving,
-            _LEAST_COMPARED / _PER_CUTOFF * r.rate / len(r.rows["force"]),
-        )  # fmt: skip
-        top = min(_WIDER * wanted, smoothing.WIDEST * r.rate)
-        if "a" not in r.rows:
-            quiet = smoothing.quiet(r.rows[role], r.rate, top, order)
-            # below that the comparison would lose the motion itself
-            top = min(top, max(quiet, _WIDER * moving))
-        found.append(top / _WIDER)
-    return min(found)
+        role, order = ("q", 1) if "q" in r.rows else ("v", 0)
+        moving.append(smoothing.holding(r.rows[role], r.rate, _MOVING, order))
+        fewest = _LEAST_COMPARED / _PER_CUTOFF * r.rate / len(r.rows["force"])
+        wanted += [smoothing.holding(r.rows["force"], r.rate, _HELD), _HARMONICS * moving[-1], fewest]
+    top = min(_WIDER * max(wanted), smoothing.WIDEST * min(r.rate for r in records))
+    quiet = [
+        smoothing.quiet(r.rows[role], r.rate, top, order)
+        for r in records
+        for role, order in ([("q", 2)] if "q" in r.rows else [("v", 1)])
+        if "a" not in r.rows
+    ]
+    # below the second of these the comparison would lose the motion of a record
+    return min([top, *([max(min(quiet), _WIDER * max(moving))] if quiet else [])]) / _WIDER
 
 
 def _track(drive: Drive, record: Record, cutoff: float) -> Track:
@@ -238,12 +247,14 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
 
     total = 1.0 / math.sqrt(1.0 / wide**2 + 1.0 / cutoff**2)  # of both kernels one after the other
     q, v, a, noise, speed_noise = _motion(rows, rate, wide, part, total)
-    inputs = {role: through(role) for role in rows if role not in ("q", "v", "a", "force")}
-    load_noise: tuple[float, ...] = (0.0, 0.0, 0.0)
+    sources = {role: (role, 0) for role in rows if role not in ("q", "v", "a", "force")}
     if LOAD[0] in rows:
-        inputs |= {name: through(LOAD[0], order) for order, name in enumerate(LOAD)}
-        found = smoothing.density(rows[LOAD[0]], rate, wide)
-        load_noise = tuple(smoothing.passed_noise(found, total, order) for order in range(3))
+        sources |= {name: (LOAD[0], order) for order, name in enumerate(LOAD)}
+    inputs = {name: through(*source) for name, source in sources.items()}
+    input_noise = {
+        name: smoothing.passed_noise(smoothing.density(rows[role], rate, wide), total, order)
+        for name, (role, order) in sources.items()
+    }
     density = smoothing.density(rows["force"], rate, wide)
     force = through("force")
     stated = record.noise if record.noise is not None else drive.noise
@@ -254,7 +265,7 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
     still = max(_AT_REST * speed_noise, 1e-3 * float(np.sqrt(np.mean(v**2))))
     t = (edge + inner * np.arange(len(force))) / rate
     u = _inputs(inputs)
-    return Track(record.name, step, t, q, v, a, u, force, cutoff, wide, every, own, noise, load_noise, still)
+    return Track(record.name, step, t, q, v, a, u, force, cutoff, wide, every, own, noise, input_noise, still)
 
 
 def _motion(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -23,14 +24,18 @@ def executed(path: Path) -> dict[str, Any]:
     if not path.is_file():
         rule = "'indexer' or a Python file that describes a drive"
         raise refuse("discrepancy", "system", rule, str(path), "there is no such file; check the path")
-    module = ModuleType(path.stem)
+    # a name that no other module has: what runs in it, such as a dataclass, may look its module up
+    module = ModuleType(f"drive file {path}")
     module.__file__ = str(path)
+    sys.modules[module.__name__] = module
     try:
-        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), module.__dict__)
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec", dont_inherit=True), module.__dict__)
     except ParameterError:
         raise
     except (Exception, SystemExit) as error:
         raise ParameterError(f"{path.name} must run as Python, got {_said(error, path)}.") from None
+    finally:
+        del sys.modules[module.__name__]
     return module.__dict__
 
 

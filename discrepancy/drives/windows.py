@@ -44,12 +44,12 @@ class Windows:
 
 
 def split(
-    lengths: Sequence[int], kept: Sequence[bool], share: float, length: int, *, most: bool = False
+    lengths: Sequence[int], kept: Sequence[bool], share: float, least: Sequence[int], *, most: bool = False
 ) -> tuple[Windows, Windows, bool]:
     """Windows to fit and to hold out of records of these lengths (compared samples).
 
     Records marked as kept are held out whole. Where none is, the last `share` of each record is; then the third answer
-    is True. A window has at least this length [samples], where the record has; with `most` it has about this length.
+    is True. A window has at least its record's `least` [samples], where the record has; with `most` it has about that.
     """
     whole = any(kept)
     fitted, held = [], []
@@ -61,14 +61,14 @@ def split(
             fitted.append((k, 0, edge))
         if not whole:
             held.append((k, edge, samples))
-    return _cut(fitted, length, most), _cut(held, length, most), not whole
+    return _cut(fitted, least, most), _cut(held, least, most), not whole
 
 
-def _cut(spans: Sequence[tuple[int, int, int]], length: int, most: bool) -> Windows:
+def _cut(spans: Sequence[tuple[int, int, int]], least: Sequence[int], most: bool) -> Windows:
     each = max(PER_RECORD, math.ceil(WINDOWS / len(spans)))
     rows = []
     for track, start, stop in spans:
-        fitting = max(1, (stop - start) // length)
+        fitting = max(1, (stop - start) // least[track])
         edges = np.linspace(start, stop, (fitting if most else min(each, fitting)) + 1).astype(int)
         rows += [(track, a, b - a) for a, b in itertools.pairwise(edges)]
     track, first, count = np.array(rows, dtype=np.int64).T

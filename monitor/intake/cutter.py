@@ -110,6 +110,10 @@ class Cutter:
         ]
         return sorted(self._own(looking, turns), key=lambda cut: cut.start_ns)
 
+    def set_clock(self, shift_ns: int) -> None:
+        """The sender's clock was set by so much [ns]: turns that are not told yet have their times by the new one."""
+        self._places = deque((count, start_ns + shift_ns, rate) for count, start_ns, rate in self._places)
+
     def finish(self) -> list[CutTurn]:
         """The turns that waited for samples that will not come."""
         turns = [

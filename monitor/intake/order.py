@@ -10,11 +10,11 @@ consecutive numbers is told and loses nothing.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from indexer_records.measured import RATE_TOLERANCE
-from monitor.intake.blocks import NANO, Block
+from monitor.intake.blocks import EARLIEST_NS, NANO, Block
 from monitor.intake.states import States
 
 HOLD = 4
@@ -98,6 +98,31 @@ class Order:
             if ahead == 1:
                 return self._follow(block)
         return self._ahead(block) if ahead > 1 else self._back(block)
+
+    def replay(self, blocks: Sequence[Block]) -> list[Placed]:
+        """As `offer` one by one, of blocks that were used before, all with their times by the clock of the last one."""
+        placed: list[Placed] = []
+        for block, following in zip(blocks, [*blocks[1:], None], strict=True):
+            some = self.offer(block)
+            if some is None and (following is None or self._follows(block, following)):
+                # It was used, so that the clock that was set back had been believed.
+                some = [*self.flush(), *self._take(block, restart=True)]
+            placed += some or ()
+        told: list[Placed] = []
+        set_ns = 0
+        for place in reversed(placed):
+            start_ns = place.block.start_ns + set_ns
+            if start_ns < EARLIEST_NS:
+                # by a clock that began at 1970 when it was set
+                break
+            told.append(Placed(replace(place.block, start_ns=start_ns), place.restart))
+            set_ns += place.shift_ns
+        return told[::-1]
+
+    @property
+    def ends(self) -> list[int]:
+        """Ends of the blocks that wait [ns since 1970]."""
+        return [block.end_ns for block in self._held]
 
     def flush(self) -> list[Placed]:
         """Wait no longer: the blocks that were held, the hole before them a gap."""

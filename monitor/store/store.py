@@ -221,9 +221,14 @@ def write_block(connection: Connection, block: Block) -> None:
     connection.execute(insert(BLOCK).values(machine=block.machine, end_ns=block.end_ns, content=block_bytes(block)))
 
 
-def drop_blocks(connection: Connection, machine: str, before_ns: int) -> None:
-    """Forget samples that end before a time."""
-    connection.execute(delete(BLOCK).where(BLOCK.c.machine == machine, BLOCK.c.end_ns < before_ns))
+def drop_blocks(connection: Connection, machine: str, before_ns: int, newest_ns: int) -> None:
+    """Forget samples that end before a time, and what came before them but ends after the newest: it has its time by a
+    clock that was set back since."""
+    old = (BLOCK.c.machine == machine) & (BLOCK.c.end_ns < before_ns)
+    last = select(func.max(BLOCK.c.row)).where(old).scalar_subquery()
+    ahead = (BLOCK.c.machine == machine) & (BLOCK.c.end_ns > newest_ns) & (BLOCK.c.row < last)
+    connection.execute(delete(BLOCK).where(ahead))
+    connection.execute(delete(BLOCK).where(old))
 
 
 def write_machine(connection: Connection, name: str, body: dict[str, Any], summary: dict[str, Any]) -> None:

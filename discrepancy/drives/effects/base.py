@@ -97,8 +97,11 @@ class DriveEffect:
         "seen": only where the load's position is measured; "unseen": only where it is not; "": whether or not.
     rotary : bool
         True where it makes sense for an angle alone.
+    placed : bool
+        True where the law depends on where the position is 0.
     of_base : bool
-        True where the law calls `base`, so that it changes with the model's own parameters.
+        True where a standard law calls `base`, so that it changes with the model's own parameters; one of a user's own
+        is taken to.
     starts : callable or None
         Further starts that the record itself proposes: (track, what the model leaves) -> tuples of values [units].
     begins : callable or None
@@ -122,6 +125,7 @@ class DriveEffect:
     over: str = ""
     load: str = ""
     rotary: bool = False
+    placed: bool = False
     of_base: bool = False
     starts: Callable[[Track, np.ndarray], list[tuple[float, ...]]] | None = None
     begins: Callable[..., np.ndarray] | None = None

@@ -21,8 +21,9 @@ from indexer_env.kernels.joints import line_torque, region_line
 if TYPE_CHECKING:
     from discrepancy.drives.track import Track
 
-_CONTACT = 0.25
-"""Frequency of the load on its contact over that of the inner rate's Nyquist: stiff beside all that is compared."""
+_CONTACT = 1.0
+"""Frequency of the load on its contact over half the inner rate: a load without play then moves with its joint to 2 %
+of its force at the cut-off."""
 
 LAWS = ("clipped", "kelvin_voigt", "damped_in_play")
 """Contact laws of play, as the joints of the indexing machine have them."""
@@ -69,13 +70,14 @@ def entry(fingerprint: str):
         out: np.ndarray,
     ) -> str:  # fmt: skip
         """Contact force over mass of a load behind play, into out (n,): ẍ = M(q - x, q̇ - ẋ) - d sign(ẋ), advanced by
-        Moreau's time-stepping, four steps to a sample; the contact is that of `indexer_env.kernels.joints`, with
-        stiffness ω² and damping 2 ζ ω per mass."""
-        x, y, sub = q[0], v[0], 4
+        Moreau's time-stepping, sixteen steps to a sample, and averaged over the sample that each is the middle of; the
+        contact is that of `indexer_env.kernels.joints`, with stiffness ω² and damping 2 ζ ω per mass."""
+        x, y, sub = q[0], v[0], 16
         h = step / sub
         stiffness_1, damping_1, edge = omega * omega, 2.0 * damping * omega, 0.5 * play
+        before = 0.0
         for k in range(len(q) - 1):
-            total = 0.0
+            early, late = 0.0, 0.0
             for i in range(sub):
                 share = i / sub
                 d = q[k] + share * (q[k + 1] - q[k]) - x
@@ -90,9 +92,13 @@ def entry(fingerprint: str):
                 y += h * force
                 y = max(y - h * dry, 0.0) if y > 0.0 else min(y + h * dry, 0.0)
                 x += h * y
-                total += force
-            out[k] = total / sub
-        out[-1] = out[-2]
+                if 2 * i < sub:
+                    early += force
+                else:
+                    late += force
+            out[k] = (before + early) / (sub if k > 0 else 0.5 * sub)
+            before = late
+        out[-1] = before / (0.5 * sub)
         return fingerprint
 
     return carried
@@ -192,18 +198,20 @@ def _wavering(m: Track, p, base) -> np.ndarray:
     s, c = np.sin(n * m.q + p.phase), np.cos(n * m.q + p.phase)
     e, first, second = p.amplitude * s, p.amplitude * n * c, -p.amplitude * n * n * s
     moved = base(m.q + e, m.v * (1.0 + first), m.a * (1.0 + first) + second * m.v**2)
-    return moved - base(m.q, m.v, m.a)
+    return (1.0 + first) * moved - base(m.q, m.v, m.a)
 
 
 standard(
     DriveEffect(
         TransmissionError.name, "The load's angle wavers about the measured one at an order of the gears.",
-        "F += f at q + e sin(n q + φ) - f at q", TransmissionError.source,
+        "F += x' f(x, ẋ, ẍ) - f(q, v, a), x = q + e sin(n q + φ), x' = dx/dq",
+        TransmissionError.source,
         (
             Size("amplitude", "amplitude e", "Q", (0.003, 0.03), 0.0, 0.2, 0.0),
             Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
-        _wavering, rotary=True, of_base=True, alike=("ripple", "cogging", "inertia.position"), forward="error",
+        _wavering, rotary=True, placed=True, of_base=True, forward="error",
+        alike=("ripple", "cogging", "inertia.position"),
         choices=tuple({"order": float(n)} for n in (1, 2, 3, 4)),
     )
 )  # fmt: skip

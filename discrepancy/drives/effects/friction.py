@@ -8,6 +8,8 @@ from numba import njit
 from discrepancy.drives.effects.base import DriveEffect, Size, standard
 from indexer_env.effects.friction import CoulombFriction, StribeckFriction, ViscousFriction
 
+LOAD_FRICTION = "friction.load"
+
 standard(
     DriveEffect(
         ViscousFriction.name, "Drag grows in proportion to the speed.", "F += c v", ViscousFriction.source,
@@ -64,7 +66,7 @@ standard(
 
 standard(
     DriveEffect(
-        "friction.load", "Dry friction grows with the load that the drive carries, as in gears and screws.",
+        LOAD_FRICTION, "Dry friction grows with the load that the drive carries, as in gears and screws.",
         "F += μ |f| sign(v), f the force of the model without friction",
         "friction of a screw or worm, e.g. Shigley, Mechanical Engineering Design, section 8-2",
         (Size("coefficient", "share μ", "", (0.05, 0.15, 0.4), 0.0, 0.95, 0.0),),
@@ -79,7 +81,8 @@ standard(
         "F += F_p (q - q_m)/Q sign(v), q_m the middle and Q half of the stroke",
         "first term of a friction law over position",
         (Size("force", "what is added at the end of the stroke F_p", "F", (0.1, 0.3, -0.1, -0.3), -20.0, 20.0, 0.0),),
-        lambda m, p, base, direction: p.force * (m.q - m.middle) / m.stroke, acts="dry", forward="tilted",
+        lambda m, p, base, direction: p.force * (m.q - m.middle) / m.stroke, acts="dry", placed=True,
+        forward="tilted",
     )
 )  # fmt: skip
 

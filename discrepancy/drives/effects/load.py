@@ -31,8 +31,8 @@ standard(
             Size("torque", "moment of the weight G", "F", (0.1, 0.4), 0.0, 20.0, 0.0),
             Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base: p.torque * np.sin(m.q + p.phase), rotary=True, alike=("offset", "spring.linear"),
-        forward="imbalance", over="tabulated.position",
+        lambda m, p, base: p.torque * np.sin(m.q + p.phase), rotary=True, placed=True,
+        alike=("offset", "spring.linear"), forward="imbalance", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -61,7 +61,7 @@ standard(
             Size("wavenumber", "wavenumber k", "Q-1", (1.5, 4.0, 10.0), 1.0, 50.0, step=0.2),
             Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
-        _varied, alike=(TransmissionError.name, "inertia"), starts=varying, forward="varying",
+        _varied, placed=True, alike=(TransmissionError.name, "inertia"), starts=varying, forward="varying",
     )
 )  # fmt: skip
 
@@ -71,7 +71,7 @@ standard(
         "F += k (q - q_m), q_m the middle of the stroke", "Hooke's law",
         (Size("stiffness", "stiffness k", "F Q-1", (0.1, 0.4, -0.1), -20.0, 50.0, 0.0),),
         lambda m, p, base: p.stiffness * (m.q - m.middle), alike=("spring.cubic", Imbalance.name),
-        forward="linear", over="tabulated.position",
+        placed=True, forward="linear", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -81,7 +81,7 @@ standard(
         "Duffing's spring, e.g. Nayfeh and Mook, Nonlinear Oscillations, section 4.1",
         (Size("stiffness", "stiffness k₃", "F Q-3", (0.1, 0.4, -0.1), -20.0, 50.0, 0.0),),
         lambda m, p, base: p.stiffness * (m.q - m.middle) ** 3, alike=("spring.linear", "end_stop"),
-        forward="cubic", over="tabulated.position",
+        placed=True, forward="cubic", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -97,7 +97,7 @@ standard(
                  -1.0, 1.0, step=0.1),
         ),
         lambda m, p, base: _one_sided(m.q - m.middle - p.place, p.stiffness),
-        alike=("end_stop", "spring.linear"), forward="bilinear", over="tabulated.position",
+        placed=True, alike=("end_stop", "spring.linear"), forward="bilinear", over="tabulated.position",
     )
 )  # fmt: skip
 
@@ -117,6 +117,6 @@ standard(
                  step=0.05),
         ),
         lambda m, p, base: p.stiffness * np.sign(m.q - m.middle) * np.maximum(np.abs(m.q - m.middle) - p.place, 0.0),
-        alike=("spring.cubic", "spring.bilinear"), forward="stops", over="tabulated.position",
+        placed=True, alike=("spring.cubic", "spring.bilinear"), forward="stops", over="tabulated.position",
     )
 )  # fmt: skip

@@ -101,8 +101,8 @@ standard(
             Size("wavenumber", "wavenumber k = 2π/pitch", "Q-1", (), 6.0, 2000.0, step=0.2),
             Size("phase", "phase φ at q = 0", "", (), -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base: p.force * np.sin(p.wavenumber * m.q + p.phase), alike=("ripple",), starts=_over_position,
-        forward="cogging",
+        lambda m, p, base: p.force * np.sin(p.wavenumber * m.q + p.phase), placed=True, alike=("ripple",),
+        starts=_over_position, forward="cogging",
     )
 )  # fmt: skip
 
@@ -114,7 +114,7 @@ standard(
             Size("torque", "amplitude A", "F", (0.1, 0.3), 0.0, 20.0, 0.0),
             Size("phase", "phase φ at q = 0", "", PHASES, -20.0, 20.0, step=0.5),
         ),
-        lambda m, p, base: p.torque * np.sin(p.order * m.q + p.phase), rotary=True,
+        lambda m, p, base: p.torque * np.sin(p.order * m.q + p.phase), rotary=True, placed=True,
         alike=("cogging", "drive.transmission_error"), choices=tuple({"order": float(n)} for n in (2, 3, 4, 6)),
         forward="ripple",
     )

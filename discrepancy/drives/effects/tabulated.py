@@ -79,7 +79,7 @@ def _table(name: str) -> DriveEffect:
         name, f"A force that is tabulated over the {' and '.join(words)} acts: a table, not a law.",
         f"F += spline({', '.join(symbols)})", "de Boor, A Practical Guide to Splines (1978)",
         tuple(Size(force, meaning, "F", (0.1,), null=0.0) for force in grid_names("force", counts_of(name))),
-        _law(name), load=load, forward="" if load else "tabulated",
+        _law(name), load=load, placed="position" in OVER[name], forward="" if load else "tabulated",
     )  # fmt: skip
 
 
