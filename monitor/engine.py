@@ -239,6 +239,7 @@ class Engine:
                 outcome = pipeline.take(block)
                 if outcome is None:
                     continue
+                pipeline.heard_ns = time.time_ns()
                 write_block(connection, block)
                 write_outcome(connection, pipeline, outcome, self._channels)
                 happened += outcome.events
@@ -266,14 +267,15 @@ class Engine:
             self._work([])
         for machine, pipeline in list(self._fleet.pipelines.items()):
             silent = now - self._fleet.heard.get(machine, now)
-            changed, outcome = self.unread.move(machine, pipeline.states), Outcome()
+            now_ns, outcome = pipeline.time_at(time.time_ns()), Outcome()
+            changed = self.unread.move(machine, pipeline.states, now_ns)
             if pipeline.waiting and silent > self._reorder_s:
                 outcome, changed = pipeline.flush(), True
             if silent > self._stale_s and machine not in self._ended and "stale" not in pipeline.states.active:
-                pipeline.states.note("stale", time.time_ns(), f"no samples have come for {silent:.0f} s")
+                pipeline.states.note("stale", now_ns, f"no samples have come for {silent:.0f} s")
                 changed = True
             if self._queue.qsize() > 0.8 * self._queue.maxsize:
-                pipeline.states.note("overload", time.time_ns())
+                pipeline.states.note("overload", now_ns)
                 changed = True
             if changed:
                 with self._store.transaction() as connection:

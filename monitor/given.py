@@ -70,8 +70,14 @@ def owner_of(config: Mapping[str, Any]) -> str | None:
         raise refuse("lease", "owner", "a name of at most 40 letters, digits and '.-', or null", owner)
     if not str(config["source"]).startswith(("mqtt://", "mqtts://", "opc.tcp://")):
         rule = "given with a source that every process can subscribe to, mqtt:// or opc.tcp://"
-        raise refuse("lease", "owner", rule, config["source"])
+        raise refuse("lease", "owner", rule, unsigned(str(config["source"])))
     return owner
+
+
+def unsigned(source: str) -> str:
+    """A source without the user and password that its address may hold, for a sentence."""
+    scheme, colon, rest = source.partition(":")
+    return f"{scheme}:…@{rest.rpartition('@')[2]}" if colon and "@" in rest else source
 
 
 def load_torque_of(given: Any) -> float | None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from indexer_env.errors import SignalError
 from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
 from monitor.alarms import Condition, Event
 from monitor.alarms.limits import LEVELS
-from monitor.analysis.baseline import Baseline, station_levels
+from monitor.analysis.baseline import Baselines
 from monitor.analysis.finding import Diagnoser, Finding, Size
 from monitor.analysis.remaining import Remaining, remaining_time
 from monitor.analysis.trend import Trend
@@ -22,10 +20,6 @@ from monitor.intake.cutter import Cutter, CutTurn
 from monitor.intake.order import Order, Placed
 from monitor.intake.states import UNTIL_GOOD_TURN, States
 from monitor.plan import CHANGE, Outcome, Plan, Turn
-
-SCATTERS = 8.0
-"""Deviation from what is usual that counts as 1 [scatters]: of 30 turns that teach it, the scatter itself is known to
-an eighth, and play makes the tails longer than a normal distribution's."""
 
 
 class Pipeline:
@@ -38,6 +32,11 @@ class Pipeline:
     plan : Plan
     body : mapping, optional
         What `to_dict` gave; samples that were not used yet must be fed again.
+
+    Attributes
+    ----------
+    heard_ns : int or None
+        When the newest samples came, by the host's clock [ns since 1970]; set from outside. None: it is unknown.
     """
 
     def __init__(self, machine: str, diagnoser: Diagnoser, plan: Plan, body: dict[str, Any] | None = None) -> None:
@@ -46,6 +45,7 @@ class Pipeline:
         self.states = States(body.get("states"))
         self.turns = int(body.get("turns", 0))
         self.until_ns: int | None = body.get("until_ns")
+        self.heard_ns: int | None = body.get("heard_ns")
         self.sensor: str | None = body.get("sensor")
         self.last: dict[str, Any] = body.get("last", {})
         self.references: dict[str, int] = dict(body.get("references", {}))
@@ -53,9 +53,10 @@ class Pipeline:
             mode: {name: Trend(plan.window, trend) for name, trend in trends.items()}
             for mode, trends in body.get("trends", {}).items()
         }
-        self.baselines = {key: Baseline(value) for key, value in body.get("baselines", {}).items()}
+        self.baselines = Baselines(body.get("baselines"))
         stored = body.get("conditions", {})
-        self.conditions = {name: Condition(name, plan.rules, stored.get(name)) for name in plan.limits}
+        modes = [mode.name for mode in diagnoser.modes]
+        self.conditions = {name: Condition(name, plan.rules, stored.get(name), modes) for name in plan.limits}
         self._order = Order(self.states, plan.jitter, self.until_ns)
         self._order.seen = [(start, number) for start, number in body.get("seen", ())]
         self._cutter = Cutter(diagnoser.modes, plan.pulse_range, plan.pulse)
@@ -80,7 +81,7 @@ class Pipeline:
         placed = self._order.replay(blocks)
         self._newest_ns = max((place.block.end_ns for place in placed), default=None)
         if self.until_ns is not None and self.newest_ns is not None:
-            # earlier versions left the end of a turn by a clock that was set back
+            # Earlier versions left the end of a turn by a clock that was set back.
             self.until_ns = min(self.until_ns, self.newest_ns)
         self._resume_ns = self.until_ns
         outcome = self._work(placed)
@@ -104,6 +105,12 @@ class Pipeline:
         """End of the newest samples [ns since 1970], also of those that were restored or wait."""
         known = [] if self._newest_ns is None else [self._newest_ns]
         return max([*known, *self._order.ends], default=None)
+
+    def time_at(self, host_ns: int) -> int:
+        """The samples' time when the host's clock tells this: in a replay, or of a logger that is ahead, it is another.
+        It goes on while no samples come."""
+        newest = self.newest_ns or self.until_ns or host_ns
+        return newest if self.heard_ns is None else newest + max(0, host_ns - self.heard_ns)
 
     @property
     def waiting(self) -> bool:
@@ -204,7 +211,7 @@ class Pipeline:
             trend = trends.setdefault(name, Trend(self._plan.window))
             smooth[name] = trend.add(cut.end_ns / NANO, size)
             if trend.full:
-                outcome.events += self._judge(name, cut.end_ns, smooth)
+                outcome.events += self._judge(name, cut, smooth[name])
             if name != CHANGE and smooth[name].low > 0.0:
                 limit = self._plan.limits[name].end
                 found = remaining_time(trend.history, limit, cut.end_ns / NANO, trend.stride)
@@ -224,33 +231,24 @@ class Pipeline:
         }
         return Turn(self.turns, cut, None, finding, smooth, remaining)
 
-    def _judge(self, name: str, time_ns: int, smooth: Mapping[str, Size]) -> list[Event]:
+    def _judge(self, name: str, cut: CutTurn, size: Size) -> list[Event]:
         """What a fault explains is no unknown change: CHANGE is not raised beside an active fault."""
         explained = any(one.active for other, one in self.conditions.items() if other != CHANGE)
-        size = smooth[name]
         if name == CHANGE and explained:
             size = Size(0.0, 0.0, 0.0)
-        happened = self.conditions[name].judge(time_ns, size, self._plan.limits[name])
+        happened = self.conditions[name].judge(cut.end_ns, size, self._plan.limits[name], cut.mode.name)
         return [replace(event, turn=self.turns) for event in happened]
 
     def _change(self, cut: CutTurn, finding: Finding) -> Size:
-        """How far a turn is from what was taught and from what is usual; 1 and more is far.
-
-        The greater one of the model's novelty and of the mean level's or a station's deviation over SCATTERS scatters.
-        """
+        """How far a turn is from what was taught and from what is usual, the greater of both; 1 and more is far."""
         record = cut.turn.record
         assert record is not None
-        values = [np.log(max(finding.level, 1e-12))]
-        if cut.by_pulse:
-            values += list(station_levels(record, self._plan.stations))
-        baseline = self.baselines.setdefault(f"{cut.mode.name} {cut.by_pulse}", Baseline())
-        factor = baseline.gain(record, cut.mode.rate)
+        key, stations = f"{cut.mode.name} {cut.by_pulse}", self._plan.stations if cut.by_pulse else 0
+        far, factor = self.baselines.far(key, record, cut.mode.rate, finding.level, stations)
         if factor is not None:
             text = f"all frequencies have changed by the factor {factor:.3g}: sensor, gain or range was changed"
             self.states.note("swapped", cut.end_ns, text)
-        away = baseline.add(np.array(values))
-        far = 0.0 if away is None else float(np.abs(away).max()) / SCATTERS
-        value = max(far, 0.0 if finding.novelty is None else finding.novelty)
+        value = max(far, finding.novelty or 0.0)
         return Size(value, value, value)
 
     # ------------------------------------------------------------------------------------------------ what is known
@@ -290,11 +288,12 @@ class Pipeline:
             "states": self.states.to_dict(),
             "turns": self.turns,
             "until_ns": self.until_ns,
+            "heard_ns": self.heard_ns,
             "sensor": self.sensor,
             "last": self.last,
             "references": self.references,
             "trends": {m: {n: trend.to_dict() for n, trend in trends.items()} for m, trends in self.trends.items()},
-            "baselines": {key: baseline.to_dict() for key, baseline in self.baselines.items()},
+            "baselines": self.baselines.to_dict(),
             "conditions": {name: one.to_dict() for name, one in self.conditions.items()},
             "seen": self._order.seen,
         }

@@ -75,7 +75,7 @@ class Service:
         torch.set_num_threads(1)
         with contextlib.ExitStack() as opened:
             diagnoser, settings = self._opened(opened)
-            self._assemble(diagnoser, settings)
+            self._assemble(diagnoser, settings, opened)
             self._closing = opened.pop_all()
 
     def _opened(self, opened: contextlib.ExitStack) -> tuple[Diagnoser, Settings]:
@@ -101,7 +101,7 @@ class Service:
         opened.callback(self._store.close)
         return diagnoser, settings
 
-    def _assemble(self, diagnoser: Diagnoser, settings: Settings) -> None:
+    def _assemble(self, diagnoser: Diagnoser, settings: Settings, opened: contextlib.ExitStack) -> None:
         self._leases = None if settings.owner is None else Leases(self._store, settings.owner, settings.lease_s)
         self._hub = Hub()
         self._senders: list[Sender] = []
@@ -121,7 +121,7 @@ class Service:
         )  # fmt: skip
         if self.broker is not None:
             self._sources += self._fed(self.broker)
-        self._make_senders()
+        self._make_senders(opened)
         gate = Gate(settings.access)
         for source in self._sources:
             source.told = self._hub.again
@@ -261,7 +261,7 @@ class Service:
     def _broker_of_url(self) -> tuple[Broker, str]:
         return read_url(self._settings.source, self._settings.tls, self._settings.mqtt_version)
 
-    def _make_senders(self) -> None:
+    def _make_senders(self, opened: contextlib.ExitStack) -> None:
         settings = self._settings
         if settings.webhook.url is not None and settings.webhook.secret is not None:
             delivery = WebhookDelivery(settings.webhook.url, settings.webhook.secret)
@@ -270,6 +270,7 @@ class Service:
             built_in = self.broker
             broker = self._broker_of_url()[0] if built_in is None else Broker(HOST, built_in.port, version=3)
             publishing = MqttDelivery(broker, settings.publish, settings.client_id)
+            opened.callback(publishing.close)
             self._senders.append(Sender(self._store, MQTT_CHANNEL, publishing, self._leads))
 
 

@@ -15,7 +15,7 @@ from indexer_env.errors import refuse
 from indexer_records.conditions import Pulse
 from indexer_records.measured import Reading
 from monitor.alarms import Rules, limits_of_key
-from monitor.given import check_ignored, check_texts, load_torque_of, motor_speeds_of, owner_of
+from monitor.given import check_ignored, check_texts, load_torque_of, motor_speeds_of, owner_of, unsigned
 from monitor.plan import Plan
 from monitor.sources.mqtt import Tls
 from monitor.sources.opcua import Nodes
@@ -197,7 +197,8 @@ def settings_of(config: Mapping[str, Any]) -> Settings:
     source = config["source"]
     twin = None if config["twin"] is None else path_given("monitor", "twin", config["twin"])
     if source not in ("demo", "broker") and not source.startswith(ADDRESSES):
-        raise refuse("monitor", "source", f"demo, broker or an address that begins with {', '.join(ADDRESSES)}", source)
+        rule = f"demo, broker or an address that begins with {', '.join(ADDRESSES)}"
+        raise refuse("monitor", "source", rule, unsigned(source))
     if twin is not None and models:
         raise refuse("monitor", "twin", "given instead of model, not beside it", str(twin), "leave one of them out")
     if (models or twin is not None) and source == "demo":

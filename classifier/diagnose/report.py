@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from classifier.diagnose.diagnosis import Diagnosis
+from classifier.diagnose.diagnosis import UNGUARDED_WORDS, Diagnosis
 from classifier.diagnose.incremental import TurnReport
 from classifier.parts import GUARDS
 
@@ -121,7 +121,7 @@ def line(report: CaseReport) -> str:
         return f"{report.name}  not diagnosed: {report.problem.removeprefix(f'{report.name}: ')}"
     named = [diagnosis.verdict for diagnosis in report.diagnosed]
     share = f"  ({named.count(report.verdict)} of {len(report.turns)} turns)" if len(report.turns) > 1 else ""
-    wrong = report.true_class is not None and not report.verdict.endswith(report.true_class)
+    wrong = report.true_class is not None and report.verdict.removeprefix(UNGUARDED_WORDS) != report.true_class
     true = f"  (is: {report.true_class})" if wrong else ""
     return f"{report.name}  {report.verdict}{share}{true}"
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import stats
 
 from classifier.dataset import Dataset
-from classifier.tasks.need import count_independent, need
+from classifier.tasks.need import independent, need
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 
@@ -67,8 +67,9 @@ class Range:
         |q_j − q̄_j| > t_{g−1, 1−α/2m} s_j √(1 + 1/g) + MARGIN,      j = 1 … m
 
     q are the logarithms of `octaves`, q̄ and s their mean and standard deviation over the calibration and control
-    records, g the number of these that are independent: the prediction interval of one more record, shared out over the
-    m quantities (Bonferroni). It needs no network and no spectrum, and holds for few records.
+    records, of which those of one file share the weight of one, g the number of files: the prediction interval of one
+    more record, shared out over the m quantities (Bonferroni). It needs no network and no spectrum, and holds for few
+    records.
     Source: G. J. Hahn, W. Q. Meeker, Statistical Intervals (1991), §4.2 (prediction of a future observation).
 
     samples  of a record
@@ -96,12 +97,16 @@ class Range:
     @classmethod
     def fit(cls, dataset: Dataset, features: np.ndarray, outputs: np.ndarray, seed: int) -> Range:
         """Fitted to the calibration and control records. Raises NotAvailable where they are too few."""
-        subsets = ("calibration", "control")
-        count = count_independent(dataset, *subsets)
+        rows = np.isin(dataset.subsets, ("calibration", "control"))
+        labels = independent(dataset, rows)
+        sizes = np.bincount(labels)
+        count = int(np.count_nonzero(sizes))
         need("independent records of calibration and control", LEAST, count)
-        found = octaves(dataset.records[np.isin(dataset.subsets, subsets)])
+        found, weights = octaves(dataset.records[rows]), 1.0 / sizes[labels]
+        middle = np.average(found, axis=0, weights=weights)
+        scatter = np.sqrt(np.average((found - middle) ** 2, axis=0, weights=weights) * count / (count - 1))
         widths = stats.t.ppf(1.0 - REFUSED / (2 * found.shape[1]), count - 1) * np.sqrt(1.0 + 1.0 / count)
-        return cls(dataset.records.shape[-1], found.mean(axis=0), widths * found.std(axis=0, ddof=1) + MARGIN)
+        return cls(dataset.records.shape[-1], middle, widths * scatter + MARGIN)
 
     def assess(self, features: np.ndarray, outputs: np.ndarray, records: np.ndarray) -> dict[str, np.ndarray]:
         """What it says of records (n, samples):

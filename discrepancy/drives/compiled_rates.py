@@ -40,7 +40,8 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.NumbaWarning)
-            fast = _wrapped(drive, numba.njit(drive.function), arguments)
+            # a division by zero gives no number, where Python's error could not be passed on
+            fast = _wrapped(drive, numba.njit(drive.function, error_model="numpy"), arguments)
             return numba.cfunc(SIGNATURE)(fast), True
     except (errors.NumbaError, errors.UnsupportedBytecodeError):
         return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False

@@ -223,7 +223,8 @@ def _cutoff(records: Sequence[Record]) -> float:
         if "a" not in r.rows
     ]
     # below the second of these the comparison would lose the motion of a record
-    return min([top, *([max(min(quiet), _WIDER * max(moving))] if quiet else [])]) / _WIDER
+    allowed = max(min(quiet), _WIDER * max(moving)) if quiet else top
+    return min(top, allowed) / _WIDER
 
 
 def _track(drive: Drive, record: Record, cutoff: float) -> Track:

@@ -2,13 +2,16 @@
 
 Words of OPC UA Part 9: an alarm is active or not, acknowledged or not, shelved or not, and retained while it is any of
 active and unacknowledged. On-delay and off-delay are counted in turns, since only a turn is evidence: a level must be
-reached in each of `on_delay` turns in a row to become active, and left in each of `off_delay` to end. A higher level or
+reached in each of `on_delay` turns in a row to become active, and left in each of `off_delay` to end. Turns of each
+operating mode are counted apart, since a fault that shows at one speed may hide at another, and the alarm has the worst
+of their levels: one that was raised at a speed ends by turns of this speed. A higher level or
 a time of `re_alarm` makes an acknowledged alarm unacknowledged again. A shelved alarm goes through the same states and
 history, but tells nobody.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -66,6 +69,34 @@ class Event:
     turn: int | None = None
 
 
+class _Stand:
+    """How the turns of one mode stand: the level that they hold, and for how many in a row each was reached or left."""
+
+    def __init__(self, body: Mapping[str, Any]) -> None:
+        self.level = int(body.get("level", 0))
+        self._rising = [int(count) for count in body.get("rising", [0, 0, 0, 0])]
+        self._leaving = [int(count) for count in body.get("leaving", [0, 0, 0, 0])]
+
+    def count(self, size: Size, limits: Limits, rules: Rules) -> None:
+        """Take in a turn."""
+        target = limits.level(size.value, self.level)
+        # Of a size whose interval reaches down to nothing it is not sure that there is any.
+        if size.low <= 0.0 and target > self.level:
+            target = self.level
+        for level in (1, 2, 3):
+            self._rising[level] = self._rising[level] + 1 if target >= level > self.level else 0
+            self._leaving[level] = self._leaving[level] + 1 if target < level <= self.level else 0
+        reached = max((level for level in (1, 2, 3) if self._rising[level] >= rules.on_delay), default=0)
+        left = [level for level in (1, 2, 3) if self._leaving[level] >= rules.off_delay]
+        if reached > self.level:
+            self.level, self._rising = reached, [0, 0, 0, 0]
+        elif left:
+            self.level = min(left) - 1
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"level": self.level, "rising": self._rising, "leaving": self._leaving}
+
+
 class Condition:
     """The alarm of one quantity of one machine.
 
@@ -75,18 +106,37 @@ class Condition:
     rules : Rules
     body : mapping, optional
         What `to_dict` gave.
+    modes : collection of str, optional
+        Names of the operating modes; what others have left goes on with the one that is judged next.
     """
 
-    def __init__(self, quantity: str, rules: Rules, body: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        quantity: str,
+        rules: Rules,
+        body: Mapping[str, Any] | None = None,
+        modes: Collection[str] | None = None,
+    ) -> None:
         body = body or {}
         self.quantity, self._rules = quantity, rules
-        self.level = int(body.get("level", 0))
+        # Earlier versions counted the turns of all modes together.
+        stands = {mode: _Stand(stand) for mode, stand in body.get("modes", {"": body}).items()}
+        known = stands if modes is None else modes
+        self._stands = {mode: stand for mode, stand in stands.items() if mode in known and mode}
+        self._left = max(
+            (stand for mode, stand in stands.items() if mode not in self._stands),
+            key=lambda stand: stand.level,
+            default=_Stand({}),
+        )
         self.acknowledged = bool(body.get("acknowledged", True))
         self.since_ns: int | None = body.get("since_ns")
         self.shelved_until_ns: int | None = body.get("shelved_until_ns")
-        self._rising = [int(count) for count in body.get("rising", [0, 0, 0, 0])]
-        self._leaving = [int(count) for count in body.get("leaving", [0, 0, 0, 0])]
         self._asked_ns = int(body.get("asked_ns", 0))
+
+    @property
+    def level(self) -> int:
+        """The worst of the levels of all modes, 0 (normal) to 3 (danger)."""
+        return max(stand.level for stand in (self._left, *self._stands.values()))
 
     @property
     def active(self) -> bool:
@@ -103,25 +153,19 @@ class Condition:
         """Whether it tells nobody for now."""
         return self.shelved_until_ns is not None
 
-    def judge(self, time_ns: int, size: Size, limits: Limits) -> list[Event]:
-        """Take in the smoothed size of a turn; returns what happened."""
-        events = self._unshelved_in_time(time_ns, size)
-        target = limits.level(size.value, self.level)
-        # Of a size whose interval reaches down to nothing it is not sure that there is any.
-        if size.low <= 0.0 and target > self.level:
-            target = self.level
-        for level in (1, 2, 3):
-            self._rising[level] = self._rising[level] + 1 if target >= level > self.level else 0
-            self._leaving[level] = self._leaving[level] + 1 if target < level <= self.level else 0
-        reached = max((level for level in (1, 2, 3) if self._rising[level] >= self._rules.on_delay), default=0)
-        left = [level for level in (1, 2, 3) if self._leaving[level] >= self._rules.off_delay]
-        if reached > self.level:
-            self.since_ns = self.since_ns if self.active else time_ns
-            self.level, self.acknowledged, self._asked_ns = reached, False, time_ns
-            self._rising = [0, 0, 0, 0]
+    def judge(self, time_ns: int, size: Size, limits: Limits, mode: str) -> list[Event]:
+        """Take in the smoothed size of a turn of a mode; returns what happened."""
+        events, before = self._unshelved_in_time(time_ns, size), self.level
+        stand = self._stands.get(mode)
+        if stand is None or self._left.level > stand.level:
+            stand, self._left = self._left, _Stand({})
+        self._stands[mode] = stand
+        stand.count(size, limits, self._rules)
+        if self.level > before:
+            self.since_ns = self.since_ns if before else time_ns
+            self.acknowledged, self._asked_ns = False, time_ns
             events.append(self._event(time_ns, "raised", size))
-        elif left:
-            self.level = min(left) - 1
+        elif self.level < before:
             events.append(self._event(time_ns, "lowered" if self.active else "ended", size))
             self.since_ns = self.since_ns if self.active else None
         elif self.active and self.acknowledged and time_ns - self._asked_ns >= self._rules.re_alarm_h * HOUR_NS:
@@ -174,8 +218,7 @@ class Condition:
             "acknowledged": self.acknowledged,
             "since_ns": self.since_ns,
             "shelved_until_ns": self.shelved_until_ns,
-            "rising": self._rising,
-            "leaving": self._leaving,
+            "modes": {mode: stand.to_dict() for mode, stand in {"": self._left, **self._stands}.items()},
             "asked_ns": self._asked_ns,
         }
 

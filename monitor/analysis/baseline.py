@@ -1,7 +1,7 @@
 """What is usual for a machine in a mode, and a sensor whose gain jumps.
 
-The first `LEARNED` turns in a mode teach the mean and the scatter of log level and novelty, for the table as a whole
-and, where a pulse says which index is which, for each station. A change is told in scatters from there.
+The first `LEARNED` turns in a mode teach the mean and the scatter of the log level, of the table as a whole and, where
+a pulse says which index is which, of each station. A change is told in scatters from there.
 
 A fault changes the shape of the spectrum; a sensor that was exchanged, or an amplifier that was set, scales all of it.
 So the gain has jumped where all octaves have moved by the same factor, within ALIKE, and by more than JUMP.
@@ -25,6 +25,10 @@ ALIKE = 0.03
 
 OCTAVES = 6
 _LOWEST_HZ = 1.0
+
+SCATTERS = 8.0
+"""Deviation from what is usual that counts as 1 [scatters]: of 30 turns that teach it, the scatter itself is known to
+an eighth, and play makes the tails longer than a normal distribution's."""
 
 
 class Baseline:
@@ -74,6 +78,36 @@ class Baseline:
             "squares": self._squares.tolist(),
             "octaves": self._octaves.tolist(),
         }
+
+
+class Baselines:
+    """What is usual for one machine: a baseline for each mode, with a pulse and without.
+
+    Parameters
+    ----------
+    body : mapping, optional
+        What `to_dict` gave.
+    """
+
+    def __init__(self, body: dict[str, Any] | None = None) -> None:
+        self._baselines = {key: Baseline(value) for key, value in (body or {}).items()}
+
+    def clear(self) -> None:
+        """Learn anew, as after another sensor was mounted."""
+        self._baselines.clear()
+
+    def far(self, key: str, record: np.ndarray, rate: float, level: float, stations: int) -> tuple[float, float | None]:
+        """How far the level [unit of the record] of a turn's record, and that of each station, lies from what is usual,
+        in units of SCATTERS scatters, and the factor by which the gain has jumped; None: it has not."""
+        baseline = self._baselines.setdefault(key, Baseline())
+        factor = baseline.gain(record, rate)
+        levels = station_levels(record, stations) if stations else []
+        away = baseline.add(np.array([np.log(max(level, 1e-12)), *levels]))
+        return 0.0 if away is None else float(np.abs(away).max()) / SCATTERS, factor
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, from which the constructor makes the same baselines."""
+        return {key: baseline.to_dict() for key, baseline in self._baselines.items()}
 
 
 def octave_levels(record: np.ndarray, rate: float) -> np.ndarray:

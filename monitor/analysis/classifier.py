@@ -100,7 +100,7 @@ class ClassifierDiagnoser:
         return Finding(
             verdict=told.verdict,
             healthy=not told.is_novel and set(told.code) == {"0"},
-            probability=told.assessment.get("probability"),
+            probability=None if told.is_novel else told.assessment.get("probability"),
             sizes=sizes,
             novelty=_novelty(told.assessment),
             level=float(np.sqrt(np.mean(np.square(signal.values - signal.values.mean())))),

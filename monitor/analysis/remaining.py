@@ -9,8 +9,9 @@ neighbours too high as well, so the covariance of two readings is
 with g from a parabola through the history. For each c of an even grid generalised least squares over the history give
 the posterior of A, B and σ in closed form (normal-inverse-gamma with a flat prior; Gelman et al., Bayesian Data
 Analysis, section 14.7). Each c is weighted by its evidence, each draw of A and B by the prior of the ratio r = (rate at
-the limit) / (rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out. The time
-at which a draw reaches the limit has a closed form, and the quantiles of these times are the answer.
+the limit) / (rate at the first record), log-uniform from 1 to FASTEST; a draw that does not grow is left out, and where
+these are more than half of them by the evidence alone, nothing is told. The time at which a draw reaches the limit has
+a closed form, and the quantiles of these times are the answer.
 """
 
 from __future__ import annotations
@@ -81,10 +82,12 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
     white = _whitening(told, value, limit, turns)
     seen, level = white @ value, white.sum(axis=1)
     rng = np.random.default_rng(0)
-    times, logs = [], []
+    times, logs, growing, evidence = [], [], [], []
     for curve in np.linspace(0.0, np.log(FASTEST), _CURVES):
         shape = told if curve == 0.0 else np.expm1(curve * told) / curve
         (start, rate), log_evidence = _draws(np.stack([level, white @ shape], axis=1), seen, rng)
+        growing.append(np.mean(rate > 0.0))
+        evidence.append(log_evidence)
         goal = limit - start
         with np.errstate(all="ignore"):
             ratio = 1.0 + curve * goal / rate
@@ -95,6 +98,8 @@ def remaining_time(history: np.ndarray, limit: float, now: float, turns: int = 1
         past = (rate > 0.0) & (goal <= 0.0)
         times.append(np.where(past, 0.0, np.where(prior > 0.0, reach, np.inf)))
         logs.append(log_evidence + np.log(np.maximum(np.where(past, 1.0, prior), 1e-300)))
+    if np.average(growing, weights=np.exp(np.array(evidence) - max(evidence))) < 0.5:
+        return None
     return _quantiles(np.concatenate(times), np.concatenate(logs), span, now - float(time[0]))
 
 

@@ -102,21 +102,21 @@ class Order:
     def replay(self, blocks: Sequence[Block]) -> list[Placed]:
         """As `offer` one by one, of blocks that were used before, all with their times by the clock of the last one."""
         placed: list[Placed] = []
-        for block, following in zip(blocks, [*blocks[1:], None], strict=True):
+        for place, block in enumerate(blocks):
             some = self.offer(block)
-            if some is None and (following is None or self._follows(block, following)):
+            if some is None and all(self._follows(block, following) for following in blocks[place + 1 : place + 2]):
                 # It was used, so that the clock that was set back had been believed.
                 some = [*self.flush(), *self._take(block, restart=True)]
             placed += some or ()
         told: list[Placed] = []
         set_ns = 0
-        for place in reversed(placed):
-            start_ns = place.block.start_ns + set_ns
+        for one in reversed(placed):
+            start_ns = one.block.start_ns + set_ns
             if start_ns < EARLIEST_NS:
                 # by a clock that began at 1970 when it was set
                 break
-            told.append(Placed(replace(place.block, start_ns=start_ns), place.restart))
-            set_ns += place.shift_ns
+            told.append(Placed(replace(one.block, start_ns=start_ns), one.restart))
+            set_ns += one.shift_ns
         return told[::-1]
 
     @property

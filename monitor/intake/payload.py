@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
@@ -27,6 +28,7 @@ LARGEST_PAYLOAD = 24 * LARGEST_BLOCK
 """Most bytes of a message: a block of samples and pulses as JSON with a dozen digits each."""
 
 _NEEDED = ("time", "rate", "unit", "values")
+_SECONDS = re.compile(r"\d{1,10}(\.\d{1,9})?")
 _KEYS = (*_NEEDED, "pulse", "sequence", "sensor", "speed_rpm", "begins")
 
 
@@ -115,8 +117,13 @@ def _binary(payload: bytes, properties: Mapping[str, str]) -> dict[str, Any]:
                 body[key] = kind(body[key])
     except ValueError:
         raise SignalError("the user properties rate, sequence and speed_rpm must be numbers.") from None
+    if _SECONDS.fullmatch(body.get("time", "")):
+        body["time"] = float(body["time"])
     if "begins" in body:
-        body["begins"] = body["begins"] == "true"
+        begins = {"true": True, "false": False}.get(str(body["begins"]).lower())
+        if begins is None:
+            raise SignalError(f"the user property begins must be true or false, got {str(body['begins'])[:40]!r}.")
+        body["begins"] = begins
     return body
 
 

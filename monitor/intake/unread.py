@@ -47,12 +47,13 @@ class Unread:
             _log.warning("what has come from the machine %r cannot be read: %s", machine, sentence)
             self.told()
 
-    def move(self, machine: str, states: States) -> bool:
-        """Hand over to the states of a machine, now that there are some; False: there was nothing."""
+    def move(self, machine: str, states: States, now_ns: int) -> bool:
+        """Hand over to the states of a machine, now that there are some, by the time of its samples; False: there was
+        nothing."""
         with self._lock:
             count, sentence = self._waiting.pop(machine, (0, ""))
         if count:
-            states.note("broken_payload", time.time_ns(), sentence, count)
+            states.note("broken_payload", now_ns, sentence, count)
             self.told()
         return count > 0
 

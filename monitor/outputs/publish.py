@@ -22,6 +22,9 @@ class MqttDelivery:
 
     def __call__(self, message: dict[str, Any]) -> None:
         """Deliver one message."""
+        if not self._client.is_connected():
+            # The client would keep the message, and one more of it for each time that it is tried again.
+            raise OSError("the broker is not connected")
         topic = f"{self._topic}/{message['machine'].replace('+', '_')}/{message['quantity']}"
         sent = self._client.publish(topic, json.dumps(finite(message)), qos=1)
         try:

@@ -60,6 +60,7 @@ class FolderSource(Source):
         self._folder, self._reading, self._pulse, self._settle = folder, reading, pulse_column, settle
         self._jitter_ns, self._turn_ns = round(jitter * NANO), round(turn * NANO)
         self._seen: dict[str, tuple[str, float]] = {}
+        self._ends: dict[str, int] = {}
         self._stretches: dict[str, tuple[int, int | None]] = {}
         self._short: dict[str, str] = {}
         self._waits: dict[str, float] = {}
@@ -140,8 +141,10 @@ class FolderSource(Source):
             with path.open("rb") as file:
                 file.read(1)
             blocks = self._blocks(path, machine)
+            end_ns = blocks[-1].end_ns
             if grown:
-                blocks = _behind(blocks, engine.newest_ns(machine)) or blocks
+                # Of what was handed over before a restart it is known how far the machine's samples were used.
+                blocks = _behind(blocks, self._ends.get(name, engine.newest_ns(machine))) or blocks
             blocks = self._placed(engine, name, blocks)
         except IndexerError as error:
             told = str(error)
@@ -153,6 +156,7 @@ class FolderSource(Source):
             while not engine.offer(arrival, timeout=0.5):
                 if self.stopping.is_set():
                     return
+        self._ends[name] = end_ns
 
     def _placed(self, engine: Engine, name: str, blocks: list[Block]) -> list[Block]:
         """The blocks of a file in time: whether it begins a recording, and whether that holds a turn by now."""

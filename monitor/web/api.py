@@ -19,6 +19,7 @@ from monitor.alarms import Event
 from monitor.alarms.condition import plain
 from monitor.analysis.finding import Diagnoser
 from monitor.engine import Engine
+from monitor.intake.blocks import is_text
 from monitor.intake.states import WORDS
 from monitor.pipeline import Pipeline
 from monitor.plan import Plan
@@ -138,7 +139,7 @@ class Api:
         if isinstance(body, Response):
             return body
         token = body.get("token")
-        found = self.gate.sign_in(token) if isinstance(token, str) else None
+        found = self.gate.sign_in(token) if is_text(token) else None
         if found is None:
             return _no("this token is not known", 401)
         response = _json({"name": found[1].name, "operator": found[1].operator})
@@ -156,18 +157,13 @@ class Api:
 def _action(body: dict[str, Any], user: str) -> Callable[[Pipeline, str], Event] | None:
     now, note = time.time_ns(), body.get("note", "")
     return {
-        "acknowledge": lambda pipeline, name: pipeline.conditions[name].acknowledge(_at(pipeline, now), user, note),
+        "acknowledge": lambda pipeline, name: pipeline.conditions[name].acknowledge(pipeline.time_at(now), user, note),
         "shelve": lambda pipeline, name: pipeline.conditions[name].shelve(
-            _at(pipeline, now), body.get("hours", 8.0), user, note
+            pipeline.time_at(now), body.get("hours", 8.0), user, note
         ),
-        "unshelve": lambda pipeline, name: pipeline.conditions[name].unshelve(_at(pipeline, now), user),
-        "note": lambda pipeline, name: pipeline.conditions[name].note(_at(pipeline, now), user, note),
+        "unshelve": lambda pipeline, name: pipeline.conditions[name].unshelve(pipeline.time_at(now), user),
+        "note": lambda pipeline, name: pipeline.conditions[name].note(pipeline.time_at(now), user, note),
     }.get(str(body.get("action")))
-
-
-def _at(pipeline: Pipeline, now_ns: int) -> int:
-    """Delays count in the samples' time, which in a replay is not that of the clock."""
-    return now_ns if pipeline.until_ns is None else pipeline.until_ns
 
 
 async def _body(request: Request) -> dict[str, Any] | Response:

@@ -11,11 +11,11 @@ LIMITS = Limits(3.0, 6.0, 12.0, deadband=0.2)
 RULES = Rules(on_delay=3, off_delay=4, re_alarm_h=10.0)
 
 
-def run(condition, *values, start=0, step_ns=1):
+def run(condition, *values, start=0, step_ns=1, mode="1500 rpm"):
     events = []
     for place, value in enumerate(values):
         size = value if isinstance(value, Size) else Size(value, 0.9 * value, 1.1 * value)
-        events += condition.judge(start + place * step_ns, size, LIMITS)
+        events += condition.judge(start + place * step_ns, size, LIMITS, mode)
     return [(event.kind, event.level) for event in events]
 
 
@@ -84,9 +84,9 @@ def test_acknowledged_it_asks_again_after_its_time_and_not_before(condition):
 def test_a_shelved_alarm_goes_on_but_tells_nobody(condition):
     condition.shelve(0, 1.0, "eve")
     size = Size(4.0, 3.0, 5.0)
-    events = [event for place in range(3) for event in condition.judge(place, size, LIMITS)]
+    events = [event for place in range(3) for event in condition.judge(place, size, LIMITS, "1500 rpm")]
     assert [(event.kind, event.told) for event in events] == [("raised", False)]
-    (event,) = condition.judge(HOUR_NS, size, LIMITS)
+    (event,) = condition.judge(HOUR_NS, size, LIMITS, "1500 rpm")
     assert (event.kind, event.told) == ("unshelved", True)
 
 
@@ -116,3 +116,36 @@ def test_an_alarm_comes_back_from_the_store_as_it_was(condition):
 def test_limits_rise(steps):
     with pytest.raises(ParameterError):
         Limits(*steps)
+
+
+def test_turns_of_each_mode_count_apart(condition):
+    """A fault that shows at one speed alone, with the speeds in turn: neither is it missed nor said to have ended."""
+    for value in (20, 20, 20):
+        told = [*run(condition, value, mode="fast"), *run(condition, 0.5, mode="slow")]
+    assert told == [("raised", "danger")]
+    assert run(condition, *[0.5] * 30, mode="slow") == [] and condition.level == 3
+    assert run(condition, 5, 5, 5, mode="slow") == [], "another mode already has a worse level"
+    condition.acknowledge(9, "eve")
+    assert run(condition, 1, 1, 1, 1, mode="fast") == [("lowered", "alert")], "which is that of the slow mode"
+    assert run(condition, 1, 1, 1, 1, mode="slow") == [("ended", "normal")]
+
+
+def test_levels_of_modes_are_those_after_a_restart(condition):
+    run(condition, 20, 20, 20, mode="fast"), run(condition, 4, 4, mode="slow")
+    again = Condition("backlash_deg", RULES, condition.to_dict(), ["fast", "slow"])
+    assert run(again, 0.5, 0.5, 0.5, mode="fast") == [] and run(again, 4, mode="slow") == []
+    assert run(again, 0.5, mode="fast") == [("lowered", "alert")]
+
+
+def test_what_an_earlier_version_has_left_goes_on_with_the_next_turn():
+    body = {"level": 3, "acknowledged": True, "since_ns": 1, "rising": [0, 0, 0, 0], "leaving": [0, 3, 3, 3]}
+    again = Condition("backlash_deg", RULES, body, ["fast", "slow"])
+    assert again.level == 3 and run(again, 0.5, mode="slow") == [("ended", "normal")]
+    body = {**body, "level": 0, "leaving": [0, 0, 0, 0], "rising": [0, 2, 2, 2]}
+    assert run(Condition("backlash_deg", RULES, body), 20, mode="fast") == [("raised", "danger")]
+
+
+def test_a_level_of_a_mode_that_is_no_more_goes_on_with_the_next_turn(condition):
+    run(condition, 20, 20, 20, mode="fast"), run(condition, 4, 4, 4, mode="slow")
+    again = Condition("backlash_deg", RULES, condition.to_dict(), ["slow"])
+    assert again.level == 3 and run(again, *[0.5] * 4, mode="slow") == [("ended", "normal")]

@@ -83,6 +83,21 @@ def test_a_wrong_field_gets_one_sentence(changes, word):
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
 
 
+def test_user_properties_tell_time_and_begins_as_json_does_or_get_one_sentence():
+    properties = {"time": "1800000000", "rate": "1000", "unit": "m/s^2", "begins": "true"}
+    samples = np.zeros(3, "<f4").tobytes()
+    block = block_of("m", samples, properties)
+    assert (block.start_ns, block.begins) == (1_800_000_000 * NANO, True)
+    for word, begins in (("True", True), ("false", False)):
+        assert block_of("m", samples, {**properties, "begins": word}).begins is begins
+    wrong = (({"begins": "1"}, "begins must be true or false, got '1'"), ({"time": "99999999999"}, "time"))
+    for changes, word in wrong:
+        with pytest.raises(SignalError, match=word):
+            block_of("m", samples, {**properties, **changes})
+    quarter = block_of("m", samples, {**properties, "time": "1800000000.25"})
+    assert quarter.start_ns - block.start_ns == pytest.approx(NANO / 4, abs=1000)
+
+
 @pytest.mark.parametrize("machine", ["", "../../etc", "a/b", "a\nb", "x" * 65, "$(reboot)"])
 def test_a_machine_s_name_is_no_path_and_no_code(machine):
     with pytest.raises(SignalError, match="machine"):

@@ -13,11 +13,14 @@ from types import SimpleNamespace
 import pytest
 
 from benchmarks.monitor.programs import MOSQUITTO, free_port
+from indexer_env.errors import ParameterError
 from monitor.outputs.publish import MqttDelivery
+from monitor.settings import settings_of
 from monitor.sources.broker import BuiltInBroker
 from monitor.sources.mqtt import Broker, MqttSource, Tls
 from tests.monitor.conftest import WAIT_S
 from tests.monitor.fakes import RATE, START_NS, samples
+from tests.monitor.test_service import config
 
 needs_mosquitto = pytest.mark.skipif(MOSQUITTO is None, reason="needs Mosquitto: apt-get install mosquitto")
 needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="needs OpenSSL: apt-get install openssl")
@@ -97,8 +100,9 @@ def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
     port, got = free_port(), []
     delivery = MqttDelivery(Broker("127.0.0.1", port, version=3), "plant/alarms/", "monitor")
     message = {"machine": "press+1", "quantity": "crack", "level": "alarm", "value": float("nan")}
-    with pytest.raises(OSError):
-        delivery({"delivery": 1, **message})
+    for _ in range(3):
+        with pytest.raises(OSError, match="not connected"):
+            delivery({"delivery": 1, **message})
     broker = BuiltInBroker(port)
     broker.start()
     client = Broker("127.0.0.1", port, version=3).client("listener", keep_session=False)
@@ -123,6 +127,7 @@ def test_alarms_go_out_by_the_broker_until_it_has_taken_them(monkeypatch):
     wait_for(lambda: 2 in {told["delivery"] for _, told in got})
     topic, told = next(one for one in got if one[1]["delivery"] == 2)
     assert topic == "plant/alarms/press_1/crack" and told["level"] == "alarm" and told["value"] is None
+    assert 1 not in {told["delivery"] for _, told in got}, "what was refused is not sent as well"
     delivery.close()
     client.disconnect()
     client.loop_stop()
@@ -236,3 +241,11 @@ def test_a_subscription_that_is_refused_is_told():
     assert "refuses to send plant/+/acceleration" in told[-1] and not source.subscribed.is_set()
     source._on_subscribe(None, None, 1, [SimpleNamespace(is_failure=False)])
     assert source.subscribed.is_set()
+
+
+@pytest.mark.parametrize("source", ["MQTTS://ulf:geh@eim@broker/plant/+/a", "mqtt:ulf:geheim@broker/plant/+/a"])
+@pytest.mark.parametrize("more", [[], ["lease.owner=north"]])
+def test_a_source_of_a_wrong_kind_is_told_without_its_password(source, more):
+    with pytest.raises(ParameterError, match="…@broker/plant") as caught:
+        settings_of(config(f"source='{source}'", *more))
+    assert "eim" not in str(caught.value) and "ulf" not in str(caught.value)

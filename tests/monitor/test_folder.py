@@ -9,7 +9,8 @@ import pytest
 from indexer_records.measured import Reading
 from monitor.engine import Engine
 from monitor.sources.folder import FolderSource
-from tests.monitor.fakes import PLAN
+from monitor.store import Store
+from tests.monitor.fakes import PLAN, FakeDiagnoser
 from tests.monitor.test_service import wait_for
 
 
@@ -185,3 +186,22 @@ def test_of_a_file_that_has_grown_what_is_new_is_used(monitor, tmp_path, monkeyp
     wait_for(lambda: monitor.store.summary("press")["turns"] == 8)
     source.stop()
     assert "double" not in monitor.store.summary("press")["states"]
+
+
+def test_of_a_file_that_has_grown_nothing_is_lost_while_the_engine_is_behind(tmp_path):
+    store = Store(f"sqlite:///{tmp_path}/monitor.sqlite")
+    engine = Engine(store, FakeDiagnoser(), PLAN)
+    engine.start()
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    path = tmp_path / "press_20270115T080000Z.csv"
+    for seconds, grown in ((3.3, False), (5.6, True), (9.1, True)):
+        time_s = np.arange(round(100 * seconds)) / 100.0
+        rows = "\n".join(f"{t:.2f},{np.sin(2 * np.pi * 20 * t):.6f}" for t in time_s)
+        path.write_text(f"time [s],acceleration [m/s^2]\n{rows}\n")
+        with engine._lock:
+            source._read(engine, path, path.name, str(seconds), grown=grown)
+    wait_for(lambda: engine.waiting == 0 and engine.positions(source.name).get(path.name) == "9.1")
+    engine.stop()
+    summary = store.summary("press")
+    store.close()
+    assert summary["turns"] == 9 and "gap" not in summary["states"] and "clock_step" not in summary["states"]

@@ -59,6 +59,8 @@ def test_a_machine_appears_and_wears_without_a_reload(tab):
     page.get_by_role("heading", name="The machine runs as usual.").wait_for()
     monitor.send(6, 7.0)
     page.get_by_role("heading", name="One machine needs attention").wait_for()
+    page.get_by_role("link", name="press-1").click()
+    page.get_by_text("backlash (the network is 90 % sure of it).").wait_for()
     page.get_by_role("link", name="Play in the reducer").click()
     page.get_by_role("heading", name="Trend, 60 rpm").wait_for()
     page.locator(".chart canvas").first.wait_for()
@@ -94,6 +96,30 @@ def test_an_alarm_is_acknowledged_in_one_tab_and_seen_in_another(tab):
     first.get_by_text("local operator: bearing <b>ordered</b>").wait_for()
     second.get_by_text("local operator: bearing <b>ordered</b>").wait_for()
     assert second.get_by_text("not acknowledged").count() == 0
+
+
+def test_what_is_shown_of_a_machine_is_its_own(tab):
+    """Where the answer for another one comes late, and where none comes."""
+    monitor, open_page = tab
+    for name, turns in (("press-1", 6), ("turner-1", 9)):
+        monitor.send(turns, 5.0, machine=name)
+    page = open_page("#/m/press-1/f/backlash_deg")
+    page.get_by_role("link", name="6", exact=True).wait_for()
+    held = []
+    page.route("**/api/machines/turner-1/turns?*", lambda route: held.append(route))
+    page.evaluate("location.hash = '#/m/turner-1/f/backlash_deg'")
+    while not held:
+        page.wait_for_timeout(20)
+    monitor.send(1, 5.0, machine="crane-1")  # which draws the page anew meanwhile
+    page.get_by_role("heading", name="turner-1").wait_for()
+    assert page.locator(".chart canvas").count() == 0 and page.get_by_role("link", name="6", exact=True).count() == 0
+    page.evaluate("location.hash = '#/m/press-1/f/backlash_deg'")
+    page.get_by_role("link", name="6", exact=True).wait_for()
+    held[0].continue_()
+    page.wait_for_timeout(500)
+    monitor.send(1, 5.0, machine="crane-1")
+    page.wait_for_timeout(500)
+    assert page.get_by_role("link", name="9", exact=True).count() == 0
 
 
 def test_a_dead_sensor_is_shown_as_such(tab):

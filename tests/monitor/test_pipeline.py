@@ -86,6 +86,18 @@ def test_a_fault_that_grows_raises_its_levels_one_after_the_other(pipeline):
     assert summary["level"] == "danger" and summary["worst"] == "backlash_deg"
 
 
+def test_a_fault_that_shows_at_one_of_two_speeds_in_turn_raises_its_alarm():
+    pipeline = Pipeline("m", FakeDiagnoser(FAST, SLOW), PLAN)
+    events = []
+    for place in range(40):
+        fast = place % 2 == 0
+        count, level, speed = (100, 20.0, FAST.motor_speed) if fast else (125, 0.5, SLOW.motor_speed)
+        one = block(1000 * place, count, level=level, motor_speed=speed, begins=True, sequence=place)
+        events += pipeline.take(one).events
+    told = [(event.kind, event.level) for event in events if event.quantity == "backlash_deg"]
+    assert told == [("raised", "danger")]
+
+
 def test_the_remaining_time_of_an_even_growth_is_told(pipeline):
     for second in range(20):
         outcome = [pipeline.take(block(100 * second, 100, level=0.5 + 0.25 * second))]

@@ -66,7 +66,7 @@ def test_the_log_does_not_repeat_itself_and_the_page_tells_the_newest(caplog):
         unread.add(f"n{place}", f"{place}.csv")
     assert unread.sentences[:SHOWN] == ["3.csv", "2.csv", "1.csv"] and "2 more" in unread.sentences[SHOWN]
     states = States()
-    assert unread.move("m", states) and not unread.move("m", states) and states.count("broken_payload") == 50
+    assert unread.move("m", states, 7) and not unread.move("m", states, 8) and states.count("broken_payload") == 50
 
 
 def test_the_page_of_a_monitor_is_told_why_no_machine_is_there(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from dataclasses import replace
 
 import pytest
@@ -12,9 +13,10 @@ from starlette.testclient import TestClient
 from indexer_env.errors import ParameterError
 from indexer_env.signal import Signal
 from indexer_records.conditions import RecordConditions
+from monitor.alarms.condition import HOUR_NS
 from monitor.analysis.finding import Size
 from monitor.settings import Access
-from tests.monitor.conftest import running
+from tests.monitor.conftest import WAIT_S, running
 from tests.monitor.fakes import RATE, FakeDiagnoser, samples
 
 OPERATOR, VIEWER, SECRET = "operator-token-0123", "viewer-token-012345", "proxy-secret-012345"
@@ -90,6 +92,56 @@ def test_an_alarm_is_acknowledged_with_a_note_once(client, monitor):
     assert client.post(path, json={"action": "unshelve"}).status_code == 200
     kinds = [event["kind"] for event in client.get("/api/events").json()["events"]]
     assert kinds == ["unshelved", "shelved", "acknowledged", "raised"]
+
+
+def test_a_token_that_is_no_text_is_not_known(guarded):
+    body = b'{"token": "\\ud800"}'
+    answer = guarded.post("/api/sign-in", content=body, headers={"content-type": "application/json"})
+    assert answer.status_code == 401
+
+
+@pytest.mark.parametrize("off_h", [2, -24 * 365])
+def test_states_are_told_in_the_time_of_the_samples(monitor, off_h):
+    """Of a logger whose clock is ahead, and of files of last year; else one clock ends what the other has noted."""
+    start_ns = time.time_ns() + off_h * HOUR_NS
+    monitor.engine._stale_s = 0.1
+    monitor.send(1, start_ns=start_ns)
+    monitor.engine.broken("press-1", "it is no JSON")
+    until = time.monotonic() + WAIT_S
+    while not {"stale", "broken_payload"} <= set(monitor.store.summary("press-1")["active_states"]):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    states = monitor.store.summary("press-1")["states"]
+    for name in ("stale", "broken_payload"):
+        assert abs(states[name]["last_ns"] - start_ns) < HOUR_NS / 60
+    monitor.send(1, start_ns=start_ns + 2 * 10**9)
+    assert "broken_payload" in monitor.store.summary("press-1")["active_states"]
+
+
+def test_hours_count_from_now_also_where_the_machine_has_stood_still(client, monitor, tmp_path):
+    """Since Friday, and the monitor was started anew on Monday: an alarm is shelved for 8 hours from then on."""
+    monitor.send(5, 5.0)
+    pipeline = monitor.engine._fleet.pipelines["press-1"]
+    ended, stood = pipeline.until_ns, 60 * HOUR_NS
+    pipeline.heard_ns -= stood
+    path = "/api/machines/press-1/alarms/backlash_deg"
+    assert client.post(path, json={"action": "shelve", "hours": 8}).status_code == 200
+    monitor.engine.stop()
+    again = running(tmp_path)
+    summary = again.store.summary("press-1")["alarms"]["backlash_deg"]
+    found = again.engine._fleet.pipelines["press-1"].time_at(time.time_ns())
+    again.engine.stop()
+    again.store.close()
+    assert summary["shelved_until_ns"] - ended == pytest.approx(stood + 8 * HOUR_NS, abs=HOUR_NS / 60)
+    assert found - ended == pytest.approx(stood, abs=HOUR_NS / 60)
+
+
+def test_in_a_replay_hours_count_in_the_time_of_its_samples(client, monitor):
+    monitor.send(5, 5.0)
+    pipeline = monitor.engine._fleet.pipelines["press-1"]
+    assert abs(pipeline.time_at(time.time_ns()) - pipeline.until_ns) < HOUR_NS / 60
+    pipeline.heard_ns = None
+    assert pipeline.time_at(time.time_ns()) == pipeline.newest_ns, "as of an earlier version"
 
 
 @pytest.mark.parametrize(

@@ -19,16 +19,16 @@ async function load() {
   state.fleet = new Map(fleet.machines.map((one) => [one.machine, one]));
 }
 
-// What a view needs beyond the fleet.
+// What a view needs beyond the fleet; what comes once another is shown is dropped.
 async function details() {
-  const [, name, kind, item] = route();
+  const [, name, kind, item] = route(), here = location.hash;
+  const keep = (found) => { if (location.hash === here) Object.assign(state, found); };
   if (!name) return;
-  if (kind === "t") { state.turn = await api.turn(name, Number(item)).catch(() => null); return; }
+  if (kind === "t") return keep({ turn: await api.turn(name, Number(item)).catch(() => null) });
   const [events, trends, turns, physics] = await Promise.all([
     api.events(name), kind === "f" ? api.trends(name) : null, kind === "f" ? api.turns(name) : null,
     state.physical ? api.physics(name) : null]);
-  Object.assign(state, { events: events.events, answers: physics?.answers });
-  if (trends) Object.assign(state, { trends, turns: turns.turns });
+  keep({ events: events.events, answers: physics?.answers, ...(trends ? { trends, turns: turns.turns } : {}) });
 }
 
 function draw() {
@@ -52,6 +52,11 @@ function soon() {
   if (drawing) return;
   drawing = true;
   requestAnimationFrame(draw);
+}
+
+function turned() {
+  Object.assign(state, { events: undefined, answers: undefined, trends: undefined, turns: undefined, turn: undefined });
+  return go();
 }
 
 async function go() {
@@ -118,6 +123,6 @@ function connect() {
   api.listen({ machine: changed, opened: again, lost: () => { state.connected = false; soon(); } });
 }
 
-addEventListener("hashchange", go);
+addEventListener("hashchange", turned);
 document.getElementById("foot").textContent = `Times in ${Intl.DateTimeFormat().resolvedOptions().timeZone}`;
 again().then(() => { if (!dialog.open) connect(); });

@@ -88,7 +88,7 @@ export const T = {
   noneHelp: "The monitor listens. A machine appears here with its first block of samples; docs/tutorials/monitor.md shows how to send one.",
   live: "live", lost: "Connection lost; what you see may be old. Trying again …",
   since: (t) => `since ${t}`,
-  sure: (p) => p == null ? "" : `the network is ${Math.min(99, Math.round(100 * p))} % sure of it`,
+  sure: (p) => `the network is ${Math.min(99, Math.round(100 * p))} % sure of it`,
   left: (r) => `Danger in about ${r}`,
   leftNone: "No time to danger can be told yet.",
   waiting: "The first turns are being taken in.",

@@ -18,7 +18,6 @@ function told(machine, name) {
   const left = remaining(last.remaining?.[name]);
   return h("ul.facts", {},
     h("li", {}, h("b", {}, interval(name, last.sizes?.[name])), alarm?.since_ns ? ` ${T.since(time(alarm.since_ns))}` : ""),
-    level !== "normal" && name !== "change" && !last.healthy && last.probability != null && h("li", {}, T.sure(last.probability)),
     level !== "danger" && (left ? h("li", {}, T.left(left)) : level !== "normal" && name !== "change" && h("li", {}, T.leftNone)),
     level !== "normal" && h("li", {}, QUANTITIES[name]?.todo[level]),
     alarm && !alarm.acknowledged && h("li.open", {}, T.unacked),
@@ -94,7 +93,8 @@ export function machine(state, name, ask) {
   const noted = Object.entries(one.states).sort((a, b) => b[1].active - a[1].active || b[1].last_ns - a[1].last_ns);
   return [
     h("h1", {}, name, " ", badge(one.level)),
-    h("p", {}, one.last.problem ? `${T.notDiagnosed}: ${one.last.problem}` : one.last.verdict ?? T.waiting, ". ",
+    h("p", {}, one.last.problem ? `${T.notDiagnosed}: ${one.last.problem}` : one.last.verdict ?? T.waiting,
+      !one.last.problem && one.last.probability != null ? ` (${T.sure(one.last.probability)}). ` : ". ",
       h("span.quiet", {}, `${T.asOf(time(one.last.time_ns))}, ${one.last.mode ?? ""}`)),
     sensorLine(one, state.words),
     h("div.two", {}, h("div", { "data-keep": JSON.stringify(levels) }, picture(levels)),
@@ -147,13 +147,14 @@ function turnTable(state, name, key) {
 
 export function turn(state, name, number) {
   const one = state.turn;
+  if (one === undefined) return [h("h1", {}, `Turn ${number}, ${name}`)];
   if (!one) return missing();
   const key = `${name} ${number}`;
   const legend = h("p.legend", {}, h("span.mine", {}, T.thisTurn), one.reference ? h("span.healthy", {}, `${T.healthyTurn} ${one.reference.number}`) : T.noReference);
   return [
     h("h1", {}, `Turn ${number}, ${name}`),
     h("p", {}, one.problem ? `${T.notDiagnosed}: ${one.problem}.` : h("b", {}, one.verdict),
-      one.probability != null ? ` (${T.told}: ${Math.round(100 * one.probability)} %)` : "", ` ${time(one.start_ns)}, ${one.mode}`),
+      one.probability != null ? ` (${T.told}: ${Math.min(99, Math.round(100 * one.probability))} %)` : "", ` ${time(one.start_ns)}, ${one.mode}`),
     h("p.actions", {}, number > 1 && h("a.button", { href: link("m", name, "t", number - 1) }, T.before),
       h("a.button", { href: link("m", name, "t", number + 1) }, T.after)),
     one.sizes && h("ul.facts", {}, Object.entries(one.sizes).map(([k, v]) => h("li", {}, `${quantity(k)}: `, h("b", {}, interval(k, v))))),

@@ -117,3 +117,12 @@ def test_a_turn_that_is_none_of_the_classes_is_not_named(result, signal):
     words = lines(report)
     assert "verdict      none of the classes it was taught" in words and "nearest      2: rings at 20 Hz" in words
     assert "backlash deg 3 (2 to 4.5)" in words
+
+
+@pytest.mark.parametrize("guarded", [True, False])
+def test_a_wrong_name_that_ends_with_the_true_one_is_told_as_wrong(result, signal, guarded):
+    (turn,) = diagnose(result.model, signal)
+    for name, told in (("rings at 20 Hz", ""), ("spoke bent, rings at 20 Hz", "(is: rings at 20 Hz)")):
+        diagnosis = dataclasses.replace(turn.diagnosis, class_name=name, guarded=guarded)
+        said = dataclasses.replace(turn, diagnosis=diagnosis)
+        assert line(CaseReport.of("a record", "rings at 20 Hz", [said])).partition("  (")[2] == told[1:]

@@ -72,6 +72,17 @@ def test_records_of_the_same_law_are_refused_as_seldom_as_promised(few, count):
     assert np.mean(refused) <= REFUSED + 3 * np.sqrt(REFUSED / 300)
 
 
+def test_files_of_many_turns_count_no_more_than_files_of_few(few):
+    """Files' levels scatter by a quarter; one of 100 turns and five of two, and a turn of one more, seed 2."""
+    rng, refused = np.random.default_rng(2), []
+    files = np.repeat(np.arange(6), [100, 2, 2, 2, 2, 2])
+    for _ in range(300):
+        levels = np.exp(0.25 * rng.standard_normal(7))
+        part = Range.fit(with_levels(few[0], levels[files], files), NOTHING, NOTHING, 0)
+        refused.append(outside(part, levels[6] * rng.standard_normal(1024))[0])
+    assert np.mean(refused) <= REFUSED + 3 * np.sqrt(REFUSED / 300)
+
+
 def test_limits_are_no_narrower_than_a_calibration_of_the_sensor(few):
     """Ten times the same record: another 5 % higher is still taken, one 6 % higher is not."""
     record = few[1][0].astype(np.float64)

@@ -130,3 +130,38 @@ def test_records_in_different_units_are_refused_in_the_forward_form(tmp_path: Pa
     one = drive(tmp_path, PENDULUM)
     with pytest.raises(IndexerError, match=r"All records must have 'q' in the same unit, got m and rad\.$"):
         courses_of(one, _read(one, folder))
+
+
+def _written(folder: Path, rate: float, **columns: np.ndarray) -> Path:
+    folder.mkdir(parents=True)
+    rows = np.column_stack([np.arange(len(next(iter(columns.values())))) / rate, *columns.values()])
+    np.savetxt(folder / "a.csv", rows, "%.10g", ",", header="t [s]," + ",".join(columns), comments="")
+    return folder
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.02])
+def test_an_encoder_that_begins_anew_after_each_turn_is_refused(factor: float, tmp_path: Path) -> None:
+    """Whatever the factor of its channel is."""
+    t, _, _, a = motion(seconds=12.0, rate=100.0)
+    q = 1.5 * t
+    one = drive(tmp_path, FILE.replace('"q": "q"', f'"q": ("q", {factor})'))
+    assert len(_read(one, _written(tmp_path / "right", 100.0, **{"q [rad]": q, "f [N m]": a}))) == 1
+    folder = _written(tmp_path / "wrapped", 100.0, **{"q [rad]": np.mod(q, 2.0 * np.pi), "f [N m]": a})
+    said = r"q must be a position that does not jump, got 'a step of .* rad at .* s'; unwrap an encoder .*\.$"
+    with pytest.raises(IndexerError, match=said):
+        _read(one, folder)
+
+
+@pytest.mark.parametrize("role", ["v", "a"])
+def test_a_rate_in_another_unit_is_told_behind_the_noise_of_a_fast_encoder(role: str, tmp_path: Path) -> None:
+    """10 kHz and 10 µm of noise, a speed or an acceleration 1000 times too large. Seed 1."""
+    t, q, v, a = motion(seconds=4.0, rate=1e4)
+    q = q + 1e-5 * np.random.default_rng(1).standard_normal(len(t))
+    unit, row = {"v": ("m/s", v), "a": ("m/s^2", a)}[role]
+    one = drive(tmp_path, FILE.replace('"q": "q"', f'"q": "q", "{role}": "{role}"'))
+    columns = {"q [m]": q, "f [N]": 95.0 * a, f"{role} [{unit}]": row}
+    assert len(_read(one, _written(tmp_path / "right", 1e4, **columns))) == 1
+    columns[f"{role} [{unit}]"] = 1e3 * row
+    said = rf"{role} must be the (rate|second derivative) of 'q', got '(1e\+03|9\d\d|10\d\d) times that'"
+    with pytest.raises(IndexerError, match=said):
+        _read(one, _written(tmp_path / "wrong", 1e4, **columns))

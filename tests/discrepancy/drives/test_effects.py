@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -192,6 +193,39 @@ def test_a_gain_that_known_friction_can_do_is_not_looked_for(tmp_path) -> None:
     known = FILE.replace('"f"}', '"f"}\nknown = {"friction.coulomb": {"force": 8.0}}')
     made = subject(tmp_path, lambda t, q, v, a: 95.0 * a + 8.0 * np.sign(v), known)
     assert made.model.left_out == ("inertia", "sensor.gain")
+
+
+@pytest.mark.parametrize(("over_cutoff", "most"), [(0.2, 0.01), (0.5, 0.03), (1.0, 0.08)])
+def test_a_load_without_play_moves_with_its_joint(over_cutoff: float, most: float) -> None:
+    """A sine at a frequency over that of the cut-off, of which a period has 16 samples."""
+    t, w = np.arange(3200) / 16.0, 2.0 * math.pi * over_cutoff
+    m = SimpleNamespace(q=np.sin(w * t), v=w * np.cos(w * t), a=-(w**2) * np.sin(w * t), step=1.0 / 16.0)
+    p = SimpleNamespace(play=1e-9, share=1.0, friction=0.0, law=0.0)
+    left = EFFECTS["play.contact"].law(m, p, lambda q, v, a: a)[160:]
+    assert float(np.sqrt(np.mean(left**2))) < most * w**2 / math.sqrt(2.0)
+
+
+def test_a_transmission_that_wavers_passes_a_constant_load_on_by_its_ratio() -> None:
+    """Virtual work: F dq = c d(q + e sin(n q + φ))."""
+    q = np.linspace(0.0, 7.0, 200)
+    m, p = SimpleNamespace(q=q, v=1.0 + 0.0 * q, a=0.0 * q), SimpleNamespace(amplitude=0.05, order=2.0, phase=0.3)
+    found = EFFECTS["drive.transmission_error"].law(m, p, lambda q, v, a: np.full_like(q, 10.0))
+    np.testing.assert_allclose(found, 10.0 * 0.05 * 2.0 * np.cos(2.0 * q + 0.3), atol=1e-12)
+
+
+def test_an_effect_of_ones_own_follows_the_models_parameters(tmp_path) -> None:
+    """One that calls `base`: its force at another mass is not that of the mass before."""
+    text = FILE + (
+        "\nfrom discrepancy.drives import DriveEffect, Size\n"
+        "own_effects = (DriveEffect('gear', 'Gears lose a share.', 'F += c f', 'ours',\n"
+        "    (Size('share', 'c', '', (0.1,), 0.0, 5.0, 0.0),), \n"
+        "    lambda m, p, base: p.share * base(m.q, m.v, m.a) * m.v),)\n"
+    )
+    models = [subject(tmp_path, lambda t, q, v, a: 95.0 * a, text).model for _ in range(2)]
+    one = models[0].hypotheses()["gear"][0]
+    light, heavy = (np.array([z, *one.coordinates([0.123])]) for z in (0.0, 1.0))
+    models[0].compared(0, one, light)
+    np.testing.assert_array_equal(models[0].compared(0, one, heavy)[0], models[1].compared(0, one, heavy)[0])
 
 
 @pytest.mark.skipif(not isinstance(contact(), Dispatcher), reason="nothing is compiled")

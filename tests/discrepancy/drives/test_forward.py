@@ -102,8 +102,9 @@ def test_hidden_friction_is_found(truth: np.ndarray, tmp_path: Path) -> None:
     """Seed 5, noise of 1 mrad."""
     noisy = truth + 1e-3 * np.random.default_rng(5).standard_normal(len(truth))
     subject = made(tmp_path, noisy)
-    problem, place = start_of(subject, subject.model.hypotheses()["friction.coulomb"][0])
-    found = fit(problem, place, steps=15).place
+    # a fit may end in one of several minima, by where it starts
+    starts = [start_of(subject, subject.model.hypotheses()["friction.coulomb"][0], start=k) for k in range(2)]
+    problem, found = min(((p, fit(p, place, steps=15).place) for p, place in starts), key=lambda one: one[1].cost)
     assert found.level(subject.model) < 1.1
     got = values(problem, found)
     assert got["friction.coulomb.force"] == pytest.approx(0.15, rel=0.02)
@@ -220,14 +221,14 @@ def test_a_load_on_a_spring_swings_as_scipy_says(tmp_path: Path) -> None:
 
 
 def test_a_transmission_that_wavers_moves_the_load_as_scipy_says(tmp_path: Path) -> None:
-    """u = f at the load's angle x = q + e sin(n q + φ), its speed and its acceleration."""
+    """u = x' f at the load's angle x = q + e sin(n q + φ), its speed and its acceleration, x' = dx/dq."""
     e, n, phase = 0.03, 2.0, 0.4
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         q, v = y
         first, second = e * n * math.cos(n * q + phase), -e * n * n * math.sin(n * q + phase)
         x, w = q + e * math.sin(n * q + phase), (1.0 + first) * v
-        push = float(np.interp(t, T, PUSH)) - math.sin(x) - 0.02 * w
+        push = float(np.interp(t, T, PUSH)) / (1.0 + first) - math.sin(x) - 0.02 * w
         return [v, (push / 0.05 - second * v * v) / (1.0 + first)]
 
     sizes = {"amplitude": e, "phase": phase}

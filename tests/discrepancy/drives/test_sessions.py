@@ -92,7 +92,8 @@ def test_what_records_own_values_can_do_is_not_looked_for(tmp_path: Path) -> Non
 def test_a_record_held_out_flatters_no_effect(tmp_path: Path) -> None:
     """Its own dry friction is fitted without the drag as well, so that only the drag's own share counts as closed;
     where no drag is missing nothing is found."""
-    text = f'{FILE}\nsessions = ("Fc", "offset")\neffects = ("friction.*", "spring.linear")\n'
+    # above 20 Hz the sign of a smoothed speed differs from dry friction at reversals, which presliding stands in for
+    text = f'{FILE}\nsessions = ("Fc", "offset")\neffects = ("friction.*", "spring.linear")\ncutoff = 18.75\n'
     made = subject_of(drive(tmp_path, text), of_days(drag=60.0, zeros=(3.0, -4.0, 6.0)))
     answer = explain(made.model, made.held_out)
     assert answer.names == ("friction.viscous",)
@@ -112,7 +113,7 @@ def test_a_record_held_out_flatters_no_effect(tmp_path: Path) -> None:
         (KNOWN, "friction.coulomb.force", "sessions = ('friction.coulomb.force', 'offset')"),
         (
             KNOWN.replace("known", "_known"), "friction.coulomb.force",
-            "known = {'friction.coulomb': {'force': 21.95}} and sessions = ('friction.coulomb.force', 'offset')",
+            "known = {'friction.coulomb': {'force': 21.97}} and sessions = ('friction.coulomb.force', 'offset')",
         ),
     ],
 )  # fmt: skip

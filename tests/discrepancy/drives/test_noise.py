@@ -1,0 +1,73 @@
+"""Several records at one cut-off, and the noise of all that is measured in the noise of the comparison."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discrepancy.drives.channels import Record
+from discrepancy.drives.door import subject_of
+from discrepancy.drives.track import tracks_of
+from tests.discrepancy.drives.made import FILE, drive, motion, start_of
+
+PRESSED = """
+parameters = {"mass": (95.0, "kg", 10.0), "area": (1e-3, "m^2", 1e-4)}
+channels = {"time": "t", "q": "q", "force": "f", "pressure": "pressure"}
+
+
+def force(q, v, a, u, t, p):
+    return p.mass * a + p.area * u
+"""
+
+
+def _swinging(frequency: float, noise: float = 0.0) -> Record:
+    """30 s of one sine of 0.1 m at 500 Hz; seed 1."""
+    t, w = np.arange(15_000) / 500.0, 2.0 * math.pi * frequency
+    q, rng = 0.1 * np.sin(w * t), np.random.default_rng(1)
+    rows = {"q": q + noise * rng.standard_normal(len(t)), "force": -95.0 * w**2 * q}
+    return Record(f"{frequency:g}_hz.csv", 500.0, rows, {"q": "m", "force": "N"})
+
+
+def test_a_slow_record_leaves_a_fast_one_as_it_is(tmp_path: Path) -> None:
+    """0.2 and 4 Hz: the cut-off holds the force of both."""
+    records = [_swinging(0.2), _swinging(4.0)]
+    tracks, _ = tracks_of(drive(tmp_path), records)
+    for track, record in zip(tracks, records, strict=True):
+        assert track.measured.var() > 0.9 * record.rows["force"].var()
+
+
+def test_the_noise_of_a_slow_record_does_not_set_the_cut_off(tmp_path: Path) -> None:
+    """0.1 mm of noise is as much as the slow record's acceleration at 2 Hz and above. The cut-off falls to where the
+    fast record's motion is; it does not rise to where noise passes for motion."""
+    (slow, fast), _ = tracks_of(drive(tmp_path), [_swinging(0.2, 1e-4), _swinging(4.0, 1e-4)])
+    assert fast.cutoff == pytest.approx(4.0, rel=0.05)
+    assert 95.0 * slow.motion_noise[2] < 1.0
+
+
+def _level(folder: Path, text: str, rows: dict[str, np.ndarray], units: dict[str, str], cutoff: float = 20.0) -> float:
+    made = subject_of(drive(folder, f"{text}\ncutoff = {cutoff}\n"), [Record("a.csv", 500.0, rows, units)])
+    return start_of(made)[1].level(made.model)
+
+
+def test_the_noise_of_an_input_counts(tmp_path: Path) -> None:
+    """A pressure of 1 bar read within 2 kPa, which is 2 N, beside 0.2 N of the force's own; all values true. Seed 1."""
+    t, q, _, a = motion()
+    rng = np.random.default_rng(1)
+    pressure = 1e5 * np.sin(2.0 * t)
+    read = pressure + 2e3 * rng.standard_normal(len(t))
+    force = 95.0 * a + 1e-3 * pressure + 0.2 * rng.standard_normal(len(t))
+    units = {"q": "m", "force": "N", "pressure": "Pa"}
+    assert 0.8 < _level(tmp_path, PRESSED, {"q": q, "force": force, "pressure": read}, units) ** 2 < 1.3
+
+
+def test_the_noise_of_the_motion_counts_through_effects_that_are_known(tmp_path: Path) -> None:
+    """A known spring of 100 kN/m turns 0.3 mm of the encoder's noise into 30 N a sample. Seed 1."""
+    _, q, _, a = motion()
+    rows = {"q": q + 3e-4 * np.random.default_rng(1).standard_normal(len(q)), "force": 90.0 * a + 1e5 * q}
+    text = f"{FILE}\ncutoff = 3.0\nknown = {{'spring.linear': {{'stiffness': 1e5}}}}\n"
+    model = subject_of(drive(tmp_path, text), [Record("a.csv", 500.0, rows, {"q": "m", "force": "N"})]).model
+    (track,) = model.tracks
+    alone = math.hypot(track.noise, 90.0 * track.motion_noise[2])
+    assert model.noise[0] == pytest.approx(math.hypot(alone, 1e5 * track.motion_noise[0]), rel=1e-3)
+    assert model.noise[0] > 1.5 * alone

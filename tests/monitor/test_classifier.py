@@ -1,0 +1,27 @@
+"""What a classifier's diagnosis means to the monitor."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from indexer_env.signal import Signal
+from indexer_records.conditions import RecordConditions
+from monitor.analysis.classifier import ClassifierDiagnoser
+from tests.monitor.fakes import FAST, RATE
+
+
+@pytest.mark.parametrize(("novel", "probability"), [(False, 0.9), (True, None)])
+def test_none_of_the_classes_has_no_probability(monkeypatch, novel, probability):
+    """That of the model is of the class that would be named."""
+    told = SimpleNamespace(
+        verdict="none of the classes it was taught" if novel else "crack", is_novel=novel, code="010", bands=(),
+        assessment={"probability": 0.9, "novelty": 3.0 if novel else 0.5}, class_name="crack", second_name="intact",
+        margin=0.5,
+    )  # fmt: skip
+    monkeypatch.setattr("monitor.analysis.classifier.diagnose_turn", lambda *_: told)
+    diagnoser = object.__new__(ClassifierDiagnoser)
+    diagnoser.modes, diagnoser.quantities = (FAST,), ()
+    diagnoser._models = {FAST.name: SimpleNamespace(conditions=SimpleNamespace(check=lambda *_: None))}
+    found = diagnoser.diagnose_turn(Signal(np.ones(100), RATE, unit="m/s^2"), RecordConditions())
+    assert found.probability == probability and found.verdict == told.verdict

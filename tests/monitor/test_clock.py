@@ -1,0 +1,117 @@
+"""A clock that is set loses no turn and doubles none, not even where the monitor is started anew just then."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitor.intake.blocks import NANO
+from monitor.pipeline import Pipeline
+from monitor.store import Store
+from monitor.store.codec import pack, unpack
+from monitor.store.store import drop_blocks, write_block
+from tests.monitor.fakes import PLAN, FakeDiagnoser, block
+
+HOUR_NS = 3600 * NANO
+STEPS = [-HOUR_NS, -round(2.3 * NANO), HOUR_NS]
+PULSE = pytest.mark.parametrize("pulse", [False, True], ids=["period", "pulse"])
+
+
+def blocks_over(step_ns, pulse=False, count=37, places=60, numbered=True):
+    """Blocks of which the last forty have their times by a clock that was set within a turn."""
+    blocks = [block(7 + count * k, count, pulse=pulse, sequence=k if numbered else None) for k in range(places)]
+    return [*blocks[:20], *(replace(one, start_ns=one.start_ns + step_ns) for one in blocks[20:])]
+
+
+def fed(pipeline, blocks):
+    return [turn for one in blocks if (got := pipeline.take(one)) for turn in got.turns]
+
+
+@PULSE
+@pytest.mark.parametrize("step_ns", STEPS)
+@pytest.mark.parametrize("count", [10, 37, 250], ids=["short", "middling", "longer than a turn"])
+def test_a_clock_that_is_set_within_a_turn_loses_none(pulse, step_ns, count):
+    expected = fed(Pipeline("m", FakeDiagnoser(), PLAN), blocks_over(0, pulse, count))
+    turns = fed(Pipeline("m", FakeDiagnoser(), PLAN), blocks_over(step_ns, pulse, count))
+    assert len(turns) == len(expected) > 3
+    starts = np.diff([turn.cut.start_ns for turn in turns]) / NANO
+    assert np.sum(np.abs(starts - 1.0) > 0.02) <= 1, "but where the clock was set"
+    for one, other in zip(turns, expected, strict=True):
+        np.testing.assert_allclose(one.cut.turn.record, other.cut.turn.record, atol=1e-6)
+
+
+def test_a_turn_that_is_told_after_the_clock_was_set_has_its_time_by_the_new_one():
+    """Turns without samples at their ends wait for some; times of the old clock would hide those that follow."""
+    turns = fed(Pipeline("m", FakeDiagnoser(), PLAN), blocks_over(-HOUR_NS))
+    ends = [turn.cut.end_ns for turn in turns]
+    straddling = next(k for k, (one, other) in enumerate(itertools.pairwise(ends)) if other < one)
+    assert turns[straddling + 1].cut.start_ns == pytest.approx(ends[straddling] - HOUR_NS, abs=2)
+
+
+@pytest.mark.parametrize("step_ns", STEPS)
+def test_a_pulse_that_has_died_is_told_at_any_clock(step_ns):
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    blocks = blocks_over(step_ns, pulse=True)
+    fed(pipeline, blocks[:30])
+    assert "no_pulse" not in pipeline.states.active
+    fed(pipeline, [replace(one, pulse=np.zeros(37)) for one in blocks[30:]])
+    assert "no_pulse" in pipeline.states.active
+
+
+@PULSE
+@pytest.mark.parametrize("step_ns", STEPS[:2])
+@pytest.mark.parametrize(("numbered", "cut"), [(True, 21), (True, 26), (False, 23), (False, 26)])
+def test_a_restart_after_a_clock_was_set_back_gives_the_turns_of_an_unbroken_run(
+    tmp_path, pulse, numbered, step_ns, cut
+):
+    blocks = blocks_over(step_ns, pulse, numbered=numbered)
+    expected = fed(Pipeline("m", FakeDiagnoser(), PLAN), blocks)
+    store, pipeline, turns = Store(f"sqlite:///{tmp_path}/monitor.sqlite"), Pipeline("m", FakeDiagnoser(), PLAN), []
+    for one in blocks[:cut]:
+        outcome = pipeline.take(one)
+        with store.transaction() as connection:
+            if outcome is not None:
+                write_block(connection, one)
+                turns += outcome.turns
+            if (needed := pipeline.first_needed_ns()) is not None:
+                drop_blocks(connection, "m", needed, pipeline.newest_ns)
+    again = Pipeline("m", FakeDiagnoser(), PLAN, unpack(pack(pipeline.to_dict())))
+    assert again.restore(store.machine("m")[1]).turns == [] and again.newest_ns == pipeline.newest_ns
+    turns += fed(again, blocks[cut:])
+    store.close()
+    assert [turn.number for turn in turns] == [turn.number for turn in expected]
+    told = [[(turn.cut.start_ns - block(0).start_ns) / NANO for turn in some] for some in (turns, expected)]
+    np.testing.assert_allclose(*told, atol=1e-6)
+
+
+def test_samples_by_a_clock_that_was_set_back_are_forgotten_with_those_after_it(tmp_path):
+    store, pipeline = Store(f"sqlite:///{tmp_path}/monitor.sqlite"), Pipeline("m", FakeDiagnoser(), PLAN)
+    for one in blocks_over(-HOUR_NS, places=40):
+        pipeline.take(one)
+        with store.transaction() as connection:
+            write_block(connection, one)
+            drop_blocks(connection, "m", pipeline.first_needed_ns(), pipeline.newest_ns)
+    kept = store.machine("m")[1]
+    store.close()
+    assert len(kept) < 12 and max(one.end_ns for one in kept) == pipeline.newest_ns
+
+
+def test_a_logger_that_begins_at_1970_goes_on_after_a_restart():
+    blocks = blocks_over(-block(7 + 37 * 20).start_ns)
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    fed(pipeline, blocks[:23])
+    again = Pipeline("m", FakeDiagnoser(), PLAN, pipeline.to_dict())
+    again.restore(blocks[15:23])
+    fed(again, blocks[23:])
+    assert again.turns >= len(fed(Pipeline("m", FakeDiagnoser(), PLAN), blocks_over(0))) - 1
+
+
+def test_a_state_of_an_earlier_version_that_waits_for_the_old_clock_is_freed():
+    blocks = blocks_over(-HOUR_NS)
+    pipeline = Pipeline("m", FakeDiagnoser(), PLAN)
+    fed(pipeline, blocks[:40])
+    body = {**pipeline.to_dict(), "until_ns": pipeline.until_ns + HOUR_NS}
+    again = Pipeline("m", FakeDiagnoser(), PLAN, body)
+    again.restore(blocks[30:40])
+    assert len(fed(again, blocks[40:])) >= 6
