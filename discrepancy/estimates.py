@@ -171,7 +171,7 @@ class Estimates:
         directions = _undetermined(self._told_alone(known), names)
         return Calibration(tuple(self.estimates[k] for k in mine), hit, directions)
 
-    def _told_alone(self, mine: Sequence[int]) -> np.ndarray:
+    def _told_alone(self, mine: list[int]) -> np.ndarray:
         """What the records tell under D of these parameters (m, m), all others as uncertain as they are: eliminated,
         with what was known of them."""
         told = self.information / self.dispersion
