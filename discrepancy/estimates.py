@@ -175,10 +175,11 @@ class Estimates:
         """What the records tell under D of these parameters (m, m), all others as uncertain as they are: eliminated,
         with what was known of them."""
         told = self.information / self.dispersion
-        others = np.setdiff1d(np.arange(len(told)), mine)
-        own, between = told[np.ix_(mine, mine)], told[np.ix_(others, mine)]
+        others = [k for k in range(len(told)) if k not in mine]
+        between = told[others][:, mine]
         prior = np.diag([float(self.parameters[k].known) for k in others])
-        return own - between.T @ np.linalg.pinv(told[np.ix_(others, others)] + prior, hermitian=True) @ between
+        eliminated = np.linalg.pinv(told[others][:, others] + prior, hermitian=True)
+        return told[mine][:, mine] - between.T @ eliminated @ between
 
 
 def estimates_of(model: Model, place: Point) -> Estimates:
