@@ -12,7 +12,7 @@ import numpy as np
 from discrepancy.noise import limited_noise
 from discrepancy.records.conditions import Conditions
 from discrepancy.records.matching import Match, upright
-from discrepancy.records.offset import without_offset
+from discrepancy.records.offset import first_dwell_of, without_offset
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import by_pulses, put_right
 from discrepancy.records.start import pulse_start
@@ -109,7 +109,7 @@ def corrected(
         if said:
             reference, notes = healthy.turn(OperatingPoint(speed, conditions.load_torque)), [*notes, *said]
     cam_rate, turned = machine.reduction * speed, dataclasses.replace(record, signal=signal)
-    first_dwell = (math.pi * (1.0 + machine.motion_share) - match.start_angle) % (2.0 * math.pi)
+    first_dwell = first_dwell_of(machine.motion_share, match.start_angle)
     level, said = without_offset(turned, cam_rate, first_dwell, healthy.sensor.offset)
     signal, notes = level.signal, [*notes, *said]
     start = conditions.start_angle

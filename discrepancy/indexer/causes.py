@@ -11,6 +11,7 @@ compared is the variable and the joint alone.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,12 +122,7 @@ def setting_of(model: IndexerModel, place: Point) -> Setting:
     sensor = model.machine_at(place.hypothesis, place.z)[1]
     filters = filters_of(sensor, model.sample_rate)
     if filters:
-        # what filters remember of the time before a window is unknown, as its start state is
-        free = np.zeros((2 * sum(map(len, filters)), *r.shape))
-        for count in np.unique(model.counts).tolist():
-            basis = free_responses(filters, count)
-            free[: len(basis), model.counts == count, :count] = basis[:, None]
-        by_local = np.concatenate([by_local, free])
+        by_local = np.concatenate([by_local, _remembered(filters, model.counts)])
     every = max(1, round(model.sample_rate / _RATE))
     counts = model.counts // every
     inside = np.asarray(np.arange(int(counts.max())) < counts[:, None])
@@ -157,6 +153,15 @@ def setting_of(model: IndexerModel, place: Point) -> Setting:
     frequencies = np.fft.rfftfreq(2 * inside.shape[1], 1.0 / rate) if filters else np.zeros(0)
     passes = passed(filters, frequencies, model.sample_rate)
     return Setting(machine, laid, motion, response, sensor.scale / noise, table, passes)
+
+
+def _remembered(filters: Sequence[np.ndarray], counts: np.ndarray) -> np.ndarray:
+    """What filters may remember (k, w, n) of the time before windows of so many samples: unknown, as a start state."""
+    free = np.zeros((2 * sum(map(len, filters)), len(counts), int(counts.max())))
+    for count in np.unique(counts).tolist():
+        basis = free_responses(filters, count)
+        free[: len(basis), counts == count, :count] = basis[:, None]
+    return free
 
 
 def forms_of(setting: Setting, residue: Residue) -> tuple[list[Form], list[tuple[Form, float]]]:

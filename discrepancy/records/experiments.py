@@ -20,7 +20,7 @@ from discrepancy.records.conditions import grouped
 from discrepancy.records.division import divided
 from discrepancy.records.likeness import ALIKE, LIKENESS, check_likeness, checked_motion, other_stations
 from discrepancy.records.matching import likest, likest_other, nominal_orders, upright
-from discrepancy.records.offset import without_offset
+from discrepancy.records.offset import first_dwell_of, without_offset
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
 from discrepancy.records.start import start_of
@@ -220,7 +220,7 @@ def _checked(
     if record.pulses is None or len(record.pulses) < 2:
         speed, said = put_right(record, speed, match, machine.reduction)
         notes += said
-    first_dwell = (math.pi * (1.0 + machine.motion_share) - match.start_angle) % _TURN
+    first_dwell = first_dwell_of(machine.motion_share, match.start_angle)
     record, said = without_offset(record, machine.reduction * speed, first_dwell, sensor.offset)
     notes += said
     signal = record.signal

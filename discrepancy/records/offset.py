@@ -14,6 +14,11 @@ _CHANCE = 1e-4
 """Probability below which a mean other than the sensor's own offset is one: few cam turns tell little."""
 
 
+def first_dwell_of(motion_share: float, start_angle: float) -> float:
+    """Cam angle [rad] from a first sample, taken at `start_angle`, to the middle of the first dwell."""
+    return (math.pi * (1.0 + motion_share) - start_angle) % (2.0 * math.pi)
+
+
 def without_offset(
     record: Record, cam_rate: float, first_dwell: float, stated: float
 ) -> tuple[Record, list[str]]:  # fmt: skip
