@@ -215,15 +215,17 @@ def dwell_begin(machine: Machine) -> float:
     return 2.0 * math.pi * high
 
 
-def check_drive(machine: Machine, operating_point: OperatingPoint, task: ControlTask) -> None:
-    """Refuse a motor that slips so much under load and full brake that it stands still where the cam is steepest.
-
-    Share of the commanded speed left there, motion taken as slow: 1 - c τ β'_max (|T_L| + brake) / ω.
-    """
+def speed_kept(machine: Machine, torque: float, motor_speed: float) -> float:
+    """Share of the commanded speed [rad/s] that the motor keeps under a torque on the table [N m] where the cam is
+    steepest, motion taken as slow: 1 - c τ β'_max T / ω."""
     compliance = next((effect.compliance for effect in machine.effects if isinstance(effect, Slip)), 0.0)
     steepest = law_table(machine.motion_law, machine.stations, machine.motion_share).steepest
-    torque = machine.reduction * steepest * (abs(operating_point.load_torque) + task.brake_torque)
-    share = 1.0 - compliance * torque / operating_point.motor_speed
+    return 1.0 - compliance * machine.reduction * steepest * torque / motor_speed
+
+
+def check_drive(machine: Machine, operating_point: OperatingPoint, task: ControlTask) -> None:
+    """Refuse a motor that slips so much under load and full brake that it stands still where the cam is steepest."""
+    share = speed_kept(machine, abs(operating_point.load_torque) + task.brake_torque, operating_point.motor_speed)
     if share < LEAST_SPEED:
         rule = f"one that keeps {LEAST_SPEED:.0%} of the commanded speed under its load and the full brake"
         remedy = "lower the load, brake_torque or drive.slip's compliance"

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from indexer_env.coefficients import Coefficients, Pack, coefficients, pack
+from indexer_env.control import speed_kept
 from indexer_env.diagnosis_task import DiagnosisTask, Setting
 from indexer_env.engine import advance, cores, prepare_kernel
 from indexer_env.errors import ParameterError, SimulationError, refuse
@@ -29,6 +30,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
 from indexer_env.spectrum import density, level
+from indexer_env.turns import LEAST_SPEED
 from indexer_env.variation import varied
 
 SAMPLE_RATE = 1000.0
@@ -110,7 +112,9 @@ def check_hypotheses(task: DiagnosisTask, machine: Machine) -> None:
                 rule = (
                     f"such that a step of {1e3 / (MOST_STEPS * SAMPLE_RATE):g} ms resolves the machine's fastest mode"
                 )
-                remedy = f"it needs {1e3 / (steps * SAMPLE_RATE):.2g} ms, so make loose screws looser or tight"
+                loose = faults.screw_looseness > 0.0
+                mend = "make loose screws looser or tight" if loose else "soften its stiffest joint"
+                remedy = f"it needs {1e3 / (steps * SAMPLE_RATE):.2g} ms, so {mend}"
                 raise refuse("diagnosis.hypotheses", name, rule, faults, remedy)
 
 
@@ -244,6 +248,13 @@ def check_bench(task: DiagnosisTask, machine: Machine, operating_point: Operatin
         if not SHORTEST_TURN <= turn <= LONGEST_TURN:
             rule = f"such that a turn takes {SHORTEST_TURN:g} to {LONGEST_TURN:g} s"
             raise refuse("IndexerDiagnosisEnv", "operating_point", rule, f"{turn:.3g} s at {speed:g} of its speed")
+    for setting in task.settings:
+        torque = abs(operating_point.load_torque + setting.brake)
+        share = speed_kept(machine, torque, setting.speed * operating_point.motor_speed)
+        if share < LEAST_SPEED:
+            rule = f"one that keeps {LEAST_SPEED:.0%} of the commanded speed at each setting"
+            got = f"{machine.name} with {share:.0%} at {setting.speed:g} of nominal speed under {setting.brake:g} N m"
+            raise refuse("IndexerDiagnosisEnv", "machine", rule, got, "lower the brakes or drive.slip's compliance")
     sensor.sections(SAMPLE_RATE)
     rate = sensor.record_rate(SAMPLE_RATE)
     if rate != round(rate) or rate < 2 * BANDS * BAND_HZ:

@@ -112,6 +112,9 @@ class DriveSensors:
             Source of the noise, a standard normal for each sample; None without noise.
         """
         self.check_machine(machine)
+        if any(name not in channels for name in self.channels):
+            rule = f"a mapping with {', '.join(self.channels)}"
+            raise refuse("DriveSensors.read", "channels", rule, list(channels), "record Run(channels=sensors.channels)")
         found: dict[str, np.ndarray] = {}
         if {"motor_torque", "motor_current"} & set(self.signals):
             taken = channels["torque_1"] * (1.0 + _friction(machine) * channels["region_1"])

@@ -89,7 +89,7 @@ class Faults:
             stiffness_loss = _both_cracks(single.stiffness_loss, self.roller_crack)
             present.append(SingleRollerCrack(stiffness_loss=stiffness_loss, station=self.cracked_station))
         if self.screw_looseness > 0.0:
-            loose = _on(machine, BaseLooseness(compliance=0.0))
+            loose = _base_of(machine)
             inertia = machine.follower_inertia + machine.housing_inertia
             stiffness = inertia * (2.0 * math.pi * LOOSE_HOUSING_HZ) ** 2
             compliance = loose.compliance + self.screw_looseness / stiffness
@@ -162,6 +162,20 @@ _E = TypeVar("_E", bound=MachineEffect)
 def _on(machine: Machine, null: _E) -> _E:
     """The machine's own effect of this kind, or the null one."""
     return next((effect for effect in machine.effects if isinstance(effect, type(null))), null)
+
+
+def _base_of(machine: Machine) -> BaseLooseness:
+    """How loose a machine's base is before a fault: by its effect, else by its base joint where it stands on one."""
+    own = _on(machine, BaseLooseness(compliance=0.0))
+    if machine.model != "B_on_base" or not own.is_null:
+        return own
+    base = machine.base_joint
+    if base.stiffness_ratio < 1.0:
+        rule = "0 for a machine whose base_joint.stiffness_ratio is below 1, which base.looseness does not have"
+        raise refuse("Faults", "screw_looseness", rule, base.stiffness_ratio)
+    inertia = machine.follower_inertia + machine.housing_inertia
+    damping_ratio = base.damping / (2.0 * math.sqrt(base.stiffness * inertia))
+    return BaseLooseness(1.0 / base.stiffness, damping_ratio, base.backlash)
 
 
 def _both_cracks(first: float, second: float) -> float:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from indexer_env.build import from_mapping
 from indexer_env.checks import did_you_mean
-from indexer_env.errors import ParameterError
+from indexer_env.errors import ParameterError, refuse
 from indexer_env.machine import Machine, machine_from_mapping
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
@@ -31,10 +31,12 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
     Raises
     ------
     ParameterError
-        No such preset or file, or not a YAML mapping.
+        No such preset or file, not a YAML mapping, or a key that stands twice.
     """
     import yaml
 
+    if not isinstance(name_or_path, str | Path):
+        raise refuse("presets", group, "the name of a preset or the path of a YAML file", name_or_path)
     folder = config_dir() / group
     text = str(name_or_path)
     path = Path(text) if text.endswith(_ENDINGS) else folder / f"{text}.yaml"
@@ -43,13 +45,28 @@ def load_yaml(group: str, name_or_path: str | Path) -> dict[str, Any]:
         hint = did_you_mean(text, names) or "the presets are " + ", ".join(names)
         raise ParameterError(f"There is no {group} preset or YAML file {text!r}; {hint}.")
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        written = path.read_text(encoding="utf-8")
+        _refuse_doubled(yaml.compose(written, yaml.SafeLoader), path)
+        content = yaml.safe_load(written)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         where = str(error).replace("\n", " ")
         raise ParameterError(f"{path} is not readable YAML: {where}.") from error
     if not isinstance(content, dict):
         raise ParameterError(f"{path} must hold a mapping of parameters to values, got {type(content).__name__}.")
     return content
+
+
+def _refuse_doubled(node: Any, path: Path) -> None:
+    """Refuse a key that stands twice in a mapping of a composed file, of which YAML keeps the last without a word."""
+    if not isinstance(getattr(node, "value", None), list):
+        return
+    keys = [key.value for key, _ in node.value if isinstance(key.value, str)] if node.id == "mapping" else []
+    for key in keys:
+        if keys.count(key) > 1:
+            raise ParameterError(f"{path} gives {key!r} {keys.count(key)} times in one mapping; keep one of them.")
+    for entry in node.value:
+        for part in entry if isinstance(entry, tuple) else (entry,):
+            _refuse_doubled(part, path)
 
 
 def with_own_table(content: dict[str, Any], name_or_path: str | Path) -> dict[str, Any]:

@@ -16,7 +16,8 @@ from indexer_env.build import check_keywords, from_mapping
 from indexer_env.checks import did_you_mean
 from indexer_env.control import ControlTask, Limits, check_drive, check_start_angle, dwell_begin, limits_of
 from indexer_env.errors import ParameterError, refuse
-from indexer_env.fault_law import FaultLaw, fault_law
+from indexer_env.fault_law import Course, FaultLaw, fault_law
+from indexer_env.faults import Faults
 from indexer_env.kernels.control import OBSERVED
 from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
@@ -83,12 +84,14 @@ class Scenario:
 
 
 def check_faults(scenarios: Sequence[Scenario]) -> None:
-    """Refuse a law of faults, the same in all these scenarios, that can draw one which a machine or the step refuses.
+    """Refuse a machine that the step refuses, and a law of faults, the same in all these scenarios, that can draw one
+    which a machine or the step refuses.
 
     Each fault is tried alone at the ends of its law; machines that are varied from episode to episode are tried as they
     were ordered.
     """
     step = scenarios[0].task.integrator_step
+    items_of([(Start(each.machine, each.operating_point, Course()), Faults()) for each in scenarios], step)
     for name, value, course in scenarios[0].faults.extremes():
         starts = [Start(scenario.machine, scenario.operating_point, course) for scenario in scenarios]
         try:

@@ -65,8 +65,9 @@ def simulate(machine: Machine, operating_point: OperatingPoint | None = None, ru
     SimulationError
         The run became non-finite or left the physical range; names machine, time and state.
     """
-    run = run or Run()
-    batch = _run_batch([machine], [operating_point or OperatingPoint()], run, None, reject=False)
+    point, run = operating_point or OperatingPoint(), run or Run()
+    _check_kinds("simulate", [machine], [point], run)
+    batch = _run_batch([machine], [point], run, None, reject=False)
     channels = {name: values[0] for name, values in batch.channels.items()}
     report = WarmupReport(int(batch.warmup_turns[0]), bool(batch.settled[0]), float(batch.warmup_difference[0]))
     return Trajectory(run.sample_rate, channels, report)
@@ -115,6 +116,8 @@ def simulate_batch(
         raise refuse("simulate_batch", "threads", f"left out (None) with device={device}", threads)
     if threads is not None:
         check_integer("simulate_batch", "threads", threads, low=1)
+    if not isinstance(machines, Sequence | np.ndarray):
+        raise refuse("simulate_batch", "machines", "a sequence of Machine", machines, "put a single one in a list")
     run = run or Run()
     points = operating_points if operating_points is not None else OperatingPoint()
     if isinstance(points, OperatingPoint):
@@ -124,12 +127,25 @@ def simulate_batch(
             f"simulate_batch needs one operating point per machine or one for all, got {len(points)} for "
             f"{len(machines)} machines."
         )
+    _check_kinds("simulate_batch", machines, points, run)
     runner: OnCores | OnCuda = _ON_CORES
     if cuda:
         from indexer_env.cuda.turns import OnCuda
 
         runner = OnCuda(cuda)
     return _run_batch(machines, points, run, threads, reject=True, sink=sink, runner=runner)
+
+
+def _check_kinds(owner: str, machines: Sequence[Any], points: Sequence[Any], run: Any) -> None:
+    """Refuse what is no Machine, OperatingPoint or Run."""
+    for name, given, kind, remedy in (
+        ("machine", machines, Machine, "load_machine gives that of a preset or file"),
+        ("operating_point", points, OperatingPoint, "load_operating_point gives that of a preset; a Run is run=…"),
+        ("run", [run], Run, "write Run(samples=…), from indexer_env"),
+    ):
+        for each in given:
+            if not isinstance(each, kind):
+                raise refuse(owner, name, f"of the class {kind.__name__}", each, remedy)
 
 
 def _run_batch(

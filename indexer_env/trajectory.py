@@ -30,6 +30,13 @@ def check_channels(owner: str, channels: tuple[str, ...]) -> None:
         check_choice(owner, "channels", channel, CHANNELS)
 
 
+def _recorded(channels: dict[str, np.ndarray], name: str) -> np.ndarray:
+    """A channel; refuses one that was not recorded."""
+    if name not in channels:
+        raise refuse("Run", "channels", f"a tuple that holds {name} where it is asked for", tuple(channels))
+    return channels[name]
+
+
 @dataclass(frozen=True)
 class WarmupReport:
     """How the transient was left behind.
@@ -75,7 +82,7 @@ class Trajectory:
     @property
     def table_acceleration(self) -> np.ndarray:
         """φ̈ [rad/s²], (n,)."""
-        return self.channels["table_acceleration"]
+        return _recorded(self.channels, "table_acceleration")
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +113,7 @@ class Batch:
     @property
     def table_acceleration(self) -> np.ndarray:
         """φ̈ [rad/s²], (n_items, n_samples)."""
-        return self.channels["table_acceleration"]
+        return _recorded(self.channels, "table_acceleration")
 
     def __len__(self) -> int:
         return len(self.settled)

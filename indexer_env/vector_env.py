@@ -40,15 +40,15 @@ MOST_READINGS = 20_000_000
 class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """`num_envs` machines, each with its own generator, faults and, if given, parameters.
 
-    Item i gives the bits that `IndexerEnv` gives with the same seed; `reset(seed=s)` seeds item i with s + i. Infos are
-    those of the single environment, batched with masks as Gymnasium's vector environments do.
+    Item i gives the bits that `IndexerEnv` gives with the same seed and item 0's limits; `reset(seed=s)` seeds item i
+    with s + i. Infos are those of the single environment, batched with masks as Gymnasium's vector environments do.
 
     Parameters
     ----------
     num_envs : int
         1 to MOST_MACHINES; times the samples of a period at most MOST_READINGS.
     machine, operating_point : as in `IndexerEnv`, or a sequence of num_envs of them
-        The limits of the observation are those of the first.
+        The limits, by which observations and the reward's vibration are scaled, are those of the first.
     half_width : float
         w [-], in [0, 0.5]: each episode has a machine of its own, drawn around the item's as by the wrapper
         `DomainRandomisation`, bit for bit; 0 draws none.
@@ -157,6 +157,7 @@ class IndexerVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nda
         given = dict(options or {})
         mask = mask_of("IndexerVectorEnv", given.pop("reset_mask", None), self.num_envs)
         seeds = seeds_of("IndexerVectorEnv", seed, self.num_envs)
+        self._started[mask] = False  # what is refused below leaves nothing that could go on
         self._seed(seeds, mask)
         index = np.flatnonzero(mask)
         readings = self._arrays.zeros(self.num_envs, self._fleet.task.samples)

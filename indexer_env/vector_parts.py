@@ -58,7 +58,8 @@ def seeds_of(owner: str, seed: object, n: int) -> list[int | None]:
         return [None if seed is None else seed + i for i in range(n)]
     seeds: list[int | None] = list(seed) if isinstance(seed, list | tuple | range) else []
     if len(seeds) != n:
-        raise refuse(f"{owner}.reset", "seed", f"one or {n} whole numbers", seed)
+        remedy = "give Python's own: int(seed), or a list of them"
+        raise refuse(f"{owner}.reset", "seed", f"one or {n} whole numbers", seed, remedy)
     return seeds
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
-from gymnasium.utils import RecordConstructorArgs
+from gymnasium.utils import RecordConstructorArgs, seeding
 
 from indexer_env.checks import check_integer, check_number
 from indexer_env.env import IndexerEnv
@@ -53,6 +53,7 @@ class TurnWindow(gymnasium.Wrapper, RecordConstructorArgs):
         RecordConstructorArgs.__init__(self, turns=turns)
         gymnasium.Wrapper.__init__(self, env)
         check_number("TurnWindow", "turns", turns, low=0.0, low_open=True)
+        self.turns = turns
         indexer = _indexer("TurnWindow", env)
         duration = indexer.machine.turn_duration(indexer.operating_point)
         samples = turns * duration * indexer.task.sample_rate
@@ -99,7 +100,9 @@ class PowerSpectrum(gymnasium.Wrapper, RecordConstructorArgs):
 
     def __init__(self, env: gymnasium.Env, highest_hz: int = 100, turns: float = 1.0) -> None:
         RecordConstructorArgs.__init__(self, highest_hz=highest_hz, turns=turns)
-        gymnasium.Wrapper.__init__(self, TurnWindow(env, turns))
+        # made again from its spec it is given the window that it made for itself
+        window = env if isinstance(env, TurnWindow) and env.turns == turns else TurnWindow(env, turns)
+        gymnasium.Wrapper.__init__(self, window)
         indexer = _indexer("PowerSpectrum", env)
         self._rate = indexer.task.sample_rate
         if self._rate != round(self._rate):
@@ -158,6 +161,8 @@ class DomainRandomisation(gymnasium.Wrapper, RecordConstructorArgs):
         machine = given.get("machine", self._machine)
         if isinstance(machine, str | Path):
             machine = load_machine(machine)
+        if seed is not None:
+            seeding.np_random(seed)  # refuses what is no seed as Gymnasium does
         if seed is not None or self._rng is None:
             self._rng = variation_rng(seed)
         if isinstance(machine, Machine):
@@ -213,6 +218,8 @@ class SensorNoise(gymnasium.Wrapper, RecordConstructorArgs):
     def _draws(self, seed: int | None) -> np.random.Generator:
         """The generator PCG64(SeedSequence(seed, spawn_key=(2,))), kept until the next seed: apart from the
         environment's and from that of the machines."""
+        if seed is not None:
+            seeding.np_random(seed)  # refuses what is no seed as Gymnasium does
         if seed is not None or self._rng is None:
             self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
         return self._rng

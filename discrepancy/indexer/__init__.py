@@ -9,6 +9,7 @@ reading     what a sensor makes of them, and how far that is from what was measu
 advance     windows side by side, advanced by the kernel
 model       IndexerModel, which simulates windows in batches
 response    what torques at the joints would add to the readings, linearised
+setting     what a fitted model says of its records, for causes to be compared
 causes      what may be missing at each joint, free over one variable
 scans       lines, resonances and bursts, which have to be looked for
 extend      the machine extended by what was found, as YAML that every command loads

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from discrepancy.indexer.causes import Setting, forms_of, setting_of, spread
+from discrepancy.indexer.causes import forms_of, spread
 from discrepancy.indexer.model import IndexerModel
+from discrepancy.indexer.setting import Setting, residual_at, setting_of
 from discrepancy.origin import MARGIN, Form, Origin, Residue, likeliest, origin_of
 from discrepancy.place import Point
 from indexer_env.effects.joint import BaseLooseness
@@ -71,7 +72,7 @@ def elsewhere_at(model: IndexerModel, place: Point, without: Point, effect: str)
     found = likeliest(residue, forms_of(setting, residue)[0])
     if found is None:
         return ""
-    change = residue.clean((setting.laid.residual - setting_of(model, place).laid.residual)[..., None])
+    change = residue.clean((setting.laid.residual - residual_at(model, place, setting.laid.inside))[..., None])
     (law, _), (free, scale) = (residue.evidence(columns) for columns in (change, found.columns))
     if effect in _BUMPS:
         least = _OF_A_BUMP if (found.joint, found.kind) == ("output", "phase") else _ELSEWHERE

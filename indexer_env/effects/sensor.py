@@ -50,7 +50,7 @@ class SensorLowpass(SensorEffect):
 
     name = "sensor.lowpass"
     sentence = "A low-pass in the measuring chain cuts into the band."
-    equation = "second-order Butterworth low-pass; time_constant 0 is none"
+    equation = "second-order Butterworth low-pass in place of the sensor's own; time_constant 0 leaves that"
     source = _CHAIN
     enters = "sensor"
 
@@ -71,7 +71,7 @@ class SensorHighpass(SensorEffect):
 
     name = "sensor.highpass"
     sentence = "A high-pass in the measuring chain, as the AC coupling of a piezoelectric sensor, cuts into the band."
-    equation = "first-order high-pass s/(s + corner); corner 0 is none"
+    equation = "first-order high-pass s/(s + corner) in place of the sensor's own; corner 0 leaves that"
     source = _CHAIN
     enters = "sensor"
 
@@ -92,7 +92,7 @@ class SensorBracketResonance(SensorEffect):
 
     name = "sensor.bracket_resonance"
     sentence = "The bracket that holds the accelerometer resonates."
-    equation = "(2ζωs + ω²)/(s² + 2ζωs + ω²); compliance (g per unit stiffness) enters as 1/ω², 0 is a rigid bracket"
+    equation = "(2ζωs + ω²)/(s² + 2ζωs + ω²), 1/ω² = inverse_square, in place of the sensor's own; 0 leaves that"
     source = _CHAIN
     enters = "sensor"
 
@@ -133,7 +133,7 @@ class SensorMainsHum(SensorEffect):
 
     name = "sensor.mains_hum"
     sentence = "Mains hum rides on the signal."
-    equation = "y += A sin(2π f t + phase)"
+    equation = "hum = A sin(2π f t + phase), in place of the sensor's own (whose hum_third stays)"
     source = _CHAIN
     enters = "sensor"
 

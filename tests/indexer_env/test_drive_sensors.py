@@ -88,3 +88,9 @@ def test_model_a_has_no_motor_torque() -> None:
     with pytest.raises(ParameterError, match="for a machine of Model A, which has no input joint"):
         ALL.check_machine(machine)
     DriveSensors(("motor_angle",)).check_machine(machine)
+
+
+def test_channels_that_are_missing_are_refused() -> None:
+    sensors = DriveSensors(("motor_torque",))
+    with pytest.raises(ParameterError, match=r"^DriveSensors\.read\.channels must be a mapping with torque_1, "):
+        sensors.read(load_machine("reference"), {"table_acceleration": np.zeros(4)}, 1000.0)

@@ -10,6 +10,7 @@ import pytest
 from indexer_env.coefficients import coefficients
 from indexer_env.errors import ParameterError
 from indexer_env.faults import LOOSE_HOUSING_HZ, Faults
+from indexer_env.machine import Joint
 from indexer_env.modes import natural_frequencies
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.presets import load_machine
@@ -132,3 +133,19 @@ def test_a_second_single_crack_elsewhere_is_refused():
     machine = Faults(roller_crack=0.3, cracked_station=2).applied_to(load_machine("reference"))
     with pytest.raises(ParameterError, match=r"^Faults\.cracked_station must be 2, .* got 5\.$"):
         Faults(roller_crack=0.3, cracked_station=5).applied_to(machine)
+
+
+def test_looseness_comes_on_top_of_the_base_a_machine_stands_on(reference):
+    on_base = dataclasses.replace(reference, model="B_on_base", base_joint=Joint(2e5, 400.0, 0.002))
+    healthy = coefficients(on_base, POINT)
+    loose = [coefficients(Faults(screw_looseness=s).applied_to(on_base), POINT) for s in (1e-9, 0.2, 1.0)]
+    assert loose[0]["stiffness_3"] == pytest.approx(healthy["stiffness_3"], rel=1e-6)
+    assert loose[0]["damping_3"] == pytest.approx(healthy["damping_3"], rel=1e-6)
+    assert loose[0]["stiffness_3"] > loose[1]["stiffness_3"] > loose[2]["stiffness_3"]
+    assert all(one["edge_3"] == healthy["edge_3"] > 0.0 for one in loose)
+
+
+def test_looseness_of_a_base_that_is_stiffer_one_way_is_refused(reference):
+    on_base = dataclasses.replace(reference, model="B_on_base", base_joint=Joint(2e5, 400.0, 0.0, 0.5))
+    with pytest.raises(ParameterError, match=r"^Faults\.screw_looseness must be 0 for .* below 1, .* got 0\.5\.$"):
+        Faults(screw_looseness=0.2).applied_to(on_base)

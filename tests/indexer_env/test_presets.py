@@ -103,6 +103,8 @@ def test_an_unknown_preset_is_named_with_the_nearest(group):
         (b"", "must hold a mapping of parameters to values, got NoneType."),
         (b"- 1\n", "must hold a mapping of parameters to values, got list."),
         (b"8", "must hold a mapping of parameters to values, got int."),
+        (b"stations: 8\nstations: 6", "gives 'stations' 2 times in one mapping; keep one of them."),
+        (b"output_joint: {stiffness: 1.0, stiffness: 2.0}", "gives 'stiffness' 2 times in one mapping"),
         (b"stations: 8", "Machine lacks input_joint, output_joint, base_joint, "),
     ],
 )
@@ -121,3 +123,8 @@ def test_a_preset_keeps_its_units_in_its_keys(tmp_path):
     point = load_operating_point(path)
     assert point.motor_speed == pytest.approx(OperatingPoint().motor_speed / 2.0, rel=1e-15)
     assert load_yaml("operating_point", path) == {"motor_speed_rpm": 750, "load_torque": -3.0}
+
+
+def test_a_machine_is_no_name_of_one():
+    with pytest.raises(ParameterError, match=r"^presets\.machine must be the name of a preset or the path of a YAML"):
+        load_machine(load_machine("reference"))  # type: ignore[arg-type]

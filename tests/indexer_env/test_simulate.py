@@ -14,7 +14,7 @@ import pytest
 
 from indexer_env.errors import IndexerError, ParameterError, SimulationError
 from indexer_env.operating_point import OperatingPoint
-from indexer_env.simulate import Run, simulate
+from indexer_env.simulate import Run, simulate, simulate_batch
 from indexer_env.trajectory import CHANNELS
 from tests.patience import PATIENCE
 
@@ -277,3 +277,33 @@ def test_a_stalling_motor_is_rejected(compliance, simulator):
     )  # fmt: skip
     assert child.returncode == 0, child.stderr
     assert child.stdout.startswith("[0] smooth (item 0) "), child.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("reference",), r"^simulate\.machine must be of the class Machine, got 'reference'; load_machine gives"),
+        (("machine", Run(samples=100)), r"^simulate\.operating_point must be of the class OperatingPoint, got Run"),
+        (
+            ("machine", OperatingPoint(), {"samples": 1}),
+            r"^simulate\.run must be of the class Run, got \{",
+        ),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else repr(value)[:20],
+)
+def test_what_is_of_another_class_is_refused(arguments, said, reference):
+    with pytest.raises(ParameterError, match=said):
+        simulate(*(reference if each == "machine" else each for each in arguments))
+
+
+def test_a_batch_of_no_sequence_is_refused(reference):
+    with pytest.raises(ParameterError, match=r"^simulate_batch\.machines must be a sequence of Machine, got "):
+        simulate_batch(reference)
+    with pytest.raises(ParameterError, match=r"^simulate_batch\.machine must be of the class Machine, got 'reference'"):
+        simulate_batch([reference, "reference"])
+
+
+def test_a_channel_that_was_not_recorded_is_refused(reference):
+    found = simulate(reference, run=Run(channels=("cam_angle",), samples=10, warmup_turns=0))
+    with pytest.raises(ParameterError, match=r"^Run\.channels must be a tuple that holds table_acceleration "):
+        _ = found.table_acceleration

@@ -154,7 +154,7 @@ export function turn(state, name, number) {
   return [
     h("h1", {}, `Turn ${number}, ${name}`),
     h("p", {}, one.problem ? `${T.notDiagnosed}: ${one.problem}.` : h("b", {}, one.verdict),
-      one.probability != null ? ` (${T.told}: ${Math.min(99, Math.round(100 * one.probability))} %)` : "", ` ${time(one.start_ns)}, ${one.mode}`),
+      one.probability != null ? ` (${T.told}: ${T.percent(one.probability)})` : "", ` ${time(one.start_ns)}, ${one.mode}`),
     h("p.actions", {}, number > 1 && h("a.button", { href: link("m", name, "t", number - 1) }, T.before),
       h("a.button", { href: link("m", name, "t", number + 1) }, T.after)),
     one.sizes && h("ul.facts", {}, Object.entries(one.sizes).map(([k, v]) => h("li", {}, `${quantity(k)}: `, h("b", {}, interval(k, v))))),

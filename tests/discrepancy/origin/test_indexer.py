@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from discrepancy.indexer import Experiment, IndexerModel
-from discrepancy.indexer.causes import _MARKS, Setting, _over, _profile, _spline, setting_of
+from discrepancy.indexer.causes import _MARKS, _over, _profile, _spline
 from discrepancy.indexer.response import JOINTS, Response, motion_of
 from discrepancy.indexer.scans import _own_frequency, elsewhere_at, origin_at
+from discrepancy.indexer.setting import Setting, setting_of
 from discrepancy.model import NONE, Jobs
 from discrepancy.origin import Origin, Residue
 from discrepancy.place import Point

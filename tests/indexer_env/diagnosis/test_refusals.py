@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from indexer_env import OperatingPoint, ParameterError, load_sensor
+from indexer_env import OperatingPoint, ParameterError, load_machine, load_sensor, make_effect
 from indexer_env.diagnosis_env import IndexerDiagnosisEnv
 from indexer_env.diagnosis_task import DiagnosisTask
 
@@ -133,6 +133,10 @@ def test_an_option_that_cannot_be(options, said):
             {"operating_point": OperatingPoint(motor_speed=1e4)},
             "IndexerDiagnosisEnv.operating_point must be such that a turn takes 1 to 600 s, got ",
         ),
+        (
+            {"machine": load_machine().with_effects(make_effect("drive.slip", compliance=100.0))},
+            "IndexerDiagnosisEnv.machine must be one that keeps 20% of the commanded speed at each setting, got ",
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -141,6 +145,13 @@ def test_an_argument_that_cannot_be(arguments, said):
         IndexerDiagnosisEnv(**arguments)
     sentence = str(caught.value)
     assert sentence.startswith(said) and sentence.endswith(".") and "\n" not in sentence
+
+
+def test_a_sound_machine_that_is_too_stiff_has_no_loose_screws():
+    machine = load_machine()
+    stiff = dataclasses.replace(machine, output_joint=dataclasses.replace(machine.output_joint, stiffness=1e8))
+    with pytest.raises(ParameterError, match=r"hypotheses\.sound must be .*soften its stiffest joint\.$"):
+        IndexerDiagnosisEnv(machine=stiff, hypotheses=TWO)
 
 
 def test_a_task_is_taken_in_each_of_its_forms():

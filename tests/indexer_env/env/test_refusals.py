@@ -157,7 +157,7 @@ def test_a_step_too_coarse_for_the_machine():
     with pytest.raises(
         ParameterError, match=r"IndexerEnv.step must be <= .* s to resolve the fastest mode of reference"
     ):
-        IndexerEnv(step=1e-2, sample_rate=100.0).reset(seed=0)
+        IndexerEnv(step=1e-2, sample_rate=100.0)
 
 
 def test_noise_by_ratio_needs_a_whole_record():
@@ -199,12 +199,15 @@ def test_a_mask_that_cannot_be(mask):
         IndexerVectorEnv(2).reset(options={"reset_mask": mask})
 
 
-def test_a_refused_reset_leaves_the_vector_as_it_was():
-    env, twin = IndexerVectorEnv(2), IndexerVectorEnv(2)
-    for each in (env, twin):
-        each.reset(seed=3)
+def test_after_a_refused_reset_the_vector_asks_for_another():
+    """Its generators were seeded anew by then, so that no old episode can go on with them."""
+    env, twin = IndexerVectorEnv(2, sensor="bench"), IndexerVectorEnv(2, sensor="bench")
+    env.reset(seed=3)
     with pytest.raises(ParameterError):
-        env.reset(options={"faults": {"roller_crack": 2.0}})
+        env.reset(seed=9, options={"faults": {"roller_crack": 2.0}})
+    with pytest.raises(ResetNeeded):
+        env.step(np.ones((2, 1)))
+    np.testing.assert_array_equal(env.reset(seed=3)[0], twin.reset(seed=3)[0])
     np.testing.assert_array_equal(env.step(np.ones((2, 1)))[0], twin.step(np.ones((2, 1)))[0])
     with pytest.raises(ParameterError, match=r"IndexerVectorEnv.reset.seed must be one or 2 whole numbers"):
         env.reset(seed=[1, 2, 3])

@@ -9,6 +9,7 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from indexer_env import OperatingPoint, start
+from indexer_env.env import IndexerEnv
 from indexer_env.modes import largest_steps
 from indexer_env.vector_env import IndexerVectorEnv
 from indexer_env.wrappers import DomainRandomisation
@@ -103,6 +104,18 @@ def test_each_its_own_machine_and_operating_point(smooth, reference):
     assert observation[0, 3] > 1.4 * observation[1, 3] > 0.1
 
 
+def test_an_item_with_its_own_operating_point_is_scaled_as_the_first():
+    slow, nominal = OperatingPoint(motor_speed=80.0), OperatingPoint()
+    fleet, single = IndexerVectorEnv(2, operating_point=[slow, nominal]), IndexerEnv(operating_point=slow)
+    fleet.reset(seed=5)
+    single.reset(seed=6, options={"operating_point": nominal})
+    for _ in range(20):
+        observations, rewards, *_ = fleet.step(np.ones((2, 1)))
+        observation, reward, *_ = single.step(np.ones(1))
+        np.testing.assert_array_equal(observations[1], observation)
+        assert rewards[1] == reward
+
+
 @pytest.mark.parametrize("mode", list(AutoresetMode), ids=lambda mode: mode.value)
 @pytest.mark.parametrize("half_width", [0.0, 0.1])
 def test_machines_drawn_for_each_episode_are_those_of_the_wrapper(mode, half_width):
@@ -145,6 +158,7 @@ def test_a_reset_checks_the_steps_of_all_its_machines_together(monkeypatch):
 
     monkeypatch.setattr(start, "largest_steps", counted)
     env = IndexerVectorEnv(1500, half_width=0.1)
+    sizes.clear()
     env.reset(seed=1234)
     env.reset(options={"reset_mask": np.arange(1500) < 2})
     assert sizes == [1500, 2]

@@ -45,6 +45,7 @@ def test_they_can_be_made_again_from_their_spec(name):
     env = WRAPPERS[name](gymnasium.make(ID))
     assert env.spec is not None
     again = gymnasium.make(env.spec)
+    assert again.spec is not None and again.spec.additional_wrappers == env.spec.additional_wrappers
     assert data_equivalence(episode(env, 3, 5), episode(again, 3, 5), exact=True)
 
 
