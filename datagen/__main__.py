@@ -7,6 +7,7 @@ from typing import Any
 from hydra.core.hydra_config import HydraConfig
 from rich.table import Table
 
+from datagen.draws import effect_of
 from datagen.executors import make_executor
 from datagen.generate import generate
 from datagen.order import Order, order_from
@@ -43,8 +44,9 @@ def _refuse_idle(order: Order) -> None:
             raise refuse("datagen", key, f"left to the campaign {campaign.name}", override, remedy)
         for setting, stage in (("draws", campaign.machine_laws), ("drift", campaign.item_laws)):
             law = stage.laws.get(path) if path else None
-            if law is not None and not law.needs_nominal and "{" not in override:
-                remedy = f"add ~campaign.{setting}.{key} to fix it"
+            if path and law is not None and not law.needs_nominal and "{" not in override:
+                effect = effect_of(path)
+                remedy = f"add ~campaign.{setting}.{f'effects.{effect}' if effect else key} to fix it"
                 raise refuse("datagen", key, f"left to campaign.{setting}, which draws it", override, remedy)
 
 

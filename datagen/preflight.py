@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from datagen.campaign import Base, Campaign, Case, Item, build
+from datagen.draws import effect_of
 from indexer_env.effects import LOADABLE
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.faults import NO_CRACK, NO_CRACK_REMEDY
@@ -16,7 +17,7 @@ from indexer_env.machine import NOT_IN_MODEL
 
 LOOKED_AT = 32
 """Items that are looked at from the campaign's beginning, and as many from all of it; what none of them shows is taken
-to be in none."""
+to be in none, but for an effect that is drawn by its probability."""
 
 _GOLDEN = 0.6180339887498949
 """Multiples of it, modulo 1, fill the unit interval evenly and in step with no axis of a grid."""
@@ -38,6 +39,10 @@ def check_draws(campaign: Campaign, base: Base, seed: int, count: int) -> None:
     _check_radius(laws, base)
     _check_effects(campaign, base, laws)
     cases = list(_built(items, base))
+    if len({case.sensor.radius is None for case in cases}) > 1:
+        rule = "a number in all items or null in all, as all records share their unit"
+        remedy = "sweep over it with -m, one data set for each value"
+        raise refuse("campaign", "sensor.radius", rule, "both", remedy)
     for path, law in laws.items():
         if not isinstance(law, Fixed) and cases:
             _check_used(path, law, cases, campaign)
@@ -73,6 +78,8 @@ def _check_effects(campaign: Campaign, base: Base, laws: dict[str, Law]) -> None
 
 def _check_used(path: str, law: Law, cases: Sequence[Case], campaign: Campaign) -> None:
     values = [_value(case.item, path) for case in cases]
+    if 0.0 < campaign.machine_laws.probabilities.get(effect_of(path) or "", 1.0) < 1.0 and set(values) == {None}:
+        return  # an effect so rare that no item looked at has it
     if law.needs_nominal and all(value in (0.0, None) for value in values):
         remedy = "draw it by {uniform: [low, high]} or another law"
         raise refuse("campaign", path, "other than 0 where its law is around a nominal value", law, remedy)
@@ -122,8 +129,8 @@ def _idle_in_machine(name: str, case: Case, campaign: Campaign) -> bool:
         return "drive.slip" not in present
     if head == "housing_inertia" and loose:
         return False
-    if head == "base_joint" and loose:
-        return True
+    if head == "base_joint" and loose and case.faults.screw_looseness == 0.0:
+        return True  # an effect of the machine's own stands in its place, while screws come loose on top of it
     return head in NOT_IN_MODEL[machine.model]
 
 

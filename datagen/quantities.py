@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from indexer_env.build import field_of
@@ -39,6 +39,11 @@ FIELDS: dict[str, tuple[str, ...]] = {
 SECTIONS = ("machine", "operating_point", "faults", "effects", "sensor")
 
 
+def _fields(effect: str) -> dict[str, dataclasses.Field]:
+    """The parameters of an effect, which state their units."""
+    return {field.name: field for field in dataclasses.fields(LOADABLE[effect])}
+
+
 def laws_by_path(mapping: Mapping[str, Any], owner: str) -> dict[str, Law]:
     """Law by dotted path of a mapping (YAML) of sections, e.g. {machine: {output_joint: {stiffness: LAW}}, faults:
     {backlash_deg: LAW}, effects: {friction.coulomb: {torque: LAW}}}.
@@ -57,12 +62,16 @@ def laws_by_path(mapping: Mapping[str, Any], owner: str) -> dict[str, Law]:
 
 def path_of(key: str) -> str | None:
     """The quantity that a dotted key of the configuration stands for, None where it stands for none:
-    "faults.backlash" for "faults.backlash_deg"."""
+    "faults.backlash" for "faults.backlash_deg", "effects.friction.coulomb.torque" also below "machine."."""
     section, _, name = key.rpartition(".")
     if section == "faults" and name in STATES:
         return f"faults.{STATES[name][0]}"
+    fields: Collection[str] = FIELDS.get(section, ())
+    above, _, effect = section.partition("effects.")
+    if above in ("", "machine.") and effect in LOADABLE:
+        section, fields = f"effects.{effect}", _fields(effect)
     try:
-        return f"{section}.{field_of(section, name, FIELDS[section])[0]}" if section in FIELDS else None
+        return f"{section}.{field_of(section, name, fields)[0]}" if fields else None
     except ParameterError:
         return None
 
@@ -91,7 +100,7 @@ def _effects(mapping: Mapping[str, Any], section: str, owner: str) -> dict[str, 
     laws: dict[str, Law] = {}
     for effect, parameters in effects_by_name(mapping).items():
         place = f"{owner}.{section}.{effect}"
-        fields = {field.name: field for field in dataclasses.fields(LOADABLE[effect])}
+        fields = _fields(effect)
         for key, given in _mapping(place, parameters).items():
             name, law = law_of_field(place, key, given, fields)
             _put(laws, f"{section}.{effect}.{name}", law, owner)

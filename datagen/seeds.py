@@ -14,7 +14,8 @@ from enum import IntEnum
 import numpy as np
 
 BLOCK = 1024
-"""Points of the Sobol' sequence made at once; scipy needs some milliseconds to begin a sequence."""
+"""Points of the Sobol' sequence made and put in order at once, part of the data format; scipy needs some milliseconds
+to begin a sequence."""
 
 
 class Part(IntEnum):
@@ -33,7 +34,8 @@ class Part(IntEnum):
     EXAMPLE_RECORD = 5
     """The same for the example file."""
     SEQUENCE = 6
-    """The scrambling of the Sobol' sequence; one for the whole data set, as item 0."""
+    """The Sobol' sequence: as item 0 its scrambling, one for the whole data set, as item 1 + b the order of the points
+    of block b."""
     EXAMPLE_SEQUENCE = 7
     """The same for the example file."""
     DRIVE = 8
@@ -68,7 +70,7 @@ class Chance:
         return stream(self.seed, Part.EXAMPLE_RECORD if self.example else Part.RECORD, item)
 
     def point(self, machine_draw: int, dimensions: int) -> tuple[float, ...]:
-        """Point number `machine_draw` of the data set's scrambled Sobol' sequence of so many dimensions."""
+        """The machine's point of the data set's scrambled Sobol' sequence of so many dimensions."""
         if dimensions == 0:
             return ()
         part = Part.EXAMPLE_SEQUENCE if self.example else Part.SEQUENCE
@@ -78,11 +80,26 @@ class Chance:
 
 @functools.lru_cache(maxsize=16)
 def _points(seed: int, part: Part, dimensions: int, block: int) -> np.ndarray:
-    """Points block·BLOCK … of the sequence, shape (BLOCK, dimensions), whichever were asked for before."""
+    """The points of a block in their order, shape (BLOCK, dimensions), whichever were asked for before."""
     # Half a second to import, which only a data set with a sobol law should pay.
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(dimensions, scramble=True, rng=stream(seed, part, 0))
     if block:
         sequence.fast_forward(block * BLOCK)
-    return sequence.random(BLOCK)
+    return sequence.random(BLOCK)[_order(seed, part, block)]
+
+
+def _order(seed: int, part: Part, block: int) -> np.ndarray:
+    """In which order a block's points are taken, shape (BLOCK,): its halves exchanged at random, in each half its
+    halves, and so on down to neighbours.
+
+    The first 2^k points stay 2^k neighbours of the sequence, so they fill space as evenly. The sequence's own order
+    would give each subset a region of its own: the lowest bits of d, by which subsets and classes go round, tell in
+    which half of its range a coordinate lies.
+    """
+    rng, order = stream(seed, part, 1 + block), np.zeros(1, dtype=int)
+    while len(order) < BLOCK:
+        second = rng.integers(2, size=len(order))
+        order = np.stack([2 * order + second, 2 * order + 1 - second], axis=1).ravel()
+    return order

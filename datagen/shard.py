@@ -207,13 +207,17 @@ def record_matrix(column: pa.ChunkedArray, owner: str) -> np.ndarray:
     Raises
     ------
     SignalError
-        Records of different lengths.
+        Records of different lengths, or none.
     """
-    values = column.combine_chunks()
-    lengths = np.unique(np.diff(values.offsets.to_numpy()))
+    # A piece at a time: Arrow counts the samples of one piece in 32 bits.
+    pieces = [piece for piece in column.chunks if len(piece)]
+    if not pieces:
+        raise SignalError(f"{owner} must hold a record, got none.")
+    lengths = np.unique(np.concatenate([np.diff(piece.offsets.to_numpy()) for piece in pieces]))
     if len(lengths) != 1:
         raise SignalError(f"{owner} must hold records of one length, got {lengths.min()} to {lengths.max()} samples.")
-    return values.flatten().to_numpy().reshape(len(values), int(lengths[0]))
+    matrices = [piece.flatten().to_numpy().reshape(len(piece), int(lengths[0])) for piece in pieces]
+    return matrices[0] if len(matrices) == 1 else np.concatenate(matrices)
 
 
 @contextlib.contextmanager

@@ -7,6 +7,7 @@ import numpy as np
 from indexer_env.errors import SignalError
 from indexer_records.acceleration_units import ACCELERATION_UNITS, normal
 from indexer_records.formats.table import TIME_UNITS, Column, MeasuredTable, nearest
+from indexer_records.time_grid import unit_of_time
 
 _TIME_NAMES = ("time", "zeit", "temps", "tempo", "timestamp", "seconds", "t")
 _ACCELERATION_NAMES = ("acc", "beschl", "phi_dd", "table_acceleration")
@@ -26,7 +27,7 @@ def named(table: MeasuredTable, name: str) -> Column:
 def record_of(table: MeasuredTable, time: Column | None, pulse: Column | None, rate: float | None) -> Column:
     """The one column that may be the record beside its time, named or found, and the pulse; `rate` is the one given."""
     times = [time] if time is not None else _times(table, rate)
-    others = [column for column in table.columns if column not in times and column is not pulse]
+    others = [column for column in table.columns if not (column in times or column is pulse or column.clock)]
     likely = [column for column in others if _is_acceleration(column)] or others
     if not likely:
         first = table.columns[0].name
@@ -43,8 +44,8 @@ def record_of(table: MeasuredTable, time: Column | None, pulse: Column | None, r
 def time_of(table: MeasuredTable, column: Column, rate: float | None) -> Column | None:
     """The column of time of a channel: that of its own group, else of the nearest group above it, else any.
 
-    None where the file states the channel's rate, or has no time; where the rate is given, a column that does not
-    ascend is no time.
+    None where the file states the channel's rate, or has no time. Where the rate is given, a clock is no time, nor a
+    column that does not ascend or only counts samples.
 
     Raises
     ------
@@ -74,15 +75,25 @@ def are_numbers(column: Column) -> bool:
 
 
 def _times(table: MeasuredTable, rate: float | None) -> list[Column]:
+    """What may be time: other columns before those of a clock."""
     if table.has_header:
         found = [column for column in table.columns if _is_time(column)]
     else:
         found = list(table.columns[:1]) if len(table.columns) > 1 else []
-    return [column for column in found if rate is None or _ascends(column)]
+    found = [column for column in found if not column.clock] or found
+    return [column for column in found if rate is None or _states_a_rate(column)]
+
+
+def _states_a_rate(column: Column) -> bool:
+    return _ascends(column) and not column.clock and not (_counts(column) and unit_of_time(column) is None)
 
 
 def _ascends(column: Column) -> bool:
     return are_numbers(column) and bool((np.diff(column.numbers()) > 0.0).all())
+
+
+def _counts(column: Column) -> bool:
+    return bool((np.diff(column.numbers()) == 1.0).all())
 
 
 def _is_time(column: Column) -> bool:

@@ -34,7 +34,9 @@ def files_found(command: str, key: str, files: str) -> tuple[Path, list[Path]]:
         paths = [path for path in every if path.is_file() and not hidden.intersection((path, *path.parents))]
         remedy = f"known endings are {', '.join(SUFFIXES)}"
     else:
-        paths = [path for path in map(Path, glob.glob(files, recursive=True)) if path.is_file()]
+        # A file's own name may hold what a pattern would.
+        found = [files] if folder.is_file() else glob.glob(files, recursive=True)
+        paths = [path for path in map(Path, found) if path.is_file()]
         remedy = f"a pattern is quoted: {key}='\"bench/**/*.tdms\"'" if glob.has_magic(files) else "check the path"
     if not paths:
         raise refuse(command, key, "a folder or pattern with measured files", files, remedy)

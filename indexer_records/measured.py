@@ -40,7 +40,8 @@ class Reading:
     scale : float or None
         What one of the written numbers is worth in `unit`: the full scale of a WAV file, 10 g/V of an amplifier.
     time_column : str or None
-        Name of the column or channel of time, where the file leaves a choice.
+        Name of the column or channel of time, where the file leaves a choice; it stands above a rate that
+        the file states.
     signal_column : str, tuple of str or None
         Name of the channel, or of several that make one record together.
     """
@@ -192,8 +193,8 @@ def _signal(table: MeasuredTable, time: Column | None, column: Column, reading: 
 
 
 def _rate(table: MeasuredTable, time: Column | None, column: Column, values: np.ndarray, given: float | None) -> float:
-    """The rate of a column [Hz]: by its column of time, as the file states it, or as given."""
-    stated = column.rate if column.rate is not None else time
+    """The rate of a column [Hz]: by its column of time, else as the file states it, else as given."""
+    stated = time if time is not None else column.rate
     if stated is not None and given is not None:
         what = f"the time column {stated.name!r}" if isinstance(stated, Column) else f"{stated:g} Hz in the file"
         raise SignalError(

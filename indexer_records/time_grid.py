@@ -17,6 +17,9 @@ LONGEST_UNSTATED = 0.1
 MOST_STRAY_STEPS = 2.0
 """Sampling steps by which a sample may lie off the even grid of its record; more is a rate that changes."""
 
+MOST_ROUNDED = 0.9
+"""Sampling steps by which rounding may change one: where one in twenty or fewer is doubled, samples are missing."""
+
 
 def check_step(place: str, step: float, remedy: str) -> None:
     """Refuse a sampling step [s] of no vibration record."""
@@ -68,23 +71,28 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
     step = float(np.median(steps))
     resolution = 0.0 if time.decimals is None else 10.0**-time.decimals * _time_scale(table, time)
     check_step(f"{table.path}, column {time.name!r}", step, "correct the unit of time in the header")
-    if step >= LONGEST_UNSTATED and _unit(time) is None:
+    if step >= LONGEST_UNSTATED and unit_of_time(time) is None:
         raise SignalError(
             f"{table.path}, column {time.name!r}: a time without a unit is one in seconds, whose step must be below "
-            f"{LONGEST_UNSTATED:g} s, got {step:.6g}; write its unit into the header, as in {time.name + ' [ms]'!r}."
+            f"{LONGEST_UNSTATED:g} s, got {step:.6g}; write its unit into the header, as in "
+            f"{time.name + ' [ms]'!r}, or give the sampling rate where it counts samples."
         )
-    slack = max(0.5 * step, resolution)
-    uneven = np.abs(steps - step) > slack
+    # Rounded times have unequal steps, each within the last digit of the true one, which their mean tells. One twice as
+    # long is a gap also where that digit is a whole step.
+    near = np.abs(steps - step) <= max(0.5 * step, 1.5 * resolution)
+    usual = float(steps[near].mean()) if near.any() else step
+    uneven = np.abs(steps - usual) > max(0.5 * usual, min(resolution, MOST_ROUNDED * usual))
     if uneven.any():
         sample = int(np.argmax(uneven)) + 1
         width = float(steps[sample - 1])
-        lost = round(min(width / step, 1e9)) - 1
+        lost = round(min(width / usual, 1e9)) - 1
         problem = (
             f"a gap, {lost} {'sample is' if lost == 1 else 'samples are'} missing" if lost > 0 else "an uneven step"
         )
+        digits = ", or raise the digits of the time column" if resolution > 0.5 * usual else ""
         raise SignalError(
             f"{where(sample)}: {problem} ({width:.6g} s after {seconds[sample - 1]:.9g} s "
-            f"where {step:.6g} s must be); cut the record there or fill the gap before use."
+            f"where {step:.6g} s must be); cut the record there or fill the gap before use{digits}."
         )
     span = float(seconds[-1] - seconds[0])
     rate = (len(seconds) - 1) / span
@@ -100,14 +108,14 @@ def even_rate(table: MeasuredTable, time: Column, signal: Column, values: np.nda
     return whole if whole > 0.0 and abs(whole - rate) <= doubt else rate
 
 
-def _unit(time: Column) -> str | None:
+def unit_of_time(time: Column) -> str | None:
     """The unit of time in the header's brackets, or at the end of its name, as in time_ms."""
     ending = time.name.lower().replace(" ", "_").rpartition("_")[2]
     return time.unit or (ending if ending in TIME_UNITS and ending != time.name.lower() else None)
 
 
 def _time_scale(table: MeasuredTable, time: Column) -> float:
-    unit = _unit(time)
+    unit = unit_of_time(time)
     if unit is None:
         return 1.0
     if unit.lower() not in TIME_UNITS:

@@ -26,6 +26,7 @@ class Together:
         self._tallies = {"classes": Counter[str](), "subsets": Counter[str]()}
         self._unsettled = 0
         self._channels = 0
+        self._unit = ""
         self._last_item = -1
         self._items: list[np.ndarray] = []
         self._draws: list[np.ndarray] = []
@@ -34,6 +35,7 @@ class Together:
         """Take in the next rows; gives the faults that show at once."""
         yield from self._common(owner, table, items)
         yield from self._same_channels(owner, table, items)
+        yield from self._same_unit(owner, table, items)
         before = np.concatenate(([self._last_item], items[:-1]))
         rule = "item must be above that of the row before"
         yield from rows_at_fault(owner, items, items <= before, rule, lambda at: int(items[at]))
@@ -66,6 +68,14 @@ class Together:
         rule = f"source_channel must name {self._channels} as that of the first row"
         wrong = counts != self._channels
         yield from rows_at_fault(owner, items, wrong, rule, lambda at: table["source_channel"][at].as_py())
+
+    def _same_unit(self, owner: str, table: pa.Table, items: np.ndarray) -> Faults:
+        """All records are in the unit of the first."""
+        units = table.column("unit").to_pylist()
+        self._unit = self._unit or (units[0] if units else "")
+        wrong = np.array([unit != self._unit for unit in units], dtype=bool)
+        rule = f"unit must be {self._unit} as that of the first row"
+        yield from rows_at_fault(owner, items, wrong, rule, lambda at: units[at])
 
     def _kinds_of_class(self, owner: str, table: pa.Table, items: np.ndarray) -> Faults:
         """One name and one code for each class; what is new is kept with the place where it was seen first."""

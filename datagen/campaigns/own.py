@@ -81,6 +81,12 @@ class Own(Campaign):
             object.__setattr__(self, "posterior_sha256", found)
         _ = self._rows, self._fault_laws, self._points
         super().__post_init__()
+        decided = {path for laws in self._fault_laws.values() for path in laws}
+        for key, stage in (("draws", self.machine_laws), ("drift", self.item_laws)):
+            for path in sorted(decided.intersection(stage.laws)):
+                rule, law = "left to campaign.faults, which decides the label", stage.laws[path]
+                remedy = "give what healthy machines differ in by campaign.posterior, or leave out the fault"
+                raise refuse(f"campaign.{key}", path, rule, law, remedy)
 
     @functools.cached_property
     def _rows(self) -> tuple[tuple[str, ...], np.ndarray]:

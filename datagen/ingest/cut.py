@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -43,15 +43,29 @@ class Cut:
     partial_turns: int = 0
 
 
-def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) -> Cut:
-    """Read, cut and resample one file; what is wrong with it is in the answer.
+@dataclass
+class Seen:
+    """What is known of the files before.
 
-    `seen` holds the names of the files before it by the SHA-256 of their bytes, to tell a copy, and takes up this one.
+    Attributes
+    ----------
+    names : dict
+        Their names by the SHA-256 of their bytes, to tell a copy.
+    unit : tuple of str or None
+        The unit of all records and the file that gave it, the first with a record.
     """
+
+    names: dict[str, str] = field(default_factory=dict)
+    unit: tuple[str, str] | None = None
+
+
+def cut(source: Source, label: Label, settings: Settings, seen: Seen) -> Cut:
+    """Read, cut and resample one file; what is wrong with it is in the answer. `seen` takes it up."""
     try:
-        digest = _digest(source, seen)
+        digest = _digest(source, seen.names)
         recording = read_recording(source.path, source.reading(settings.read), settings.pulse.column)
         _check_speed(source, settings)
+        _check_unit(source, recording, seen)
         turns, partial = _turns(recording, settings)
         good = [turn for turn in turns if not turn.problem]
         found = iter(_records(recording, good, settings))
@@ -75,6 +89,7 @@ def cut(source: Source, label: Label, settings: Settings, seen: dict[str, str]) 
             # Of the file's own samples: a filter rounds flat tops.
             rows.append({**common, **worst_quality(own_samples), **own})
             records.append(record)
+            seen.unit = seen.unit or (recording.signals[0].unit, source.name)
     return Cut(rows, records, partial)
 
 
@@ -101,6 +116,16 @@ def _check_speed(source: Source, settings: Settings) -> None:
         raise SignalError(
             f"{source.path} must be of {cut_by / RPM:.6g} rpm (known.motor_speed_rpm), by which turns are cut, got "
             f"{own / RPM:.6g} rpm in the labels; ingest files of other speeds by themselves."
+        )
+
+
+def _check_unit(source: Source, recording: Recording, seen: Seen) -> None:
+    """Refuse a file of another unit than the records before it, which would be compared with them sample by sample."""
+    unit = recording.signals[0].unit
+    if seen.unit is not None and unit != seen.unit[0]:
+        raise SignalError(
+            f"{source.path} must be in {seen.unit[0]} as {seen.unit[1]}, got {unit}; ingest files of other units by "
+            "themselves."
         )
 
 

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from datagen.campaign import SUBSETS, Label
 from datagen.card import write_card
-from datagen.ingest.cut import cut
+from datagen.ingest.cut import Seen, cut
 from datagen.ingest.settings import CAMPAIGN, Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
@@ -83,7 +83,7 @@ def _entries(
 ) -> Iterator[Entry]:
     """Every turn and refusal with its item, counted from 0 in the order of the files."""
     items = itertools.count()
-    seen: dict[str, str] = {}
+    seen = Seen()
     for source, label in zip(sources, labels, strict=True):
         found = cut(source, label, settings, seen)
         tally.partial_turns += found.partial_turns

@@ -20,7 +20,8 @@ def labels_of(sources: Sequence[Source], split: Split, seed: int) -> list[Label]
     draw is what the split keeps together: a file, or all files with one value of the group `split.by`; draws are
     numbered from 0 in sorted order. Subsets: as the labels table says, else by share. Law: the draws of each set of
     classes, in the order of `numpy.random.Generator(PCG64(seed)).permutation`, are dealt so that each subset comes as
-    near to its share as it can and has one draw at least where there are enough.
+    near to its share as it can and has one draw at least where there are enough. Draws of several classes whose set has
+    fewer draws than there are subsets are dealt together.
 
     Raises
     ------
@@ -77,6 +78,11 @@ def _dealt(sources: Sequence[Source], units: Sequence[str], split: Split, seed: 
     strata: dict[tuple[str, ...], list[str]] = {}
     for unit in sorted(classes):
         strata.setdefault(tuple(sorted(classes[unit])), []).append(unit)
+    # A set of classes that too few machines have would go to the largest share alone.
+    reach = sum(share > 0.0 for share in split.shares.values())
+    rare = [names for names, members in strata.items() if len(names) > 1 and len(members) < reach]
+    if rare:
+        strata[()] = sorted(unit for names in rare for unit in strata.pop(names))
     rng = np.random.Generator(np.random.PCG64(seed))
     subsets: dict[str, str] = {}
     for stratum in sorted(strata):

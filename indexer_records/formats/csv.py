@@ -26,6 +26,10 @@ from indexer_records.formats.table import LARGEST_CONTENT, Column, MeasuredTable
 _PLAIN = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"^\s*{_PLAIN}\s*$"
 _NUMBER_OR_COMMA = re.compile(_NUMBER.replace(r"\.", "[.,]"))
+_POINT, _COMMA = (re.compile(rf"[+-]?\d*{mark}\d+(?:[eE][+-]?\d+)?") for mark in (r"\.", ","))
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A number whose comma may stand between thousands."""
+
 _PLAIN_ROWS = {delimiter: re.compile(f"{_PLAIN}(?:{delimiter}{_PLAIN})*") for delimiter in (";", "\t", ",")}
 """By delimiter, the rows whose cells are numbers without spaces, quotes and decimal commas: those of most files."""
 
@@ -77,6 +81,8 @@ def _csv(path: Path, text: str) -> MeasuredTable:
     table = _cells(path, body, delimiter, width, start, columns_named="the header" if header else "the first row")
     sampled = lines[start : start + _SNIFFED_LINES]
     comma = delimiter != "," and any(re.search(r"\d,\d", line) for line in sampled)
+    if comma:
+        _check_comma(path, [cell for line in sampled for cell in _split(line, delimiter)])
     names = header or [f"column {index + 1}" for index in range(width)]
     columns = []
     for index, title in enumerate(names):
@@ -86,6 +92,16 @@ def _csv(path: Path, text: str) -> MeasuredTable:
             texts = pc.replace_substring(texts, ",", ".")  # type: ignore[attr-defined]
         columns.append(Column(name, unit, len(texts), _parser(path, name, texts, start + 1), _decimals(texts)))
     return MeasuredTable(path, tuple(columns), bool(header), "line", start + 1)
+
+
+def _check_comma(path: Path, cells: list[str]) -> None:
+    """Refuse commas that may all stand between thousands beside points."""
+    points, commas = ([cell for cell in cells if mark.fullmatch(cell)] for mark in (_POINT, _COMMA))
+    if points and commas and all(map(_THOUSANDS.fullmatch, commas)):
+        raise SignalError(
+            f"{path} must have one decimal mark, got {points[0]!r} and {commas[0]!r}; export it without marks "
+            "between thousands."
+        )
 
 
 def _layout(lines: list[str]) -> tuple[str, int, int]:
@@ -134,7 +150,11 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 def _header(before: list[str], delimiter: str, width: int) -> list[str]:
     """Titles from the line above the data; a line of units between titles and data is joined as "title
-    [unit]". A line with a number in it, or apart from the next one, is of a preamble and has no titles."""
+    [unit]". A line with a number in it, or apart from the next one, is of a preamble and has no titles; one after "#"
+    is a comment unless it has as many cells as a row, one of them with a unit."""
+    commented = _split(before[-1].lstrip("# "), delimiter) if before and before[-1].startswith("#") else []
+    if len(commented) == width and any(name and unit for name, unit in map(split_title, commented)):
+        return commented  # as numpy.savetxt writes it
     told = [place for place, line in enumerate(before) if line.strip() and not line.startswith("#")]
     rows = [_split(before[place], delimiter) for place in told]
     if not rows or len(rows[-1]) != width:

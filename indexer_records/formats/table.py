@@ -59,6 +59,8 @@ class Column:
     group : str
         What it stands in with the columns that belong to it, by slashes from the outermost on: the group of HDF5 or
         TDMS, the structure of MAT, the data set of UFF. "" in none.
+    clock : bool
+        The numbers are seconds of a clock since its first value, never a record.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Column:
     rate: float | None = None
     full_scale: bool = False
     group: str = ""
+    clock: bool = False
 
 
 @dataclass(frozen=True)

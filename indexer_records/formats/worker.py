@@ -80,7 +80,9 @@ class Worker:
         """
         assert self._process.stdin is not None
         try:
-            _send(self._process.stdin, (str(path), kind))
+            # This process may have changed its folder since the worker began in it.
+            folder = None if path.is_absolute() else os.getcwd()
+            _send(self._process.stdin, (str(path), kind, folder))
             answer = self._answer()
         except (EOFError, BrokenPipeError):
             self.close()
@@ -157,9 +159,11 @@ def serve() -> None:
     _limit(resource.RLIMIT_CORE, 0)
     _send(answers, "ready")
     while question := _question(sys.stdin.buffer):
-        path, kind = question
+        path, kind, folder = question
         answer: object
         try:
+            if folder is not None:
+                os.chdir(folder)
             answer = FORMATS[kind].table(Path(path))
         except SignalError as error:
             answer = error
@@ -177,7 +181,7 @@ def _limit(kind: int, most: int) -> None:
         resource.setrlimit(kind, (least, least))
 
 
-def _question(stream: BinaryIO) -> tuple[str, str] | None:
+def _question(stream: BinaryIO) -> tuple[str, str, str | None] | None:
     head = stream.read(_LENGTH.size)
     return pickle.loads(stream.read(_LENGTH.unpack(head)[0])) if len(head) == _LENGTH.size else None
 

@@ -130,3 +130,12 @@ def test_a_posterior_that_is_no_parquet_file_is_refused(tmp_path):
     said = r"posterior must be a Parquet file of joint draws, got '.*draws.csv'; indexer twin leaves one"
     with pytest.raises(ParameterError, match=said):
         Own(machines=1, posterior=str(tmp_path / "draws.csv"))
+
+
+@pytest.mark.parametrize("law", [{"uniform": [0.5, 1.0]}, {"around": 0.1}, 3.0])
+def test_what_a_fault_sets_cannot_be_drawn_beside_it(law):
+    """A healthy machine with a drawn torque would be labelled as one with the fault."""
+    draws = {"effects": {"friction.coulomb": {"torque": law}}}
+    with pytest.raises(ParameterError, match=r"effects\.friction\.coulomb\.torque must be left to campaign\.faults"):
+        Own(machines=10, faults=FAULTS, how_many=(0.5, 0.5), draws=draws)
+    assert Own(machines=10, faults={"crack": FAULTS["crack"]}, how_many=(0.5, 0.5), draws=draws)

@@ -218,6 +218,7 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
         r"item 10: record must hold fin",
     ),
     "an unknown unit": (put("unit", "g"), r"item 10: unit must be one of rad/s\^2, m/s\^2, got 'g'"),
+    "two units": (put("unit", "rad/s^2"), r"item 10: unit must be m/s\^2 as that of the first row, got 'rad/s\^2'"),
     "another unit than the sensor's": (put("unit", "rad/s^2"), r"item 10: unit must be m/s\^2, as its sensor reads"),
     "another quantity": (put("quantity", "speed"), r"item 10: quantity must be table_acceleration, got 'speed'"),
     "an empty text": (put("machine_name", ""), r"item 10: machine_name must be a text that is not empty"),

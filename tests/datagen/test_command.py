@@ -47,6 +47,19 @@ def test_effects_reach_the_rows(call):
     assert all('"friction.coulomb", "torque": 3.0' in effects for effects in rows)
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["+machine.effects.friction.coulomb.torque={uniform:[1,2]}"],
+        ["+machine.effects.friction.coulomb.torque=50", "~campaign.draws.effects.friction.coulomb"],
+        ["+machine.effects.load.imbalance={torque:5,phase_deg:9}", "~campaign.draws.effects.load.imbalance"],
+    ],
+)
+def test_an_effect_that_the_campaign_draws_is_drawn_otherwise_or_fixed(call, arguments):
+    code, _, err = call("campaign=random", "out=set", *arguments, *SHORT)
+    assert code == 0, err
+
+
 def test_a_sweep_writes_one_data_set_per_job(call, tmp_path):
     code, _, _ = call("-m", "campaign=table2", "out=sweep", "seed=1,2", *SHORT)
     assert code == 0
@@ -98,6 +111,11 @@ def test_in_a_sweep_the_other_jobs_live(call):
         (
             ["campaign=random", "out=x", "operating_point.load_torque=3"],
             "add ~campaign.draws.operating_point.load_torque",
+        ),
+        (
+            ["campaign=random", "out=x", "+machine.effects.friction.coulomb.torque=50"],
+            "torque must be left to campaign.draws, which draws it, got '+machine.effects.friction.coulomb.torque=50'; "
+            "add ~campaign.draws.effects.friction.coulomb to fix it",
         ),
         (["out=x", "machine.table_inertia={unifrom:[4,6]}"], "table_inertia must be"),
         (["out=x", "machine.table_inertia={uniform:[6,4]}"], "{uniform: [low, high]} with low <= high"),

@@ -214,3 +214,18 @@ def test_an_effects_angle_may_be_in_degrees_by_the_unit_that_it_states():
     laws = laws_by_path({"effects": {"cam.station_spacing": {"error_deg": {"uniform": [0.0, 1.0]}}}}, "campaign.draws")
     (law,) = laws.values()
     assert list(laws) == ["effects.cam.station_spacing.error"] and max(law.extremes) == pytest.approx(math.pi / 180.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "path"),
+    [
+        ("machine.effects.friction.coulomb.torque", "effects.friction.coulomb.torque"),
+        ("effects.load.imbalance.phase_deg", "effects.load.imbalance.phase"),
+        ("machine.effects.cam.station_spacing.error_deg", "effects.cam.station_spacing.error"),
+        ("machine.effects.friction.coulomb.torqe", None),
+        ("machine.effects.friction.coulomb", None),
+        ("campaign.draws.effects.friction.coulomb.torque", None),
+    ],
+)
+def test_a_parameter_of_an_effect_is_known_by_its_key(key, path):
+    assert path_of(key) == path

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from datagen.seeds import BLOCK, Chance, Part, _points, stream
+from datagen.labels import SUBSETS, subset_schedule
+from datagen.seeds import BLOCK, Chance, Part, _order, _points, stream
 
 
 def test_streams_differ_by_part_item_and_seed():
@@ -35,9 +36,19 @@ def test_a_point_does_not_depend_on_which_were_asked_for_before():
 
 
 def test_the_blocks_are_one_sequence():
+    """Each block holds its own points of it, in another order."""
     whole = qmc.Sobol(2, scramble=True, rng=stream(7, Part.SEQUENCE, 0)).random(4 * BLOCK)
-    np.testing.assert_array_equal(points(7, 2, 2 * BLOCK + 3), whole[: 2 * BLOCK + 3])
-    assert Chance(7).point(4 * BLOCK - 1, 2) == tuple(whole[-1])
+    found = points(7, 2, 4 * BLOCK)
+    for block in range(4):
+        own = slice(block * BLOCK, (block + 1) * BLOCK)
+        assert sorted(found[own].tolist()) == sorted(whole[own].tolist())
+        assert not np.array_equal(found[own], whole[own])
+
+
+def test_the_first_points_of_a_block_are_neighbours_in_the_sequence():
+    for block, count in ((0, 64), (1, 8), (2, 1)):
+        places = _order(7, Part.SEQUENCE, block)[:count]
+        assert sorted(places // count) == [places[0] // count] * count and len(set(places)) == count
 
 
 @pytest.mark.parametrize("dimensions", [2, 5])
@@ -46,3 +57,15 @@ def test_the_sequence_fills_space_more_evenly_than_chance(dimensions):
     sobol = max(qmc.discrepancy(points(seed, dimensions, 256)) for seed in range(5))
     uniform = min(qmc.discrepancy(np.random.default_rng(seed).random((256, dimensions))) for seed in range(20))
     assert sobol < 0.5 * uniform
+
+
+@pytest.mark.parametrize("split", [(2, 1, 1), (1, 0, 1), (6, 1, 1)])
+def test_each_subset_sees_the_whole_range(split):
+    """In the sequence's own order a subset gets a half of a range."""
+    subsets = np.array(subset_schedule(dict(zip(SUBSETS, split, strict=True)), "split"))
+    of_draw = subsets[np.arange(256) % len(subsets)]
+    for seed in range(3):
+        drawn = points(seed, 4, 256)
+        for name in set(subsets):
+            own = drawn[of_draw == name]
+            assert (own.min(axis=0) < 0.25).all() and (own.max(axis=0) > 0.75).all()

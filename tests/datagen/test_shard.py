@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from datagen.shard import read_shards
+from datagen.shard import read_shards, record_matrix
 from indexer_env.errors import SignalError
 
 
@@ -81,3 +82,25 @@ def test_records_of_different_lengths(copy):
     manifest["shards"][2]["bytes"] = shard.stat().st_size
     change_manifest(copy, shards=manifest["shards"])
     assert "one length, got 100 to 300" in refusal(copy)
+
+
+def column_of(*pieces: list[list[float]]) -> pa.ChunkedArray:
+    kind = pa.list_(pa.float32())
+    return pa.chunked_array([pa.array(piece, kind) for piece in pieces], kind)
+
+
+def test_records_in_several_pieces_are_one_matrix():
+    whole = column_of([[9, 9], [1, 2]], [], [[3, 4], [5, 6], [9, 9]])
+    np.testing.assert_array_equal(record_matrix(whole.slice(1, 3), "set"), [[1, 2], [3, 4], [5, 6]])
+    with pytest.raises(SignalError, match="set must hold records of one length, got 1 to 2 samples"):
+        record_matrix(column_of([[1, 2]], [[3]]), "set")
+    for nothing in (column_of(), column_of([])):
+        with pytest.raises(SignalError, match="set must hold a record, got none"):
+            record_matrix(nothing, "set")
+
+
+def test_more_samples_than_32_bits_count_are_no_obstacle():
+    """The same piece 2048 times over, 2^31 samples in 4 MB; an odd one at the end stops it before they are copied."""
+    piece = column_of([[0.0] * 2**20]).chunk(0)
+    with pytest.raises(SignalError, match="got 1 to 1048576 samples"):
+        record_matrix(pa.chunked_array([piece] * 2048 + [column_of([[1.0]]).chunk(0)]), "set")

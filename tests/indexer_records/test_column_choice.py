@@ -176,6 +176,28 @@ def test_a_time_that_ascends_still_states_the_rate(tmp_path):
     assert "leave read.sample_rate out" in refusal(path, sample_rate=500.0, unit="g")
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_column_that_counts_samples_is_no_time_where_a_rate_is_given(tmp_path, first):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(f"{first + k},{value}" for k, value in enumerate(WAVE)))
+    assert "or give the sampling rate where it counts samples" in refusal(path, unit="g")
+    signal = read_signal(path, sample_rate=1000.0, signal_column="column 2", unit="m/s^2")
+    assert signal.sample_rate == 1000.0
+    np.testing.assert_array_equal(signal.values, WAVE)
+
+
+def test_milliseconds_that_count_samples_still_state_the_rate(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time [ms],acc [g]", *(f"{k},{value}" for k, value in enumerate(WAVE))]))
+    assert "leave read.sample_rate out" in refusal(path, sample_rate=500.0)
+
+
+def test_a_time_that_is_named_stands_above_the_rate_of_the_file(tmp_path):
+    path = mat(tmp_path / "a.mat", {"fs": 1000.0, "time": np.arange(COUNT) / 2000.0, "acc": WAVE})
+    assert read_signal(path, unit="g").sample_rate == 1000.0
+    assert read_signal(path, unit="g", time_column="time").sample_rate == pytest.approx(2000.0)
+
+
 # -------------------------------------------------------------------------------------------- the pulse
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import settings as settings_of_examples
 from hypothesis import strategies as st
 
-from datagen.ingest.cut import cut
+from datagen.ingest.cut import Seen, cut
 from datagen.ingest.settings import Settings
 from datagen.ingest.sources import Source
 from datagen.ingest.split import labels_of
@@ -85,7 +85,7 @@ def test_turns_and_records_are_those_of_the_ingest(with_pulse, rate, tmp_path):
     path.write_text("\n".join(["time [s],acc [m/s^2],pulse", *rows]))
     source = Source(path, "a.csv", "one")
     chosen = settings(column="pulse" if with_pulse else None)
-    found = cut(source, labels_of([source, Source(path, "b.csv", "two")], chosen.split, 0)[0], chosen, {})
+    found = cut(source, labels_of([source, Source(path, "b.csv", "two")], chosen.split, 0)[0], chosen, Seen())
     span = (float(pulse.min()), float(pulse.max())) if with_pulse else None
     stream = TurnStream(rate, chosen.grid, span)
     turns = [*stream.feed(values, pulse if with_pulse else None), *stream.finish()]

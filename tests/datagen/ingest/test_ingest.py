@@ -275,3 +275,18 @@ def test_an_ingested_data_set_passes_the_check_and_has_its_card(dataset, tmp_pat
     ingest(sources_of(str(files), None), SETTINGS, tmp_path / "set")
     assert check(tmp_path / "set").faults == []
     assert "1 of " in (tmp_path / "set" / "README.md").read_text(encoding="utf-8").split("## Rejected items")[1]
+
+
+def test_a_file_of_another_unit_is_refused(tmp_path):
+    """Metres per second squared beside rad per second squared: the first file with a record decides."""
+    for name, unit in (("a/0", "m/s^2"), ("a/1", "m/s^2"), ("b/0", "rad/s^2"), ("b/1", "mm/s^2")):
+        path = tmp_path / "files" / f"{name}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        rows = [f"{k / 1000:.3f},{value:.4f}" for k, value in enumerate(measurement(len(name) + ord(name[-1]))[0])]
+        path.write_text("\n".join([f"time [s],acc [{unit}]", *rows]) + f"\n{len(rows) / 1000:.3f},{ord(name[0])}")
+    manifest = ingest(sources_of(str(tmp_path / "files"), None), Settings(), tmp_path / "set")
+    assert (manifest["records"], manifest["rejected"]) == (3, 1)
+    assert rejected(tmp_path / "set")[0]["reason"] == (
+        "b/0.csv must be in m/s^2 as a/0.csv, got rad/s^2; ingest files of other units by themselves."
+    )
+    assert check(tmp_path / "set").faults == []

@@ -13,6 +13,7 @@ from datagen.ingest.settings import Split
 from datagen.ingest.sources import Source, sources_of
 from datagen.ingest.split import labels_of
 from indexer_env.errors import IndexerError, ParameterError, SignalError
+from indexer_records.file_table import files_found
 
 
 @pytest.fixture
@@ -206,3 +207,20 @@ def test_subsets_of_the_table_are_kept_and_checked():
         labels_of([given[0], source("2", "a")], Split(), 0)
     with pytest.raises(ParameterError, match=r"split\.by must be one of file, machine"):
         labels_of(given, Split(by="day"), 0)
+
+
+def test_machines_of_classes_that_come_together_but_once_reach_every_subset():
+    classes = ["abc", "ab", "ac", "a", "ad", "abd", "b", "acd", "bc"]
+    files = [
+        source(f"{number}{name}.csv", name, machine=f"M{number}") for number, own in enumerate(classes) for name in own
+    ]
+    labels = labels_of(files, Split(by="machine"), 0)
+    assert {label.subset for label in labels} == {"calibration", "control", "validation"}
+    placed = {entry.groups["machine"]: label.subset for entry, label in zip(files, labels, strict=True)}
+    assert sorted(list(placed.values()).count(name) for name in set(placed.values())) == [1, 2, 6]
+
+
+def test_a_file_whose_name_is_a_pattern_is_found(bench):
+    (bench / "worn" / "run [1].csv").write_text("x")
+    root, (path,) = files_found("ingest", "measured", str(bench / "worn" / "run [1].csv"))
+    assert (root, path.name) == (bench / "worn", "run [1].csv")

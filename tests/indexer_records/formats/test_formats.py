@@ -5,6 +5,8 @@ from __future__ import annotations
 import struct
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import pyuff
 import scipy.io
@@ -162,3 +164,37 @@ def test_the_package_docstring_lists_every_format():
     for name in FORMATS:
         assert name in (indexer_records.formats.__doc__ or "")
     assert ".mat" in SUFFIXES and ".csv" in SUFFIXES
+
+
+def test_a_relative_path_is_that_of_the_folder_the_process_is_in_now(tmp_path, monkeypatch, values, pulse):
+    """The worker that reads the files begins in the folder of the first."""
+    for name, factor in (("one", 1.0), ("two", 2.0)):
+        (tmp_path / name).mkdir()
+        written("parquet", tmp_path / name, factor * values, pulse, RATE).rename(tmp_path / name / "a.parquet")
+    for name, factor in (("one", 1.0), ("two", 2.0)):
+        monkeypatch.chdir(tmp_path / name)
+        np.testing.assert_array_equal(read_signal("a.parquet", signal_column="acc").values, factor * values)
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+@pytest.mark.parametrize("clock", [pa.timestamp, pa.duration])
+def test_timestamps_of_a_parquet_file_are_time(tmp_path, values, unit, clock):
+    ticks = {"ms": 1, "us": 10**3, "ns": 10**6}[unit]
+    times = pa.array(range(1_790_000_000_000 * ticks, (1_790_000_000_000 + 500) * ticks, ticks), clock(unit))
+    path = tmp_path / "a.parquet"
+    pq.write_table(pa.table({"a [g]": values, "__index_level_0__": times}), path)
+    signal = read_signal(path)
+    assert signal.sample_rate == 1000.0 and signal.unit == "m/s^2"
+    # a rate that is given, and a column of time in numbers, stand above a clock
+    assert read_signal(path, sample_rate=500.0).sample_rate == 500.0
+    pq.write_table(pa.table({"a": values, "clock": times, "time [s]": np.arange(500) / 2000.0}), path)
+    assert read_signal(path, unit="g").sample_rate == pytest.approx(2000.0)
+    assert read_signal(path, unit="g", time_column="clock", signal_column="a").sample_rate == 1000.0
+
+
+def test_a_null_among_timestamps_is_named_by_its_row(tmp_path, values):
+    path = tmp_path / "a.parquet"
+    for place in (0, 7):
+        times = [None if k == place else k for k in range(500)]
+        pq.write_table(pa.table({"a [g]": values, "clock": pa.array(times, pa.timestamp("ms"))}), path)
+        assert f"row {place}, column 'clock': nan where a finite number must be" in refusal(path)
