@@ -31,12 +31,12 @@ def write_curves(writer: type[Any], folder: Path, result: Result) -> None:
     """Write both errors [%] of the kept network and the range of the control errors of all restarts by epoch, and the
     scores of the kept network by subset at its best epoch."""
     training, kept = result.training, result.kept
+    calibration, control = (100 * error for error in result.errors())
     with writer(str(folder)) as events:
         for epoch in range(int(training.epochs[kept]) + 1):
-            calibration, control = training.calibration_error[epoch, kept], training.control_error[epoch]
-            events.add_scalar("training_mse_percent/calibration", 100 * calibration, epoch)
-            events.add_scalar("training_mse_percent/control", 100 * control[kept], epoch)
-            events.add_scalar("training_mse_percent/control_best_restart", 100 * np.nanmin(control), epoch)
+            events.add_scalar("training_mse_percent/calibration", calibration[epoch, kept], epoch)
+            events.add_scalar("training_mse_percent/control", control[epoch, kept], epoch)
+            events.add_scalar("training_mse_percent/control_best_restart", np.nanmin(control[epoch]), epoch)
         for subset in SUBSETS:
             for name, value in result.score(subset).to_dict().items():
                 if isinstance(value, float):

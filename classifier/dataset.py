@@ -106,6 +106,11 @@ def _check_sensors(records: np.ndarray, table: pa.Table, path: Place) -> None:
         )
 
 
+def manifest_sha256(place: Place) -> str:
+    """SHA-256 of the manifest of a data set, by which models know what they were trained on."""
+    return hashlib.sha256(place.read(MANIFEST) or b"").hexdigest()
+
+
 def load_dataset(path: str | Path | Place) -> Dataset:
     """Data set from a folder or URL written by `datagen`.
 
@@ -131,7 +136,7 @@ def load_dataset(path: str | Path | Place) -> Dataset:
         unit=_one(table, "unit", folder),
         provenance={
             "folder": str(path),
-            "manifest_sha256": hashlib.sha256(folder.read(MANIFEST) or b"").hexdigest(),
+            "manifest_sha256": manifest_sha256(folder),
             "records": len(data),
             **{key: data.manifest[key] for key in ("campaign", "seed", "count")},
         },

@@ -24,8 +24,8 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from classifier.features import Psd, Scaling
 from classifier.network import Mlp
 from classifier.tasks.confidence import class_logits, fit_temperature, softmax
-from classifier.trainers import Examples, make_trainer
-from indexer_env.checks import check_integer, check_number
+from classifier.trainers import TRAINERS, Examples, make_trainer
+from indexer_env.checks import check_choice, check_integer, check_number
 from indexer_env.errors import refuse
 
 
@@ -149,14 +149,17 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
     def fit(self, X: Any, y: Any, groups: Any = None) -> NetworkClassifier:
         """Train on features (n, count) of classes y (n,).
 
-        groups (n,) : records of one group, a machine or a file, are not parted by the control subset.
+        groups (n,) : records of one group, a machine or a file, are not parted by the control subset, where all of them
+        weigh as much as one record alone.
 
         Raises ParameterError, a ValueError, for a parameter that breaks its rule or records of one class alone.
         """
         checked: Any = validate_data(self, X, y, dtype=np.float64)
         inputs, y = checked
         check_classification_targets(y)
-        check_integer("NetworkClassifier", "restarts", self.restarts, low=1)
+        check_choice("NetworkClassifier", "rule", self.rule, TRAINERS)
+        for name in ("hidden", "epochs", "patience", "restarts"):
+            check_integer("NetworkClassifier", name, getattr(self, name), low=1)
         check_number(
             "NetworkClassifier", "control", self.control, low=0.0, low_open=True, high=1.0, high_open=True, unit="-"
         )
@@ -180,7 +183,8 @@ class NetworkClassifier(ClassifierMixin, BaseEstimator):
 
         self.parameters_ = training.parameters[training.best]
         self.n_iter_ = int(training.epochs[training.best])
-        self.temperature_ = fit_temperature(self._logits(inputs[control]), positions[control])
+        units = None if groups is None else np.asarray(groups)[control]
+        self.temperature_ = fit_temperature(self._logits(inputs[control]), positions[control], units)
         return self
 
     def predict_proba(self, X: Any) -> np.ndarray:

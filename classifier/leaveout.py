@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from classifier.dataset import Dataset, load_dataset
 from classifier.evaluate import score
 from classifier.feature_choice import chosen, make_choice, told
 from classifier.groups import groups_of, part
+from classifier.job import Net
 from classifier.leaveout_methods import CNN, LOGISTIC, METHODS, MLP, WITHOUT_CHANCE, Learn, cnn, logistic, mlp
 from classifier.results import RESULT_FILES, Row, chosen_methods, markdown, mean, means, write_results
 from classifier.style import COLOURS, style
@@ -28,6 +29,7 @@ from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
 from indexer_cli.words import plain_console
+from indexer_env.build import from_mapping
 from indexer_env.checks import check_integer
 from indexer_env.errors import IndexerError, SignalError, refuse
 
@@ -150,13 +152,14 @@ def run(config: dict[str, Any]) -> None:
         raise refuse("leaveout", "by", "the name of a group or column", config["by"])
     names = chosen_methods("leaveout", config["methods"], METHODS)
     choice, trainer = make_choice(config["features"]), make_trainer(config["trainer"])
+    net = asdict(from_mapping(Net, config["net"], owner="net"))
     torch.set_num_threads(config["threads"])
     dataset = load_dataset(place_given("leaveout", "data", config["data"]))
 
     features = chosen(choice, dataset)
 
     def trained(rest: Dataset, seed: int) -> Result:
-        return train(rest, features, trainer, seed=seed, restarts=config["restarts"], parts=(), **config["net"])
+        return train(rest, features, trainer, seed=seed, restarts=config["restarts"], parts=(), **net)
 
     learners = {MLP: mlp(trained), LOGISTIC: logistic(features), CNN: cnn(features)}
     console = plain_console()

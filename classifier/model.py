@@ -83,6 +83,11 @@ class Model:
         """Kinds of the parts that tell a record unlike all that was taught; (): it gives every record a name."""
         return tuple(part.kind for part in self.parts if part.kind in GUARDS)
 
+    def has_learnt_from(self, manifest: str) -> bool:
+        """Whether a data set with a manifest of this SHA-256 is the one of its training, or that of its fine-tuning."""
+        sets = (self.provenance.get(key) or {} for key in ("data", "fine_tuned_on"))
+        return any(one.get("manifest_sha256") == manifest for one in sets)
+
     def shortcomings(self) -> list[str]:
         """What the model cannot say, a line each; the last one where nothing tells a strange record."""
         told = [f"{name}: {reason}" for name, reason in self.left_out.items()]

@@ -136,6 +136,12 @@ class Mlp:
         """f1 and f2."""
         return ACTIVATIONS[self.hidden_function], ACTIVATIONS[self.output_function]
 
+    @property
+    def span(self) -> float:
+        """Distance of the targets of 0 and 1; a mean square error of them is its square times that of the bits."""
+        low, high = TARGETS[self.targets]
+        return high - low
+
     def targets_of(self, bits: Tensor) -> Tensor:
         """Targets of the output nodes for bits of 0 and 1, any shape."""
         low, high = TARGETS[self.targets]

@@ -6,7 +6,7 @@ Parts need not derive from `Part`, they only have to have its methods; PARTS fin
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -75,6 +75,13 @@ GUARDS: dict[str, str] = {Range.kind: OUTSIDE, Novelty.kind: NOVEL}
 parts a model gives every record the nearest name."""
 
 
+NOT_ASKED_FOR = "not asked for"
+"""Why a part is left out that the training was told to leave out."""
+
+NEW_MACHINES = f"{Severity.kind} of new machines"
+"""Under which name it is told that the intervals of severities are not promised for them."""
+
+
 def known_parts() -> dict[str, type[Part]]:
     """All classes of parts by their kind."""
     return {**PARTS, **ON_REQUEST}
@@ -95,18 +102,25 @@ def check_kinds(kinds: object) -> Sequence[str] | None:
 
 
 def fit_parts(
-    dataset: Dataset, features: np.ndarray, outputs: np.ndarray, kinds: Sequence[str] | None = None, seed: int = 0
+    dataset: Dataset,
+    features: np.ndarray,
+    outputs: np.ndarray,
+    kinds: Sequence[str] | None = None,
+    seed: int = 0,
+    without: Collection[str] = (),
 ) -> tuple[tuple[Part, ...], dict[str, str]]:
     """Parts fitted to a data set, given the scaled features (n, count) and the outputs (n, bits) of all its records;
-    and which of PARTS are left out, with the reason.
+    and which of PARTS are left out or promise less than they might, with the reason.
 
-    kinds  which; None: all of PARTS that the records and columns of the data set allow
+    kinds    which; None: all of PARTS that the records and columns of the data set allow
+    without  those of PARTS that are left out all the same
 
     Raises ParameterError for an unknown kind, one named twice, and one that the data set does not allow.
     """
     check_kinds(kinds)
     fitted, left_out = [], {}
-    for kind in PARTS if kinds is None else kinds:
+    wanted = [kind for kind in (PARTS if kinds is None else kinds) if kind not in without]
+    for kind in wanted:
         try:
             fitted.append(known_parts()[kind].fit(dataset, features, outputs, seed))
         except NotAvailable as reason:
@@ -116,6 +130,7 @@ def fit_parts(
                     "classifier", "parts", f"parts that the data set allows ({reason})", kind, remedy
                 ) from None
             left_out[kind] = f"not available, {reason}"
-    if kinds is not None:
-        left_out |= {kind: "not asked for" for kind in PARTS if kind not in kinds}
+    if any(part.kind == Severity.kind for part in fitted) and (reason := Severity.unpromised(dataset)):
+        left_out[NEW_MACHINES] = f"not promised, {reason}"
+    left_out |= {kind: NOT_ASKED_FOR for kind in PARTS if kind not in wanted}
     return tuple(fitted), left_out

@@ -109,13 +109,14 @@ def _psds(dataset: Dataset, result: Result) -> Figure:
 def _training(dataset: Dataset, result: Result) -> Figure:
     """Mean square errors over the epochs: the kept network, and the control errors of the other restarts."""
     training, kept = result.training, result.kept
+    calibration, control = (100 * error for error in result.errors())
     figure, (ax,) = _grid(1, 1, 7, 4)
     for other in range(len(training.epochs)):
         if other != kept:
             label = "control, other restarts" if other == (kept == 0) else None
-            ax.semilogy(100 * training.control_error[:, other], color=_GREY, linewidth=0.6, label=label)
-    ax.semilogy(100 * training.calibration_error[:, kept], color=_COLOURS[0], label="calibration, kept network")
-    ax.semilogy(100 * training.control_error[:, kept], color=_COLOURS[4], label="control, kept network")
+            ax.semilogy(control[:, other], color=_GREY, linewidth=0.6, label=label)
+    ax.semilogy(calibration[:, kept], color=_COLOURS[0], label="calibration, kept network")
+    ax.semilogy(control[:, kept], color=_COLOURS[4], label="control, kept network")
     best = training.best_epoch[kept]
     ax.axvline(best, color=_DARK, linewidth=0.8, linestyle=":", label=f"weights kept: epoch {best}")
     ax.set(xlabel="epoch", ylabel="mean square error [%]")

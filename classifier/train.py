@@ -40,12 +40,19 @@ class Result:
         """Score of the kept network on one subset."""
         return self.scores[subset][self.kept]
 
+    def errors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean square errors (epochs, restarts) of the calibration and of the control records, on the scale of the bits
+        as the scores are; those of the training are of the network's own targets."""
+        span = self.model.network.span**2
+        return self.training.calibration_error / span, self.training.control_error / span
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for results.json: the kept network, every restart, the training curve,
         provenance.
         """
         training = self.training
         last = int(training.epochs[self.kept]) + 1
+        calibration, control = (error[:last, self.kept].tolist() for error in self.errors())
         return {
             "kept": self.kept,
             "best_epoch": int(training.best_epoch[self.kept]),
@@ -63,10 +70,7 @@ class Result:
                 }
                 for i in range(len(training.epochs))
             ],
-            "curve": {
-                "calibration_mse": training.calibration_error[:last, self.kept].tolist(),
-                "control_mse": training.control_error[:last, self.kept].tolist(),
-            },
+            "curve": {"calibration_mse": calibration, "control_mse": control},
             "provenance": self.model.provenance,
         }
 
@@ -95,7 +99,7 @@ def train(
     hidden_function, output_function, targets  of the network, see `Mlp`
     parts     kinds of the parts fitted to the kept network, see `fit_parts`; None: all that the data set allows
     device    "cpu" or "cuda": where the networks are trained
-    progress  as in `Trainer.train`
+    progress  as in `Trainer.train`, with the error on the scale of the bits
 
     Raises ParameterError.
     """
@@ -107,7 +111,8 @@ def train(
     network = Mlp(values.shape[1], hidden, dataset.codes.bits, hidden_function, output_function, targets)
     examples = _examples(dataset, network, values, device)
     start = network.initial(restarts, torch.Generator().manual_seed(seed)).to(device)
-    training = trainer.train(network, start, examples["calibration"], examples["control"], progress)
+    told = None if progress is None else lambda epoch, error: progress(epoch, error / network.span**2)
+    training = trainer.train(network, start, examples["calibration"], examples["control"], told)
     scores, kept = _scores(dataset, network, training, examples), training.best
     model = Model(
         features=features,

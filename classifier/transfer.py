@@ -18,7 +18,7 @@ from classifier.dataset import SUBSETS, Dataset, load_dataset
 from classifier.evaluate import Score, score
 from classifier.features import Scaling
 from classifier.model import MODEL_TENSORS, MODEL_YAML, Model, load_model, save_model
-from classifier.parts import fit_parts
+from classifier.parts import NOT_ASKED_FOR, ON_REQUEST, fit_parts
 from classifier.results import RESULT_FILES, Row, markdown, means, write_results
 from classifier.style import COLOURS, style
 from classifier.train import mean_densities
@@ -131,7 +131,8 @@ class Learner:
         return [Row("transfer", name, method, metric, seed, value, float(count)) for metric, value in found.items()]
 
     def tuned(self, seed: int) -> Model:
-        """The model after learning from all calibration records, stopped by the control records; parts are its own."""
+        """The model after learning from all calibration records, stopped by the control records. Its parts are learnt
+        anew, but for those that a training fits on request alone; what the model was to be without stays left out."""
         calibration, control = (np.flatnonzero(self.dataset.rows(name)) for name in ("calibration", "control"))
         scaling = Scaling.fit(self.values[calibration])
         scaled = scaling.apply(self.values)
@@ -154,7 +155,9 @@ class Learner:
             name: score(dataset.codes, outputs[dataset.rows(name)], dataset.classes[dataset.rows(name)]).to_dict()
             for name in SUBSETS
         }
-        fitted, left_out = fit_parts(dataset, scaled, outputs, seed=seed)
+        unwanted = [kind for kind, reason in self.model.left_out.items() if reason == NOT_ASKED_FOR]
+        fitted, left_out = fit_parts(dataset, scaled, outputs, seed=seed, without=unwanted)
+        left_out |= {part.kind: "not learnt anew" for part in self.model.parts if part.kind in ON_REQUEST}
         left_out |= dataset.conditions.left_out() | self._lost()
         return replace(model, metrics=scores, parts=fitted, left_out=left_out)
 

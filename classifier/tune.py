@@ -22,7 +22,8 @@ from classifier.train import Result
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, place_given
 from indexer_cli.output_folder import check_output_folder, output_folder
-from indexer_cli.words import plain_console
+from indexer_cli.typed_keys import dotted
+from indexer_cli.words import joined, plain_console
 from indexer_env.checks import check_choice, check_integer, check_number, did_you_mean
 from indexer_env.errors import IndexerError, ParameterError, refuse
 from indexer_env.presets import config_dir
@@ -75,8 +76,8 @@ def _sought(
         for number in range(config["trials"]):
             trial, started = study.ask(), time.perf_counter()
             settings = {path: propose(trial, path, space) for path, space in search.items()}
-            told = _told(settings)
             tried = applied(config, settings)
+            told = _told(settings, tried)
             try:
                 result = Job.of(tried).train(dataset)
             except ParameterError as problem:
@@ -99,9 +100,11 @@ def _sought(
     return rows, best
 
 
-def _told(settings: Mapping[str, Any]) -> str:
+def _told(settings: Mapping[str, Any], tried: Mapping[str, Any]) -> str:
+    """The settings in words, without those that this trial does not have."""
     shown = {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in settings.items()}
-    return ", ".join(f"{key}={value}" for key, value in shown.items())
+    had = dotted(tried)
+    return ", ".join(f"{key}={value}" for key, value in shown.items() if key in had)
 
 
 def check_search(search: object, config: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,28 +115,44 @@ def check_search(search: object, config: Mapping[str, Any]) -> dict[str, Any]:
     """
     if not isinstance(search, Mapping) or not search:
         raise refuse("tune", "search", "a mapping of settings to ranges or choices", search)
-    for path, space in search.items():
-        _check_key(str(path), config)
-        owner = f"search.{path}"
-        if not isinstance(space, Mapping):
-            raise refuse("tune", owner, "{low: NUMBER, high: NUMBER} or {choices: [VALUE, ...]}", space)
-        unknown = sorted(set(space) - ({"choices"} if "choices" in space else {"low", "high", "log"}))
-        if unknown:
-            raise refuse("tune", owner, "of the keys low, high and log, or of choices alone", unknown[0])
-        if "choices" in space:
-            _check_choices(str(path), space["choices"])
-        else:
-            _check_range(owner, space)
-    return {str(path): space for path, space in search.items()}
+    found = {str(path): space for path, space in search.items()}
+    for path, space in found.items():
+        _check_space(path, space)
+    for path in found:
+        _check_key(path, found, config)
+    return found
 
 
-def _check_key(path: str, config: Mapping[str, Any]) -> None:
+def _check_space(path: str, space: object) -> None:
+    owner = f"search.{path}"
+    if not isinstance(space, Mapping):
+        raise refuse("tune", owner, "{low: NUMBER, high: NUMBER} or {choices: [VALUE, ...]}", space)
+    listed = "choices" in space or path in GROUPS
+    unknown = sorted(set(space) - ({"choices"} if listed else {"low", "high", "log"}))
+    if unknown:
+        rule = "of choices alone" if path in GROUPS else "of the keys low, high and log, or of choices alone"
+        raise refuse("tune", owner, rule, unknown[0])
+    if listed:
+        _check_choices(path, space.get("choices"))
+    else:
+        _check_range(owner, space)
+
+
+def _check_key(path: str, search: Mapping[str, Any], config: Mapping[str, Any]) -> None:
+    """Refuse a setting that no trial has: a choice that none makes has keys of its own."""
     group, _, key = path.partition(".")
-    keys = [f"{name}.{key}" for name in GROUPS for key in config[name] if key != "kind"]
+    tried = {
+        name: [_choice(name, choice) for choice in search[name]["choices"]] if name in search else [config[name]]
+        for name in GROUPS
+    }
+    keys = dict.fromkeys(f"{name}.{key}" for name in GROUPS for one in tried[name] for key in one if key != "kind")
     known = [*GROUPS, *keys, "restarts", "seed"]
-    # A trial may choose another rule than the configuration holds, whose own keys are then known.
-    if path not in known and not (group in GROUPS and any(key in _choice(group, name) for name in _names(group))):
-        raise refuse("tune", "search", f"settings such as {', '.join(known)}", path, did_you_mean(path, known))
+    if path in known:
+        return
+    if elsewhere := [name for name in (_names(group) if group in GROUPS else ()) if key in _choice(group, name)]:
+        rule = f"settings that some trial has (this one is of {group}={joined(elsewhere, 'or')})"
+        raise refuse("tune", "search", rule, path, "for a search without it write ~search '+search={…}'")
+    raise refuse("tune", "search", f"settings such as {', '.join(known)}", path, did_you_mean(path, known))
 
 
 def _check_choices(path: str, choices: object) -> None:
@@ -165,18 +184,25 @@ def propose(trial: Any, path: str, space: Mapping[str, Any]) -> Any:
 
 
 def applied(config: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The configuration with these settings; choices of conf/ first, so that others change what they brought. A setting
-    of another choice than the one that is proposed is left out."""
+    """The configuration with these settings; choices of conf/ first, so that others change what they brought. What the
+    configuration gives a choice in place of conf's own value goes with it to another that has the key; a setting of
+    another choice than the one that is proposed is left out."""
     tried = copy.deepcopy(dict(config))
     for path in sorted(settings, key=lambda path: "." in path):
         group, _, key = path.partition(".")
         if path in GROUPS:
-            tried[path] = _choice(path, settings[path])
+            tried[path] = _choice(path, settings[path]) | _carried(path, tried[path], settings[path])
         elif not key:
             tried[path] = settings[path]
         elif key in tried[group]:
             tried[group][key] = settings[path]
     return tried
+
+
+def _carried(group: str, held: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """What a choice holds that is not conf's own value, of the keys that the choice `name` has too."""
+    own, other = _choice(group, held.get("kind", name)), _choice(group, name)
+    return {key: value for key, value in held.items() if key in other and key != "kind" and own.get(key) != value}
 
 
 def _kept(tried: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import yaml
 from datagen.quantities import JOINTS
 from datagen.schema import COLUMNS
 from indexer_cli.command import check_flag, hydra_command
-from indexer_cli.job_paths import in_sweep, path_given
+from indexer_cli.job_paths import path_given
 from indexer_cli.places.local import whole_file
 from indexer_cli.verbs import VERBS
 from indexer_env.checks import check_choice
@@ -102,8 +102,6 @@ def main(config: dict[str, Any]) -> None:
     check_flag("new", "overwrite", config["overwrite"])
     check_flag("new", "ask", config["ask"])
     out = path_given("new", "out", config["out"])
-    if in_sweep():
-        raise refuse("new", "out", "one file", "a sweep", "leave -m out and call it once for each machine")
     if out.suffix not in (".yaml", ".yml"):
         raise refuse("new", "out", "a file that ends in .yaml", str(out))
     if out.is_dir():

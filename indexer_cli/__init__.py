@@ -5,6 +5,7 @@ In reading order:
     yaml_keys      a file of conf/ -> its summary, its text and its keys with default and meaning
     manual         the help page of a verb, and the list of all verbs
     completion     what may come next on a command line, and the shell's part of it
+    pipe           standard output whose reader may leave before the work is done
     __main__       `indexer VERB KEY=VALUE ...`
     arguments      the command line before and around Hydra's reading of it
     typed_keys     a parameter as an object names it -> its key as it is typed

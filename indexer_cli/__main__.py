@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 
 from indexer_cli.completion import HOW, SHELLS, candidates
 from indexer_cli.manual import manual, overview
+from indexer_cli.pipe import forgiving_output
 from indexer_cli.verbs import VERBS
 
 _BAD_INPUT = 2
@@ -23,11 +23,8 @@ def version() -> str:
 
 def main() -> None:
     """Answer, or hand the rest of the command line to the verb; a reader that leaves early, as `head` does, is fine."""
-    try:
+    with forgiving_output():
         _main()
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _main() -> None:

@@ -11,6 +11,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 
+from indexer_cli.verbs import can_sweep
 from indexer_env.errors import ParameterError, refuse
 from indexer_env.presets import config_dir, load_yaml, with_own_table
 
@@ -97,7 +98,7 @@ def file_behind(sentence: str) -> str:
 
 def check_sweep(arguments: list[str], config_name: str) -> None:
     """Refuse a sweep over `out`, whose jobs have folders of their own in one folder, beside their table, and a sweep of
-    a command that has no `out`.
+    a command that writes no folder.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def check_sweep(arguments: list[str], config_name: str) -> None:
     flag = next((argument for argument in arguments if argument in ("-m", "--multirun")), None)
     if flag is None:
         return
-    if "out" not in root_keys(config_name):
+    if not can_sweep(config_name, root_keys(config_name)):
         rule = f"{config_name} must be run without {flag}, as it writes no folder that could hold the jobs"
         raise ParameterError(f"{rule}, got {flag!r}; run it once for each value.")
     for argument in (argument for argument in arguments if argument.partition("=")[0].lstrip("+") == "out"):

@@ -30,6 +30,7 @@ import indexer_cli.job_paths  # noqa: F401  (registers what conf/command.yaml as
 from indexer_cli.__main__ import version
 from indexer_cli.arguments import check_sweep, file_behind, flags_first, malformed, root_keys, with_files, with_key
 from indexer_cli.manual import manual
+from indexer_cli.pipe import forgiving_output
 from indexer_cli.sweep import outcome
 from indexer_cli.typed_keys import as_typed, dotted
 from indexer_env.checks import check_choice, closest, did_you_mean
@@ -92,6 +93,7 @@ def hydra_command(config_name: str, positional: str | None = None) -> Callable[[
                 composed_job()
 
         @functools.wraps(task)
+        @forgiving_output()
         def main() -> None:
             nonlocal traceback_wanted, composed, worst, started_in
             composed, worst = False, 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from indexer_cli.manual import keys_of
-from indexer_cli.verbs import VERBS
+from indexer_cli.verbs import VERBS, can_sweep
 
 HOW = 'Add to ~/.bashrc:  eval "$(indexer --completion bash)"      to ~/.zshrc:  eval "$(indexer --completion zsh)"'
 
@@ -13,12 +13,12 @@ _BASH = """\
 _indexer() {
     local IFS=$'\\n'
     compopt -o nospace 2>/dev/null
-    COMP_WORDBREAKS=${COMP_WORDBREAKS//=}
     COMPREPLY=($(indexer --complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null))
     local word=${COMP_WORDS[COMP_CWORD]} key=
     [[ $word == *=* ]] && key=${word%%=*}=
     [[ ${#COMPREPLY[@]} -eq 0 ]] && COMPREPLY=($(compgen -f -P "$key" -- "${word#*=}"))
 }
+COMP_WORDBREAKS=${COMP_WORDBREAKS//=}
 complete -F _indexer indexer
 """
 
@@ -50,7 +50,7 @@ def candidates(words: list[str]) -> list[str]:
         return []
     keys = keys_of(words[0])
     if last.startswith("-"):
-        return _beginning([*FLAGS_OF_A_VERB, *(FLAGS_OF_A_SWEEP if "out" in keys else ())], last)
+        return _beginning([*FLAGS_OF_A_VERB, *(FLAGS_OF_A_SWEEP if can_sweep(words[0], keys) else ())], last)
     key, sign, _ = last.partition("=")
     if sign:
         return [f"{key}={name} " for name in keys.get(key, []) if f"{key}={name}".startswith(last)]

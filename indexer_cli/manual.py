@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from indexer_cli.verbs import VERBS, config_folder
+from indexer_cli.verbs import VERBS, can_sweep, config_folder
 from indexer_cli.yaml_keys import Key, Page, read_page
 
 MUST_BE_GIVEN = "???"
@@ -49,7 +49,7 @@ def manual(name: str) -> str:
     sweep = "    -m      run once for each combination of values, KEY=A,B,C; OUT/sweep.csv lists jobs and results"
     lines += [
         "EVERY VERB",
-        *([sweep] if any(key.name == "out" for key in keys) else []),
+        *([sweep] if can_sweep(name, [key.name for key in keys]) else []),
         "    --help  this page",
         "    HYDRA_FULL_ERROR=1 in the environment shows the traceback of an error",
         "",

@@ -50,12 +50,7 @@ def run(config: dict[str, Any]) -> None:
         from_mapping(RecordConditions, _stated(config["known"]), "known"),
     )
     model = load_model(path_given("diagnose", "model", config["model"]))
-    cases = cases_of(config["measured"], asked)
-    if left_open := model.conditions.not_compared(asked.known):
-        keys = ", ".join(left_open)
-        print(f"{'assumed':<{COLUMN}}{keys} as in the training records; known.{left_open[0]}=VALUE says it")
-    for text in model.shortcomings():
-        print(f"{'without':<{COLUMN}}{text}")
+    cases = cases_of(config["measured"], asked, model)
     if out is None:
         reports = _told(model, cases, None, 0)
     else:
@@ -79,8 +74,14 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
     """Diagnose all cases, tell of each and write its files; raises SignalError where none could be diagnosed."""
     first = list(itertools.islice(cases, 2))
     alone, reports, names = len(first) == 1, [], set[str]()
+    assumed = set[str]()
+    if first:
+        _assume(model, first[0], assumed)
+    for text in model.shortcomings():
+        print(f"{'without':<{COLUMN}}{text}")
     for number, case in enumerate(itertools.chain(first, cases)):
-        report = _report(model, case)
+        _assume(model, case, assumed)
+        report = _report(case)
         if alone and not report.problem:
             print("\n".join(lines(report)))
         elif not alone and number <= _LINES:
@@ -89,7 +90,7 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
             _write(folder / _stem(report.name, names), model, report, number < pictures)
         reports.append(_without_records(report))
     if not reports:
-        raise SignalError("diagnose.signal must hold at least one record, got a data set without any; give another.")
+        raise SignalError("diagnose.measured must hold at least one record, got a data set without any; give another.")
     if all(report.problem for report in reports):
         more = f" ({len(reports)} signals, none of which could be diagnosed)" if len(reports) > 1 else ""
         raise SignalError(f"{reports[0].problem.removesuffix('.')}{more}.")
@@ -98,11 +99,18 @@ def _told(model: Model, cases: Iterable[Case], folder: Path | None, pictures: in
     return reports
 
 
-def _report(model: Model, case: Case) -> CaseReport:
+def _assume(model: Model, case: Case, told: set[str]) -> None:
+    """Say which conditions of a case are assumed to be those of the training, and add them to those that are told."""
+    if keys := [key for key in model.conditions.not_compared(case.known) if key not in told]:
+        print(f"{'assumed':<{COLUMN}}{', '.join(keys)} as in the training records; known.{keys[0]}=VALUE says it")
+        told.update(keys)
+
+
+def _report(case: Case) -> CaseReport:
     try:
-        return CaseReport.of(case.name, case.true_class, case.reports(model))
+        return CaseReport.of(case.name, case.true_class, case.reports(), case.subset)
     except SignalError as error:
-        return CaseReport(case.name, case.true_class, (), str(error))
+        return CaseReport(case.name, case.true_class, (), str(error), case.subset)
 
 
 def _stem(name: str, taken: set[str]) -> str:

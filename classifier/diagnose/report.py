@@ -28,18 +28,27 @@ class CaseReport:
     true_class  the name of its class, where its data set says; None: not known
     turns       of the table, in their order
     problem     the sentence for which no turn of it was diagnosed; "" where one was
+    subset      as in `Case`
     """
 
     name: str
     true_class: str | None
     turns: tuple[TurnReport, ...]
     problem: str = ""
+    subset: str | None = None
 
     @classmethod
-    def of(cls, name: str, true_class: str | None, turns: Sequence[TurnReport]) -> CaseReport:
+    def of(
+        cls, name: str, true_class: str | None, turns: Sequence[TurnReport], subset: str | None = None
+    ) -> CaseReport:
         """Report of a signal whose turns were looked at."""
         problem = "" if any(turn.diagnosis for turn in turns) else f"{name}: {_refused(turns[0])}"
-        return cls(name, true_class, tuple(turns), problem)
+        return cls(name, true_class, tuple(turns), problem, subset)
+
+    @property
+    def taught(self) -> bool:
+        """Whether the training had a use for it, so that its being right says little of records to come."""
+        return self.subset not in (None, "validation")
 
     @property
     def diagnosed(self) -> list[Diagnosis]:
@@ -59,12 +68,13 @@ class CaseReport:
             "verdict": self.verdict,
             "problem": self.problem,
             **({} if self.true_class is None else {"true_class": self.true_class}),
+            **({} if self.subset is None else {"subset": self.subset}),
             "turns": [turn.to_dict() for turn in self.turns],
         }
 
     def rows(self) -> list[dict[str, Any]]:
         """One row a turn: plain numbers and texts by column name; a single one for a signal without a turn."""
-        common = {"signal": self.name, "true_class": self.true_class or ""}
+        common = {"signal": self.name, "true_class": self.true_class or "", "subset": self.subset or ""}
         if not self.turns:
             return [{**common, "problem": self.problem}]
         return [{**common, **_row(turn)} for turn in self.turns]
@@ -83,8 +93,8 @@ def _row(turn: TurnReport) -> dict[str, Any]:
 
 
 def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
-    """Counts over many signals: turns by verdict, what was not diagnosed, and the share that is right [%] where the
-    true classes are known."""
+    """Counts over many signals: turns by verdict, what was not diagnosed, and where the true classes are known the
+    share that is right [%] of the turns that the training had no use for."""
     diagnoses = [(report, diagnosis) for report in reports for diagnosis in report.diagnosed]
     counts = {
         "signals": len(reports),
@@ -94,9 +104,16 @@ def summary(reports: Sequence[CaseReport]) -> dict[str, Any]:
         "turns_unguarded": sum(not diagnosis.guarded for _, diagnosis in diagnoses),
         "verdicts": dict(Counter(diagnosis.verdict for _, diagnosis in diagnoses).most_common()),
     }
-    right = [diagnosis.is_right(report.true_class) for report, diagnosis in diagnoses if report.true_class is not None]
+    known = [
+        (report.taught, diagnosis.is_right(report.true_class))
+        for report, diagnosis in diagnoses
+        if report.true_class is not None
+    ]
+    right = [is_right for taught, is_right in known if not taught]
+    if taught := len(known) - len(right):
+        counts["turns_of_the_training"] = taught
     if right:
-        counts["right_percent"] = 100.0 * sum(right) / len(right)
+        counts |= {"turns_compared": len(right), "right_percent": 100.0 * sum(right) / len(right)}
     return counts
 
 
@@ -110,8 +127,12 @@ def summary_lines(counts: dict[str, Any]) -> list[str]:
         text.append(
             f"{'unguarded':<{COLUMN}}{counts['turns_unguarded']} turns, by a model that gives any record a name"
         )
+    if "turns_of_the_training" in counts:
+        text.append(f"{'taught':<{COLUMN}}{counts['turns_of_the_training']} turns that the training used: not compared")
     if "right_percent" in counts:
-        text.append(f"{'right':<{COLUMN}}{counts['right_percent']:.4g} % of the turns that were diagnosed")
+        unseen = f"{counts['turns_compared']} turns that the model did not see"
+        which = unseen if "turns_of_the_training" in counts else "the turns that were diagnosed"
+        text.append(f"{'right':<{COLUMN}}{counts['right_percent']:.4g} % of {which}")
     return text + [f"{number:>{COLUMN - 2}}  {name}" for name, number in counts["verdicts"].items()]
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from classifier.dataset import manifest_sha256
 from classifier.diagnose.incremental import TurnReport, diagnose
 from classifier.model import Model
 from datagen.schema import RECORD
 from datagen.shard import iterate_shards, records_of
 from datagen.store import MANIFEST
+from indexer_cli.places import open_place
 from indexer_env.errors import SignalError, refuse
 from indexer_env.signal import Signal
 from indexer_records.conditions import Pulse, RecordConditions
@@ -36,16 +38,20 @@ class Case:
 
     name        what reports call it
     true_class  the name of its class as its data set says; None: not known
+    known       what is known of it beside its samples
     reports     opens it and diagnoses every turn; raises SignalError for one that cannot be used
+    subset      the one that it was in when the model learnt; None: the model has not learnt from its data set
     """
 
     name: str
     true_class: str | None
-    reports: Callable[[Model], Sequence[TurnReport]]
+    known: RecordConditions
+    reports: Callable[[], Sequence[TurnReport]]
+    subset: str | None = None
 
 
-def cases_of(signal: object, asked: Asked) -> Iterator[Case]:
-    """The cases that `signal` names: a file, a list of files, a pattern, a folder of files, or a data set.
+def cases_of(signal: object, asked: Asked, model: Model) -> Iterator[Case]:
+    """The cases that `signal` names for a model: a file, a list of files, a pattern, a folder of files, or a data set.
 
     Raises ParameterError where it names nothing, SignalError for a data set that cannot be read.
     """
@@ -57,11 +63,11 @@ def cases_of(signal: object, asked: Asked) -> Iterator[Case]:
         raise refuse("diagnose", "measured", rule, wrong[0] if wrong else signal, remedy)
     for name in names:
         if (Path(name) / MANIFEST).is_file():
-            yield from _rows(Path(name), asked)
+            yield from _rows(Path(name), asked, model)
         elif Path(name).is_file():
-            yield _file(Path(name), asked)
+            yield _file(Path(name), asked, model)
         else:
-            yield from (_file(path, asked) for path in _named(name))
+            yield from (_file(path, asked, model) for path in _named(name))
 
 
 def _named(name: str) -> list[Path]:
@@ -71,40 +77,40 @@ def _named(name: str) -> list[Path]:
     return files_found("diagnose", "measured", name)[1]
 
 
-def _file(path: Path, asked: Asked) -> Case:
-    def reports(model: Model) -> list[TurnReport]:
+def _file(path: Path, asked: Asked, model: Model) -> Case:
+    def reports() -> list[TurnReport]:
         recording = read_recording(path, asked.read, asked.pulse.column)
         return diagnose(model, recording.signals, asked.known, recording.pulse, asked.pulse)
 
-    return Case(str(path), None, reports)
+    return Case(str(path), None, asked.known, reports)
 
 
-def _rows(folder: Path, asked: Asked) -> Iterator[Case]:
+def _rows(folder: Path, asked: Asked, model: Model) -> Iterator[Case]:
+    learnt = model.has_learnt_from(manifest_sha256(open_place(folder)))
     for table in iterate_shards(folder):
         records = records_of(table, str(folder))
         for row, record in zip(table.drop_columns([RECORD]).to_pylist(), records, strict=True):
-            yield _row(folder, row, record, asked)
+            yield replace(_row(folder, row, record, asked, model), subset=row["subset"] if learnt else None)
 
 
-def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked) -> Case:
+def _row(folder: Path, row: dict[str, Any], record: np.ndarray, asked: Asked, model: Model) -> Case:
     name = f"{folder}, item {row['item']}"
+    stated = RecordConditions(
+        motor_speed=row["motor_speed"] or asked.known.motor_speed,
+        sensor_radius=row["sensor_radius"] or asked.known.sensor_radius,
+        machine=row["machine_name"] or asked.known.machine,
+    )
 
-    def reports(model: Model) -> list[TurnReport]:
+    def reports() -> list[TurnReport]:
         lasts, turn = record.shape[-1] / row["sample_rate"], model.samples / model.sample_rate
         if abs(lasts - turn) > asked.pulse.tolerance * turn:
             raise SignalError(
                 f"{name} must last {turn:g} s within {100 * asked.pulse.tolerance:g} %, one turn as the model was "
                 f"trained on, got {lasts:g} s; train on records of this speed or machine."
             )
-        known = asked.known
         signals = [
             Signal(channel, row["sample_rate"], row["quantity"], row["unit"], name) for channel in np.atleast_2d(record)
         ]
-        stated = RecordConditions(
-            motor_speed=row["motor_speed"] or known.motor_speed,
-            sensor_radius=row["sensor_radius"] or known.sensor_radius,
-            machine=row["machine_name"] or known.machine,
-        )
         return diagnose(model, signals, stated)
 
-    return Case(name, row["class_name"], reports)
+    return Case(name, row["class_name"], stated, reports)

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 
 from classifier.codes import CodeBook
 from classifier.dataset import Dataset
-from classifier.tasks.need import count_independent, need
+from classifier.tasks.need import count_independent, independent, need
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 
@@ -43,21 +43,27 @@ def softmax(logits: np.ndarray, temperature: float = 1.0) -> np.ndarray:
     return shares / shares.sum(axis=1, keepdims=True)
 
 
-def fit_temperature(logits: np.ndarray, positions: np.ndarray) -> float:
+def fit_temperature(logits: np.ndarray, positions: np.ndarray, units: np.ndarray | None = None) -> float:
     """The temperature [-] at which the logits (n, classes) predict the true classes (n,), given as positions, best.
 
-    It minimises the mean cross entropy over n records the network was not trained on. The target of the true class is
-    (n + 1)/(n + 2), Laplace's estimate of the share that is right after n of n were; the others share the rest. So
+    units (n,) labels records that hang together, such as the turns of one file: all of a unit weigh as much as one
+    record alone. None: each record stands for itself.
+
+    It minimises the mean cross entropy over k units the network was not trained on. The target of the true class is
+    (k + 1)/(k + 2), Laplace's estimate of the share that is right after k of k were; the others share the rest. So
     a faultless subset does not make the network certain.
     Sources: C. Guo et al., Proc. ICML (2017), §4.2; J. C. Platt, Adv. Large Margin Classifiers (1999), §3, for targets.
     """
-    count, classes = logits.shape
+    labels = np.arange(len(logits)) if units is None else units
+    _, unit, sizes = np.unique(labels, return_inverse=True, return_counts=True)
+    count, classes = len(sizes), logits.shape[1]
     wanted = np.full(logits.shape, 1.0 / ((count + 2.0) * (classes - 1)))
-    wanted[np.arange(count), positions] = (count + 1.0) / (count + 2.0)
+    wanted[np.arange(len(logits)), positions] = (count + 1.0) / (count + 2.0)
 
     def cross_entropy(log_temperature: float) -> float:
         scaled = logits / np.exp(log_temperature)
-        return float(np.mean(logsumexp(scaled, axis=1) - (wanted * scaled).sum(axis=1)))
+        entropies = logsumexp(scaled, axis=1) - (wanted * scaled).sum(axis=1)
+        return float(np.average(entropies, weights=1.0 / sizes[unit]))
 
     low, high = np.log(TEMPERATURES)
     return float(np.exp(fminbound(cross_entropy, low, high)))
@@ -88,13 +94,17 @@ class Confidence:
         """Fitted to the outputs (n, bits) of the control records. Raises NotAvailable where they are too few."""
         need("independent control records", LEAST, count_independent(dataset, "control"))
         control = dataset.rows("control")
-        return cls.of_control(dataset.codes, outputs[control], dataset.classes[control])
+        units = independent(dataset, control)
+        return cls.of_control(dataset.codes, outputs[control], dataset.classes[control], units)
 
     @classmethod
-    def of_control(cls, codes: CodeBook, outputs: np.ndarray, classes: np.ndarray) -> Confidence:
-        """Fitted to outputs (n, bits) of records of classes (n,) that the network was not trained on."""
+    def of_control(
+        cls, codes: CodeBook, outputs: np.ndarray, classes: np.ndarray, units: np.ndarray | None = None
+    ) -> Confidence:
+        """Fitted to outputs (n, bits) of records of classes (n,) that the network was not trained on, and that hang
+        together as `fit_temperature` says."""
         logits = class_logits(codes.matrix, outputs)
-        return cls(fit_temperature(logits, codes.positions(classes)), codes.matrix)
+        return cls(fit_temperature(logits, codes.positions(classes), units), codes.matrix)
 
     @classmethod
     def restore(cls, body: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Confidence:

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from classifier.dataset import Dataset
 from classifier.tasks.confidence import LEAST, fit_temperature, softmax
 from classifier.tasks.decimate import RATE, Decimated
-from classifier.tasks.need import count_independent, need
+from classifier.tasks.need import count_independent, independent, need
 from indexer_env.errors import SignalError
 
 
@@ -143,7 +143,8 @@ class Convolution:
         need("independent control records", LEAST, count_independent(dataset, "control"))
         seen, control = Learning().fit(dataset, seed), dataset.rows("control")
         positions = dataset.codes.positions(dataset.classes[control])
-        temperature = fit_temperature(seen.logits(dataset.records[control]), positions)
+        logits = seen.logits(dataset.records[control])
+        temperature = fit_temperature(logits, positions, independent(dataset, control))
         return cls(seen, temperature, tuple(dataset.codes.names), dataset.codes.matrix)
 
     @classmethod

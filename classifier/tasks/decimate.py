@@ -15,10 +15,11 @@ RATE = 250.0
 
 @dataclass(frozen=True)
 class Decimated:
-    """Anti-alias filter, decimation, and division by the rms of the calibration records.
+    """Each record without its mean, an anti-alias filter, decimation, and division by the rms of the calibration
+    records.
 
     factor  samples of the record for one that is kept, >= 1
-    rms     root mean square of the calibration records, in their unit
+    rms     root mean square of the calibration records about their means, in their unit
     """
 
     factor: int
@@ -28,7 +29,7 @@ class Decimated:
     def fit(cls, dataset: Dataset, rate: float) -> Decimated:
         """Of a data set, to a rate of at least so many Hz."""
         records = dataset.records[dataset.rows("calibration")]
-        rms = float(np.sqrt(np.mean(np.square(records, dtype=np.float64))))
+        rms = float(np.sqrt(records.var(axis=-1, dtype=np.float64).mean()))
         return cls(max(1, int(dataset.sample_rate // rate)), rms)
 
     def apply(self, records: np.ndarray) -> np.ndarray:

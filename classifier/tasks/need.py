@@ -37,6 +37,14 @@ def independent(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
     return np.unique(np.column_stack([dataset.classes, *columns])[rows], axis=0, return_inverse=True)[1].ravel()
 
 
+def machines(dataset: Dataset, rows: np.ndarray) -> np.ndarray:
+    """Labels (k,) of the machines, or files, of the k rows of a mask (n,). Where the data set states none each record
+    stands for itself."""
+    if "machine_draw" not in dataset.table.column_names:
+        return np.flatnonzero(rows)
+    return dataset.table.column("machine_draw").to_numpy()[rows]
+
+
 def _stated(dataset: Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Whether a column (n,) states a number, and the number, 0 where it does not."""
     column = dataset.table.column(name)

@@ -11,8 +11,8 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import least_records
-from classifier.tasks.need import need
-from classifier.tasks.severity import Quantity, Severity
+from classifier.tasks.need import machines, need
+from classifier.tasks.severity import COVERAGE, Quantity, Severity
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +35,6 @@ class Remaining(Severity):
         need("lives in the control subset", least_records(coverage), len(np.unique(cls.units_of(dataset))))
 
     @classmethod
-    def units_of(cls, dataset: Dataset) -> np.ndarray:
+    def units_of(cls, dataset: Dataset, coverage: float = COVERAGE) -> np.ndarray:
         """Lives (k,) of the k control records."""
-        return dataset.table.column("machine_draw").to_numpy()[dataset.rows("control")]
+        return machines(dataset, dataset.rows("control"))

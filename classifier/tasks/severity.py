@@ -11,7 +11,7 @@ import numpy as np
 
 from classifier.dataset import Dataset
 from classifier.tasks.conformal import conformal_quantile, least_records
-from classifier.tasks.need import NotAvailable, count_independent, independent, need
+from classifier.tasks.need import NotAvailable, count_independent, independent, machines, need
 from classifier.tasks.regression import FOLDS, KernelRidge, cross_fitted, fit_at
 from classifier.tasks.spectrum import Compression, Standard
 from indexer_env.checks import check_number
@@ -77,7 +77,9 @@ class Severity:
     quantile      (names,) q
 
     The share is promised for records of machines drawn as those of the training were, averaged over them: the interval
-    of a healthy machine may hold more often, that of a rare severity less often. Raises ParameterError.
+    of a healthy machine may hold more often, that of a rare severity less often. With fewer than nine machines in the
+    control subset (for 90 %) it is promised for new records of those machines; new ones may have less, see
+    `unpromised`. Raises ParameterError.
     """
 
     kind: ClassVar[str] = "severity"
@@ -127,7 +129,8 @@ class Severity:
         raw = cls(names, coverage, compression, standard, value, error, span, floor, np.ones(len(names)))
         told, unit = raw.estimate(features[control])
         scores = np.abs(truth[control] - told) / unit
-        quantile = [conformal_quantile(column, coverage, cls.units_of(dataset)) for column in scores.T]
+        units = cls.units_of(dataset, coverage)
+        quantile = [conformal_quantile(column, coverage, units) for column in scores.T]
         return replace(raw, quantile=np.array(quantile))
 
     @classmethod
@@ -136,9 +139,20 @@ class Severity:
         need("independent control records", least_records(coverage), count_independent(dataset, "control"))
 
     @classmethod
-    def units_of(cls, dataset: Dataset) -> np.ndarray:
-        """Labels (k,) of the k control records, alike for those that hang together: new records are of new ones."""
-        return independent(dataset, dataset.rows("control"))
+    def units_of(cls, dataset: Dataset, coverage: float = COVERAGE) -> np.ndarray:
+        """Labels (k,) of the k control records, alike for those that hang together, which is what a new record is new
+        in: those of one machine, where there are enough machines for an interval, else as `independent`."""
+        control = dataset.rows("control")
+        return independent(dataset, control) if cls.unpromised(dataset, coverage) else machines(dataset, control)
+
+    @classmethod
+    def unpromised(cls, dataset: Dataset, coverage: float = COVERAGE) -> str:
+        """Why the share is not promised for records of new machines; "" where it is."""
+        found, least = len(np.unique(machines(dataset, dataset.rows("control")))), least_records(coverage)
+        if found >= least:
+            return ""
+        share = f"the intervals hold for {100 * coverage:g} % of new records of these, new ones may have less"
+        return f"{found} machines or files in the control subset, {least} needed; {share}"
 
     def estimate(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values ŷ and units u of their intervals, both (n, names), for scaled features (n, count)."""

@@ -76,7 +76,7 @@ class Trainer(ABC):
     epochs            most epochs
     patience          epochs without a new lowest control error after which a network stops (early stopping,
                       paper §4.1)
-    goal              calibration error (mean square) at which a network stops
+    goal              calibration error (mean square, on the scale of the targets) at which a network stops
     minimum_gradient  length of the gradient below which a network stops
     precision         "float64", or "float32" for rules of first order: nearly half the time
 

@@ -2,8 +2,9 @@
 
 import hashlib
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pyarrow as pa
@@ -106,10 +107,12 @@ def strange_records(few: tuple[Dataset, np.ndarray]) -> dict[str, np.ndarray]:
 def write_dataset() -> Callable[..., Path]:
     """Write a data set as datagen does: through its schema, its Parquet writer and its manifest.
 
-    `last` replaces columns of the last row.
+    `every` replaces columns of every row, `last` of the last one.
     """
 
-    def write(dataset: Dataset, folder: Path, **last: object) -> Path:
+    def write(
+        dataset: Dataset, folder: Path, every: Mapping[str, object] = MappingProxyType({}), **last: object
+    ) -> Path:
         fixed = {
             "kind": "simulated",
             "sample_rate": dataset.sample_rate,
@@ -134,7 +137,7 @@ def write_dataset() -> Callable[..., Path]:
                 for name, column in COLUMNS.items()
                 if name != RECORD
             }
-            rows.append({**others, **fixed, **own})
+            rows.append({**others, **fixed, **own, **every})
         rows[-1].update(last)
         place, shard = open_place(folder), parquet_bytes(to_table(rows, dataset.records))
         place.publish(shard_name(0), shard)

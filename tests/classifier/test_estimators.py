@@ -67,8 +67,10 @@ def test_groups_are_not_parted() -> None:
     [
         ({"control": 1.0}, r"NetworkClassifier\.control must be"),
         ({"restarts": 0}, r"NetworkClassifier\.restarts must be"),
-        ({"rule": "adam"}, r"trainer\.kind must be one of"),
-        ({"hidden": 0}, r"Mlp\.hidden must be"),
+        ({"rule": "traingdy"}, r"NetworkClassifier\.rule must be one of .* did you mean 'traingd"),
+        ({"hidden": 0}, r"NetworkClassifier\.hidden must be"),
+        ({"epochs": 0}, r"NetworkClassifier\.epochs must be"),
+        ({"patience": 1.5}, r"NetworkClassifier\.patience must be"),
     ],
 )
 def test_refusals(settings, sentence: str) -> None:

@@ -122,6 +122,11 @@ def test_what_cannot_be_refused_is_told(grouped, run_command, write_dataset, tmp
     )
 
 
+def test_an_unknown_key_of_the_network_is_one_sentence(run_command):
+    code, _, err = run_command(command, "data=nowhere", "out=new", "by=machine", "+net.hiden=4")
+    assert code == 2 and err == "error: net has no parameter 'hiden'; did you mean 'hidden'.\n"
+
+
 def test_a_part_keeps_the_classes_that_are_left(grouped):
     dataset, _ = grouped
     found = part(dataset, dataset.classes != 2)

@@ -77,7 +77,7 @@ def test_from_a_folder_of_files_to_the_diagnosis_of_one(command, tmp_path):
         told = json.loads((tmp_path / name / "diagnosis.json").read_text())
         assert (told["verdicts"], told["turns_not_diagnosed"]) == ({"worn": 3}, 0)
     code, out, _ = command(diagnosing, "model=model", "measured=set")
-    assert code == 0 and "right        100 % of the turns" in out
+    assert code == 0 and "right        100 % of 12 turns that the model did not see" in out
 
 
 def test_severities_of_a_labels_table_are_learnt(command, tmp_path):

@@ -163,6 +163,13 @@ def test_a_setting_of_a_choice_that_is_not_proposed_is_left_out():
     assert config["net"]["hidden"] == 3
 
 
+def test_what_is_given_on_the_line_goes_with_a_trial_to_another_rule():
+    given = tune._choice("trainer", "traingdx") | {"epochs": 50, "momentum": 0.5}
+    tried = tune.applied({"trainer": given}, {"trainer": "trainscg"})
+    assert tried["trainer"] == tune._choice("trainer", "trainscg") | {"epochs": 50}
+    assert tune.applied({"trainer": given}, {"trainer": "traingdx"})["trainer"] == given
+
+
 CONFIG = {"features": {"kind": "psd"}, "net": {"hidden": 5}, "trainer": {"kind": "traingdx", "momentum": 0.9}}
 
 
@@ -180,6 +187,7 @@ CONFIG = {"features": {"kind": "psd"}, "net": {"hidden": 5}, "trainer": {"kind":
         ({"net.hidden": {"low": 1, "high": 5, "step": 3}}, "got 'step'"),
         ({"net.hidden": {"choices": []}}, "a list of values"),
         ({"trainer": {"choices": ["traingdy"]}}, "did you mean 'traingd"),
+        ({"trainer": {"low": 1, "high": 5}}, "must be of choices alone, got 'high'"),
     ],
 )
 def test_a_search_that_cannot_be_made_is_refused_in_one_sentence(search, words):
@@ -188,8 +196,28 @@ def test_a_search_that_cannot_be_made_is_refused_in_one_sentence(search, words):
     assert "\n" not in str(caught.value) and str(caught.value).endswith(".")
 
 
-def test_settings_of_another_rule_may_be_sought():
-    assert tune.check_search({"trainer.sigma": {"low": 1e-6, "high": 1e-3, "log": True}}, CONFIG)
+SIGMA = {"trainer.sigma": {"low": 1e-6, "high": 1e-3, "log": True}}
+
+
+def test_settings_of_another_rule_may_be_sought_where_a_trial_takes_it():
+    assert tune.check_search({**SIGMA, "trainer": {"choices": ["traingdx", "trainscg"]}}, CONFIG)
+    for search in (SIGMA, {**SIGMA, "trainer": {"choices": ["trainrp", "trainbfg"]}}):
+        with pytest.raises(ParameterError, match=r"this one is of trainer=trainscg\), got 'trainer\.sigma'"):
+            tune.check_search(search, CONFIG)
+
+
+def test_a_search_for_settings_that_no_trial_has_is_refused(run_command):
+    code, _, err = run_command(tune, "data=nowhere", "out=new", "features=fft")
+    assert code == 2 and err.count("\n") == 1 and "search must be settings that some trial has (this one is of" in err
+    assert (
+        "features=auto or psd), got 'features.resolution_hz'; for a search without it write ~search '+search={…}'"
+        in err
+    )
+
+
+def test_what_a_trial_does_not_have_is_not_told():
+    tried = {"trainer": {"kind": "trainscg", "sigma": 0.5}, "seed": 3}
+    assert tune._told({"trainer": "trainscg", "trainer.momentum": 0.7, "seed": 3}, tried) == "trainer=trainscg, seed=3"
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,15 @@
+import contextlib
 import dataclasses
 
 import numpy as np
 import pytest
 import torch
 
+from classifier.curves import write_curves
 from classifier.dataset import SUBSETS, load_dataset
 from classifier.evaluate import score
 from classifier.model import load_model, save_model
+from classifier.pictures import draw_training
 from classifier.train import train
 from classifier.trainers import TRAINERS
 from indexer_env.errors import ParameterError, SignalError
@@ -32,6 +35,30 @@ def test_the_best_restart_on_the_control_subset_is_kept(result):
     assert len(control) == 3
     assert result.kept == np.argmin(control)
     assert len(set(control)) == 3
+
+
+def test_errors_of_bipolar_targets_are_shown_on_the_scale_of_the_bits(dataset, features, trainer, tmp_path):
+    """In the curve, in what the progress tells, in the picture and in TensorBoard as in the table of scores."""
+    told, shown = [], {}
+
+    class Writer(contextlib.nullcontext):
+        def __enter__(self):
+            return self
+
+        def add_scalar(self, name, value, epoch):
+            shown.setdefault(name, []).append(value)
+
+    result = train(
+        dataset, features, trainer, hidden=6, seed=3, restarts=2, parts=(),
+        output_function="tanh", targets="bipolar", progress=lambda epoch, error: told.append(error),
+    )  # fmt: skip
+    write_curves(Writer, tmp_path, result)
+    (ax,) = draw_training(dataset, result)["training"].axes
+    (drawn,) = (line.get_ydata() for line in ax.lines if line.get_label() == "control, kept network")
+    lowest = [100 * min(result.to_dict()["curve"]["control_mse"]), 100 * min(told), np.nanmin(drawn)]
+    assert [*lowest, min(shown["training_mse_percent/control"])] == pytest.approx(
+        [result.score("control").mse_percent] * 4
+    )
 
 
 def test_validation_records_change_nothing_in_the_model(result, dataset, features, trainer):

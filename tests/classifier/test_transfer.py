@@ -85,6 +85,20 @@ def test_a_tuned_model_of_two_channels_is_for_records_of_the_same_length(dataset
     assert (tuned.samples, tuned.channels) == (model.samples, model.channels) == (400, 2)
 
 
+@dataclasses.dataclass(frozen=True)
+class OnRequest:
+    kind = "convolution"
+
+
+def test_parts_that_do_not_come_along_are_told_and_those_not_asked_for_stay_away(result, other):
+    left_out = {"range": "not asked for", "novelty": "not available, 3 records"}
+    before = dataclasses.replace(result.model, parts=(OnRequest(),), left_out=left_out)
+    tuned = Learner.of(before, fitted_to(before, other), TrainGdx(epochs=5)).tuned(0)
+    assert tuned.left_out["convolution"] == "not learnt anew" and tuned.left_out["range"] == "not asked for"
+    assert {"range", "convolution"}.isdisjoint(part.kind for part in tuned.parts)
+    assert "novelty" in {part.kind for part in tuned.parts}
+
+
 def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path):
     model = learner.tuned(0)
     save_model(model, tmp_path)

@@ -16,7 +16,7 @@ from omegaconf import OmegaConf
 from datagen.new import number_or_text
 from indexer_cli.__main__ import main
 from indexer_cli.arguments import flags_first, root_keys, with_files, with_key
-from indexer_cli.completion import candidates
+from indexer_cli.completion import SHELLS, candidates
 from indexer_cli.manual import keys_of, manual, overview
 from indexer_cli.verbs import VERBS, config_folder
 from indexer_cli.yaml_keys import read_page
@@ -192,7 +192,10 @@ def test_completion_offers_lone_words_and_flags():
     assert candidates(["train", "-"]) == ["--help ", "-m ", "--multirun "] and candidates(["train", "--h"]) == [
         "--help "
     ]
-    assert candidates(["check", "-"]) == ["--help "], "it writes no folder that could hold the jobs of a sweep"
+    for name in ("check", "export", "new", "remake"):
+        assert candidates([name, "-"]) == ["--help "], "it writes no folder that could hold the jobs of a sweep"
+        assert "    -m " not in manual(name)
+    assert "    -m " in manual("train")
     assert candidates(["--v"]) == ["--version "] and candidates(["--completion", "z"]) == ["zsh "]
 
 
@@ -239,6 +242,13 @@ def test_the_shell_completes(tmp_path):
     assert done.stdout.strip() == "machine=smooth"
 
 
+@pytest.mark.skipif(not Path("/bin/bash").exists(), reason="needs bash")
+def test_the_sign_of_equality_breaks_no_word_from_the_first_completion_on():
+    script = f"COMP_WORDBREAKS=' =:'\n{SHELLS['bash']}\nprintf %s \"$COMP_WORDBREAKS\""
+    done = subprocess.run(["/bin/bash", "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == " :"
+
+
 def test_the_list_and_a_page_are_texts():
     assert overview("1.2").startswith("indexer 1.2: ")
     assert "indexer train data=... out=... [KEY=VALUE ...]" in manual("train")
@@ -279,7 +289,12 @@ def test_each_file_of_a_sweep_is_a_choice(tmp_path):
         (("train", "features=[1]", "data=x", "out=y"), "features must be one of auto, fft, psd, got '[1]'"),
         (("simulate", "run=null"), "run must be a mapping of keys to values, got None"),
         (("simulate", "out=s3://a/b"), "out must be a path on this machine, got 's3://a/b'"),
-        (("new", "machine", "-m", "machine.stations=4,6", "out=new"), "out must be one file, got 'a sweep'"),
+        (
+            ("new", "machine", "-m", "machine.stations=4,6", "out=new"),
+            "new must be run without -m, as it writes no folder",
+        ),
+        (("export", "-m", "model=a,b", "out=a.onnx"), "export must be run without -m, as it writes no folder"),
+        (("remake", "-m", "data=a", "item=1,2", "out=a.parquet"), "remake must be run without -m, as it writes no"),
         (("simulate", "-m", "seed=1,2", "out=full"), "out must be a folder of its own in a sweep, got 'full'"),
         (("simulate", "machine=./mine"), "machine must be one of reference, smooth or a file that ends in .yaml, got"),
         (
@@ -298,6 +313,7 @@ def test_what_was_silent_or_a_traceback_is_a_sentence(call, tmp_path, monkeypatc
     (tmp_path / "full" / "record.csv").write_text("mine")
     code, _, err = call(*arguments)
     assert code == 2 and said in err and "Traceback" not in err
+    assert [path.name for path in tmp_path.iterdir()] == ["full"]
 
 
 def test_what_stops_the_loading_is_told_as_what_stops_the_work(call, monkeypatch):

@@ -1,16 +1,25 @@
 """The command over files, patterns, folders and data sets; in this process, to save time."""
 
 import dataclasses
+import hashlib
 import json
+import os
+import subprocess
+import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pyarrow.csv
 import pytest
 
 from classifier.diagnose import __main__ as command
+from classifier.diagnose import diagnose
 from classifier.diagnose.__main__ import _stem
+from classifier.diagnose.report import CaseReport, summary, summary_lines
 from classifier.model import save_model
+from datagen.store import MANIFEST
+from indexer_env.signal import Signal
 
 
 def write(path, records, rate=200.0):
@@ -94,6 +103,33 @@ def test_a_data_set_is_compared_with_its_own_labels(place, diagnosed):
     )
 
 
+@pytest.mark.parametrize("key", ["data", "fine_tuned_on"])
+def test_what_is_right_is_told_of_records_that_the_model_did_not_see(result, dataset, place, diagnosed, key):
+    """Of the 72 rows 24 are validation."""
+    digest = hashlib.sha256((place / "set" / MANIFEST).read_bytes()).hexdigest()
+    provenance = {"data": {}, key: {"manifest_sha256": digest}}
+    (place / key).mkdir()
+    save_model(dataclasses.replace(result.model, provenance=provenance), place / key)
+    code, out, _ = diagnosed(f"model={key}", "measured=set", f"out=of_{key}", "pictures=0")
+    assert code == 0 and "right        100 % of 24 turns that the model did not see" in out
+    assert "taught       48 turns that the training used: not compared" in out
+    told = json.loads((place / f"of_{key}" / "diagnosis.json").read_text())
+    assert (told["turns"], told["turns_of_the_training"], told["turns_compared"]) == (72, 48, 24)
+    assert [row["subset"] for row in turns(place, f"of_{key}")] == dataset.subsets.tolist()
+
+
+def test_what_was_taught_has_no_say_in_what_is_right(result, dataset):
+    """A wrong record of the training beside a right one of the validation."""
+    record = dataset.records[np.flatnonzero(dataset.classes == 2)[0]]
+    said = diagnose(result.model, Signal(record, dataset.sample_rate, dataset.quantity, dataset.unit, "a record"))
+    reports = [
+        CaseReport.of("one", "rings at 20 Hz", said, "validation"),
+        CaseReport.of("two", "rings at 30 Hz", said, "control"),
+    ]
+    assert summary(reports)["right_percent"] == 100.0
+    assert "right_percent" not in summary(reports[1:]) and "taught" in "".join(summary_lines(summary(reports[1:])))
+
+
 def test_a_bad_file_costs_itself_and_the_exit_code(place, diagnosed):
     code, out, err = diagnosed("measured=[bad/short.csv,bench/one.csv,bad/dead.csv,nowhere.csv]", "out=mixed")
     assert code == 2
@@ -147,6 +183,39 @@ def test_a_model_of_known_conditions_asks_for_them(result, place, diagnosed, dat
     assert code == 0 and "assumed" not in out
     code, _, err = diagnosed("model=strict", "measured=bench/one.csv", "known.motor_speed_rpm=900")
     assert code == 2 and "1499.24 to 1500.19 rpm within 2 %" in err and "got 900 rpm" in err
+
+
+def test_what_the_rows_of_a_data_set_state_is_not_assumed(result, place, diagnosed, dataset, write_dataset):
+    conditions = dataclasses.replace(result.model.conditions, motor_speed=(157.0, 157.1), machines=("bench",))
+    (place / "known").mkdir()
+    save_model(dataclasses.replace(result.model, conditions=conditions), place / "known")
+    write_dataset(dataset, place / "stated", every={"motor_speed": 157.05, "machine_name": "bench"})
+    code, out, _ = diagnosed("model=known", "measured=stated")
+    assert code == 0 and "assumed" not in out
+    code, out, _ = diagnosed("model=known", "measured=[stated,bench]")
+    assert code == 0 and out.count("assumed      motor_speed_rpm, machine as in the training") == 1
+    code, out, _ = diagnosed("model=known", "measured=set", "known.machine=bench")
+    assert code == 0 and out.count("assumed      motor_speed_rpm as in the training records") == 1
+
+
+def test_a_data_set_without_a_record_is_one_sentence(diagnosed, monkeypatch):
+    monkeypatch.setattr(command, "cases_of", lambda *given: iter(()))
+    code, _, err = diagnosed("measured=set")
+    assert code == 2 and err.startswith("error: measured must hold at least one record")
+
+
+@pytest.mark.parametrize("door", [["indexer_cli", "diagnose"], ["classifier.diagnose"]])
+def test_a_reader_that_leaves_takes_no_result_away(place, door):
+    root = Path(__file__).parents[3]
+    environment = os.environ | {"PYTHONUNBUFFERED": "1", "PYTHONPATH": str(root)}
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = ["model=model", "measured=[bench/one.csv,bench/one.csv]", f"out=left_{door[0]}", "pictures=0"]
+    line = [sys.executable, "-m", *door, *words]
+    done = subprocess.run(line, stdout=writer, stderr=subprocess.PIPE, text=True, cwd=place, env=environment)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (place / f"left_{door[0]}" / "diagnosis.json").is_file()
 
 
 def test_a_model_that_nothing_guards_says_so_everywhere(result, place, diagnosed):

@@ -10,6 +10,7 @@ from classifier.evaluate import reliability
 from classifier.tasks.confidence import Confidence, class_logits, fit_temperature, softmax
 from classifier.tasks.need import NotAvailable
 from indexer_env.errors import ParameterError
+from tests.classifier.tasks.turns import turned
 
 FAULTS = CodeBook((1, 2, 3, 4), ("intact", "loose", "cracked", "both"), ("00", "01", "10", "11"))
 
@@ -49,6 +50,26 @@ def test_a_faultless_subset_does_not_make_the_network_certain():
     part = Confidence.of_control(FAULTS, outputs, np.repeat(FAULTS.classes, 10))
     told = part.assess(np.empty((40, 0)), outputs, np.empty((40, 0)))
     assert told["probability"] == pytest.approx(41 / 42, abs=0.01)
+
+
+def test_turns_of_one_file_make_the_network_no_surer():
+    """Twenty files of fifty turns each are told as sure as one turn of each."""
+    rng = np.random.default_rng(0)
+    logits = rng.normal(0, 2, (20, 3))
+    positions = logits.argmax(axis=1)
+    turns = np.repeat(logits, 50, axis=0), np.repeat(positions, 50), np.repeat(np.arange(20), 50)
+    assert fit_temperature(*turns) == pytest.approx(fit_temperature(logits, positions), rel=1e-3)
+
+
+def test_the_control_subset_counts_by_its_files(known):
+    dataset, features = known
+    outputs = np.clip(dataset.codes.targets(dataset.classes), 0.1, 0.9)
+    once = Confidence.fit(dataset, features, outputs, 0)
+    rows = np.concatenate(
+        [np.flatnonzero(~dataset.rows("control")), np.repeat(np.flatnonzero(dataset.rows("control")), 9)]
+    )
+    drawn, more = turned(dataset, features, rows, seed=0)
+    assert Confidence.fit(drawn, more, outputs[rows], 0).temperature == pytest.approx(once.temperature, rel=1e-3)
 
 
 def test_too_few_control_records_make_no_probabilities(known):

@@ -1,12 +1,16 @@
 """The convolutional network as a part: a second name beside the network's, stored with the model."""
 
+import dataclasses
+
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from classifier.diagnose.diagnosis import diagnose_turn
 from classifier.export.model import left_out
 from classifier.model import load_model, save_model
 from classifier.tasks.convolution import Convolution, Learning
+from classifier.tasks.decimate import Decimated
 from classifier.train import train
 
 
@@ -23,6 +27,29 @@ def test_it_names_tones_it_was_not_taught_with(trained, dataset):
     names = np.array(dataset.codes.names)[dataset.codes.positions(dataset.classes[rows])]
     assert np.mean(said["cnn_name"] == names) > 0.9
     assert np.all(said["cnn_probability"] >= 1.0 / len(dataset.codes.names))
+
+
+def test_turns_of_one_file_make_it_no_surer(dataset, monkeypatch):
+    """Each control record ten times, as turns of one file."""
+    rows = np.concatenate([np.arange(len(dataset.classes)), np.repeat(np.flatnonzero(dataset.rows("control")), 9)])
+    parts = {name: getattr(dataset, name)[rows] for name in ("records", "classes", "subsets")}
+    turns = dataclasses.replace(dataset, table=pa.table({"machine_draw": rows}), **parts)
+
+    class Right:
+        def logits(self, records):
+            found = (records[:, None] == dataset.records[None]).all(axis=-1).argmax(axis=1)
+            return 4.0 * np.eye(3)[dataset.classes[found] - 1]
+
+    monkeypatch.setattr(Learning, "fit", lambda self, data, seed: Right())
+    nothing = np.empty(0)
+    once, many = (Convolution.fit(data, nothing, nothing, 0).temperature for data in (dataset, turns))
+    assert many == pytest.approx(once, rel=1e-3)
+
+
+def test_a_sensor_with_an_offset_is_seen_as_one_without(dataset):
+    high = dataclasses.replace(dataset, records=dataset.records + np.float32(500.0))
+    seen, plain = (Decimated.fit(data, 100.0).apply(data.records) for data in (high, dataset))
+    assert seen.std() == pytest.approx(plain.std(), rel=1e-3)
 
 
 def test_it_tells_whether_the_other_network_agrees(trained, dataset):

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from classifier.parts import NEW_MACHINES, fit_parts
 from classifier.tasks.need import NotAvailable
 from classifier.tasks.severity import QUANTITIES, Severity, severities_of
 from tests.classifier.tasks.turns import turned
@@ -105,6 +106,44 @@ def test_turns_of_few_machines_bound_what_new_machines_may_have(known):
     for name, truth in severities_of(drawn).items():
         assert rows.sum() == 180 and (found[f"{name}_low"] <= truth[rows]).all()
         assert (truth[rows] <= found[f"{name}_high"]).all()
+
+
+@pytest.fixture(scope="module")
+def biased(known):
+    """Nine control machines of twenty faults each, which all bear the mark of their machine."""
+    dataset, features = known
+    control = np.flatnonzero(dataset.rows("control"))
+    machine = np.arange(1000) + 100
+    machine[control] = np.arange(len(control)) % 9
+    place = dataset.table.column_names.index("machine_draw")
+    table = dataset.table.set_column(place, "machine_draw", pa.array(machine))
+    mark = np.random.default_rng(2).normal(0, 0.3, (9, features.shape[1]))
+    shifted = features.copy()
+    shifted[control] *= np.exp(mark[machine[control]])
+    return dataclasses.replace(dataset, table=table), shifted
+
+
+def test_intervals_are_for_new_machines_where_the_control_subset_holds_enough(biased):
+    """For 90 % of new ones nine machines must hold all their records: 200 records as such would spare every tenth."""
+    dataset, features = biased
+    rows = dataset.rows("control")
+    assert len(np.unique(Severity.units_of(dataset))) == 9 and Severity.unpromised(dataset) == ""
+    told = Severity.fit(dataset, features, NOTHING, seed=0).assess(features[rows], NOTHING, NOTHING)
+    for name, truth in severities_of(dataset).items():
+        assert (told[f"{name}_low"] <= truth[rows]).all() and (truth[rows] <= told[f"{name}_high"]).all()
+
+
+def test_intervals_that_are_not_for_new_machines_say_so(biased):
+    dataset, features = biased
+    place = dataset.table.column_names.index("machine_draw")
+    draws = dataset.table.column("machine_draw").to_numpy()
+    eight = np.where(draws == 8, 7, draws)
+    few = dataclasses.replace(dataset, table=dataset.table.set_column(place, "machine_draw", pa.array(eight)))
+    assert len(np.unique(Severity.units_of(few))) > 100
+    parts, left_out = fit_parts(few, features, NOTHING, kinds=["severity"])
+    assert [part.kind for part in parts] == ["severity"]
+    assert left_out[NEW_MACHINES].startswith("not promised, 8 machines or files in the control subset, 9 needed")
+    assert NEW_MACHINES not in fit_parts(dataset, features, NOTHING, kinds=["severity"])[1]
 
 
 def test_turns_of_one_file_promise_no_more_than_one(known):
