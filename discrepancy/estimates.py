@@ -31,9 +31,6 @@ _STEPS = 12
 _PART = 0.3
 """Share of a direction (of unit length) above which a parameter is named as part of it."""
 
-_AT_BOUND = 1e-3
-"""Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -165,7 +162,7 @@ class Estimates:
     def calibration(self, count: int) -> Calibration:
         """The first `count` parameters, those that belong to single records left out."""
         mine = [k for k in range(count) if not self.parameters[k].of_record]
-        hit = tuple(self.parameters[k].name for k in mine if near(self.parameters[k].bounds, self.believed.z[k]))
+        hit = tuple(self.parameters[k].name for k in mine if self.parameters[k].held(self.believed.z[k]))
         known = [k for k in mine if self.parameters[k].known]
         names = [self.parameters[k].name for k in known]
         directions = _undetermined(self._told_alone(known), names)
@@ -193,19 +190,12 @@ def estimates_of(model: Model, place: Point) -> Estimates:
     believed = Told(problem, there)
     found = believed.dispersions(least, most)
     # the place believed may lie at a bound where the fitted one, whose priors weigh less, does not
-    bounds = [p.bounds for p in problem.parameters]
-    ends = zip(bounds, place.z, there.z, strict=True)
-    at_bound = tuple(near(pair, fitted) or near(pair, z) for pair, fitted, z in ends)
+    ends = zip(problem.parameters, place.z, there.z, strict=True)
+    at_bound = tuple(p.held(fitted) or p.held(z) for p, fitted, z in ends)
     low, high = believed.ends(found)
     rows = zip(problem.parameters, low, believed.z, high, strict=True)
     estimates, untold = tuple(_estimate(*row) for row in rows), tuple(believed.untold.tolist())
     return Estimates(problem.parameters, estimates, at_bound, untold, told.information, there, typical)
-
-
-def near(bounds: tuple[float, float], z: float) -> bool:
-    """Whether a scaled coordinate is at one of its bounds."""
-    low, high = bounds
-    return bool(min(z - low, high - z) < _AT_BOUND)
 
 
 def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estimate:

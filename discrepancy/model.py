@@ -17,6 +17,9 @@ import numpy as np
 from indexer_env.checks import check_number
 from indexer_env.errors import refuse
 
+_AT_BOUND = 1e-3
+"""Distance from a bound, in scaled coordinates, at which a parameter counts as held by it."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -86,6 +89,11 @@ class Parameter:
         low = -math.inf if self.logarithmic and self.low <= 0.0 else self.low
         ends = (low if math.isinf(low) else self.coordinate(low)), self.high
         return ends[0], ends[1] if math.isinf(ends[1]) else self.coordinate(ends[1])
+
+    def held(self, z: float) -> bool:
+        """Whether one of its bounds holds it at the scaled coordinate z."""
+        low, high = self.bounds
+        return bool(min(z - low, high - z) < _AT_BOUND)
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,7 @@ class Race:
         Cost of the set without one more effect.
     places : list of Point
         The best place of each effect that leads, best first, their costs like the start's: what is known of the machine
-        weighs as in a race. With its own weight the machine takes up most of what is missing, whatever stands beside
-        it.
+        weighs as in a race.
     """
 
     start: float
@@ -136,14 +135,16 @@ class Search:
 
     def _compared(self, fitted: Fitted) -> tuple[Fitted, tuple[tuple[Fitted, ...], ...]]:
         """The set with those that have another effect in the place of one of its own, what is alike included; one of
-        them where it is clearly better, as the alike ones have not been looked at before."""
-        for _ in range(self.criteria.most):
+        them where it is clearly better. What a bound holds stands in for another effect: it counts the margin less."""
+        for more in reversed(range(self.criteria.most + 1)):
             instead = tuple(self._instead(fitted, k, alike=True) for k in range(len(fitted.effects)))
-            best = self._ranked([fitted, *itertools.chain(*instead)])[0]
-            if not self.wins(best, fitted, _HALF_WAY):
-                return fitted, instead
-            fitted = best
-        return fitted, tuple(self._instead(fitted, k, alike=True) for k in range(len(fitted.effects)))
+            sets = [fitted, *itertools.chain(*instead)]
+            handicaps = [self.criteria.margin * one.held for one in sets]
+            told = [own + behind for own, behind in zip(scores(sets, self.model), handicaps, strict=True)]
+            if not more or told[0] - min(told) < _HALF_WAY * self.criteria.margin:
+                break
+            fitted = sets[told.index(min(told))]
+        return fitted, instead
 
     def _grown(self, current: Fitted, tried: Sequence[Fitted]) -> Fitted:
         """The first of the sets with one more effect, or else of those with two, that wins after floating; the set as
@@ -296,5 +297,4 @@ class Search:
 
     def _listed(self, place: Point) -> Mapping[str, tuple[Hypothesis, ...]]:
         """The library, with what stands out of all samples at a place."""
-        full = Problem(self.model.with_all_samples(), place.hypothesis)
-        return self.model.hypotheses(full.left(place))
+        return self.model.hypotheses(Problem(self.model.with_all_samples(), place.hypothesis).left(place))

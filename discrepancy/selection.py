@@ -58,6 +58,13 @@ class Fitted:
     def name(self) -> str:
         return self.place.hypothesis.name
 
+    @property
+    def held(self) -> bool:
+        """Whether a bound holds a number of its effects that is not known from elsewhere."""
+        own = self.place.hypothesis.parameters
+        z = self.place.z[len(self.place.z) - len(own) :]
+        return any(p.held(float(at)) for p, at in zip(own, z, strict=True) if not p.known)
+
 
 @dataclass(frozen=True, eq=False)
 class Selection:

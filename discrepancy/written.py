@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.estimates import Estimates, near
+from discrepancy.estimates import Estimates
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places
 from discrepancy.judging import counted
@@ -80,7 +80,7 @@ def _within_bounds(model: Model, told: Estimates) -> tuple[Point, list[str]]:
 
 
 def _held(parameter: Parameter, z: float) -> bool:
-    return not parameter.of_record and near(parameter.bounds, z)
+    return not parameter.of_record and parameter.held(z)
 
 
 def _against(left: float, open_: float, named: bool, record: str, criteria: Criteria) -> str:

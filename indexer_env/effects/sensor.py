@@ -74,6 +74,8 @@ class SensorHighpass(SensorEffect):
     equation = "first-order high-pass s/(s + corner) in place of the sensor's own; corner 0 leaves that"
     source = _CHAIN
     enters = "sensor"
+    # what a slow one remembers of the time before is a zero that wanders
+    alike = ("sensor.offset_drift",)
 
     corner: float = parameter(
         "2π cut-off frequency", "rad/s", null=0.0, low=0.0, sought=Sought("cam rate", ladder(0.03, 4), 0.03, 0.003, 3.0)

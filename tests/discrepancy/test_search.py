@@ -225,6 +225,18 @@ def test_an_alike_effect_that_is_clearly_better_takes_the_place() -> None:
     assert search._compared(search.fits.fit(place))[0].name == "half"
 
 
+@pytest.mark.parametrize(("largest", "taken"), [(9.0, "twin"), (90.0, "tone")])
+def test_what_a_bound_holds_gives_way_to_what_is_as_good(largest: float, taken: str) -> None:
+    """`tone` may be 9 N at most where 9.2 N act, which leaves 16 in score more than its twin, and has not lost by half
+    the margin where no bound holds it."""
+    model = Chord({"tone": 9.2}, 5, ("tone", "twin"))
+    model.library["tone"] = (effect_like("tone", alike=("twin",), largest=largest),)
+    search = Search(model, Criteria(most=1, margin=60.0))
+    place = Problem(model, model.library["tone"][0]).point(np.array([0.0, 9.0]), np.zeros((8, 0)))
+    search._races["none", ""] = search._races["", ""] = Race(search.fits.begun.place.cost, [place])
+    assert search._compared(search.fits.fit(place))[0].name == taken
+
+
 def test_at_most_so_many_effects_are_selected() -> None:
     hidden = {"tone": 10.0, "beat": 9.0, "rest": 8.0}
     model = Chord(hidden, 5, ("tone", "beat", "rest"))
