@@ -13,6 +13,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass
 from operator import itemgetter
 from typing import TypeVar
 
@@ -47,6 +48,44 @@ _WIDE = 3
 
 _RANKED, _BEGUN = 4.0, 1.5
 """Starts that are ranked where an effect begins anew, and that are fitted then, over `Criteria.fits`."""
+
+_RIVAL = 0.5
+"""Share of what the leading effect wins in a race below which another one is no rival."""
+
+
+@dataclass(frozen=True, eq=False)
+class Race:
+    """What a race found.
+
+    Attributes
+    ----------
+    start : float
+        Cost of the set without one more effect.
+    places : list of Point
+        The best place of each effect that leads, best first, their costs like the start's: what is known of the machine
+        weighs as in a race.
+    """
+
+    start: float
+    places: list[Point]
+
+    @property
+    def names(self) -> list[str]:
+        """The effects that lead."""
+        return [place.hypothesis.names[-1] for place in self.places]
+
+    def beside(self, other: Race) -> Race:
+        """The best place of each effect of two races from one start."""
+        ranked = sorted((*self.places, *other.places), key=lambda place: place.cost)
+        return Race(self.start, first_of_each(ranked, lambda place: place.hypothesis.names[-1]))
+
+    def without(self, name: str) -> Race:
+        """The same but for one effect."""
+        return Race(self.start, [place for place in self.places if place.hypothesis.names[-1] != name])
+
+    def rival(self, place: Point, leading: float) -> bool:
+        """Whether a place wins half of what one that costs `leading` does."""
+        return self.start - place.cost >= _RIVAL * (self.start - leading)
 
 
 def race(

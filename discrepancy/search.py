@@ -13,14 +13,13 @@ import logging
 import math
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from discrepancy.criteria import Criteria
 from discrepancy.fits import Fits
 from discrepancy.model import NONE, Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import first_of_each, race, restarted
+from discrepancy.race import Race, first_of_each, race, restarted
 from discrepancy.selection import Fitted, Selection, key_of, more_than, scores
 
 _log = logging.getLogger(__name__)
@@ -29,49 +28,13 @@ _HALF_WAY = 0.5
 """Share of the margin below which a set that was fitted to the end is not worth a better start."""
 
 _HALF = 0.5
-"""Share of what the leading effect wins in a race below which another one is no rival; and of what is left that an
-effect must close so that no wide race looks for a better one."""
+"""Share of what is left that an effect must close so that no wide race looks for a better one."""
 
 Suggest = Callable[[Fits], Sequence[Point]]
 """Places from which sets that somebody else thinks right may be fitted."""
 
 _FOR_SEARCH = 0.5
 """Share of the time given after which no further fit begins: the one under way and the judgement take the rest."""
-
-
-@dataclass(frozen=True, eq=False)
-class Race:
-    """What a race found.
-
-    Attributes
-    ----------
-    start : float
-        Cost of the set without one more effect.
-    places : list of Point
-        The best place of each effect that leads, best first, their costs like the start's: what is known of the machine
-        weighs as in a race.
-    """
-
-    start: float
-    places: list[Point]
-
-    @property
-    def names(self) -> list[str]:
-        """The effects that lead."""
-        return [place.hypothesis.names[-1] for place in self.places]
-
-    def beside(self, other: Race) -> Race:
-        """The best place of each effect of two races from one start."""
-        ranked = sorted((*self.places, *other.places), key=lambda place: place.cost)
-        return Race(self.start, first_of_each(ranked, lambda place: place.hypothesis.names[-1]))
-
-    def without(self, name: str) -> Race:
-        """The same but for one effect."""
-        return Race(self.start, [place for place in self.places if place.hypothesis.names[-1] != name])
-
-    def rival(self, place: Point, leading: float) -> bool:
-        """Whether a place wins half of what one that costs `leading` does."""
-        return self.start - place.cost >= _HALF * (self.start - leading)
 
 
 class Search:
@@ -257,10 +220,10 @@ class Search:
         return found
 
     def _floated(self, fitted: Fitted) -> Fitted:
-        """The set after what it does not need is dropped and what does worse than another effect is exchanged, until
-        neither helps."""
+        """The set after what it does not need is dropped, what does worse than another effect is exchanged, and what
+        was fitted before the others came begins anew, until none of it helps."""
         for _ in range(2 * self.criteria.most):
-            better = self._needless(fitted) or self._exchanged(fitted)
+            better = self._needless(fitted) or self._exchanged(fitted) or self._all_anew(fitted)
             if not better:
                 break
             fitted = better[0]
@@ -270,6 +233,15 @@ class Search:
         """The set without one of the effects that it does not need, the best first."""
         without = (self.fits.without(fitted, k) for k in range(len(fitted.effects)))
         return self._ranked([one for one in without if not self.wins(fitted, one)])
+
+    def _all_anew(self, fitted: Fitted) -> list[Fitted]:
+        """A clearly better fit of the set where it leaves much and one of its effects begins anew: what came first was
+        fitted to what the others explain."""
+        for k in range(len(fitted.effects)) if self._leaves(fitted, self.criteria.much) else ():
+            better = self._restarted(fitted, self.fits.without(fitted, k))
+            if self.wins(better, fitted, _HALF_WAY):
+                return [better]
+        return []
 
     def _exchanged(self, fitted: Fitted) -> list[Fitted]:
         """Sets that score better with another effect in the place of one, the best first."""

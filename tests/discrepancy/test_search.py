@@ -12,8 +12,8 @@ from discrepancy.dispersion import autocorrelation_time
 from discrepancy.model import NONE, Hypothesis, Jobs, Parameter, together
 from discrepancy.place import Point
 from discrepancy.problem import Problem
-from discrepancy.race import race
-from discrepancy.search import Race, Search
+from discrepancy.race import Race, race
+from discrepancy.search import Search
 from tests.discrepancy.toy import Chord, late
 from tests.discrepancy.toy import effect as effect_like
 
@@ -348,3 +348,22 @@ def test_what_leads_a_later_race_is_tried_in_the_place_of_an_effect_too(monkeypa
         search._raced(base, "tone")
     search._raced(base, "tone")
     assert asked == [["a"], ["b"]]
+
+
+@pytest.mark.parametrize(("much", "begun"), [(0.3, ["tone", "beat"]), (1.0, [])])
+def test_what_came_first_begins_anew_once_the_others_are_there(much: float, begun: list, monkeypatch) -> None:
+    """`rest`, which is not in the library, leaves half the noise in mean square."""
+    search = Search(Chord({"tone": 10.0, "beat": 6.0, "rest": 1.0}, 5), Criteria(much=much))
+    library, asked = search.model.hypotheses(), []
+    problem = Problem(search.model, together(library["tone"][0], library["beat"][0]))
+    place = problem.point(np.array([0.0, 10.0, 6.0]), np.zeros((8, 0)))
+    poor = search.fits.kept(problem.point(np.array([0.0, 9.0, 6.0]), np.zeros((8, 0))), True)
+
+    def restarted(model: Chord, at: Point, k: int, *given: object) -> Point:
+        asked.append(at.hypothesis.names[k])
+        return place if asked[-1] == "beat" else at
+
+    monkeypatch.setattr("discrepancy.search.restarted", restarted)
+    floated = search._floated(poor)
+    assert asked[: len(begun)] == begun and bool(asked) == bool(begun)
+    assert (floated.place.cost < poor.place.cost) == bool(begun)
