@@ -24,17 +24,32 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small sizes, a look whether all runs; nothing is written")
     parser.add_argument("--only", nargs="+", default=(), metavar="SOLVER", help="solvers of `peers` to measure anew")
     arguments = parser.parse_args()
+    if arguments.only and arguments.section != "peers":
+        parser.error(f"--only is for the section peers, not for {arguments.section}.")
     session.keep_to_cores()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     for name in ("jax", "numba.cuda"):
         logging.getLogger(name).setLevel(logging.WARNING)
+    if arguments.only:
+        _check_only(parser, arguments.only)
     sections = SECTIONS if arguments.section == "all" else (arguments.section,)
     for name in sections:
         about = session.description()
         rows = _measure(name, quick=arguments.quick, only=arguments.only)
         _print(name, rows)
         if not arguments.quick:
-            report.store(name, rows, about)
+            report.store(name, rows, about, part=bool(arguments.only))
+
+
+def _check_only(parser: argparse.ArgumentParser, solvers: Sequence[str]) -> None:
+    """Stop at a solver that cannot be measured, before anything is."""
+    from benchmarks import work_precision
+    from indexer_env.errors import ParameterError
+
+    try:
+        work_precision.check_solvers(solvers)
+    except ParameterError as error:
+        parser.error(str(error))
 
 
 def _measure(name: str, *, quick: bool, only: Sequence[str]) -> list[report.Row]:

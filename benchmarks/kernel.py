@@ -192,11 +192,11 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=every, default=every, metavar="CASE", help=", ".join(every))
     parser.add_argument("--rounds", type=int, default=ROUNDS)
     arguments = parser.parse_args()
-    session = description()
+    about = description()
     rows = speeds(arguments.other.resolve(), [case for case in arguments.cases if case in CASES], arguments.rounds)
     for name in arguments.cases:
         rows += COSTS[name](arguments.rounds) if name in COSTS else []
-    store("kernel", rows, session if tuple(arguments.cases) == every else None)
+    store("kernel", rows, about, part=tuple(arguments.cases) != every)
 
 
 if __name__ == "__main__" and "--child" not in sys.argv:

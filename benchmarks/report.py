@@ -41,6 +41,8 @@ class Row:
         None where nothing is required or nothing could be measured.
     numbers : dict
         The measured numbers behind the sentence, SI units unless a name says otherwise.
+    session : dict or None
+        When and where it was measured; None: with its section.
     """
 
     what: str
@@ -48,6 +50,7 @@ class Row:
     measured: str
     met: bool | None = None
     numbers: dict[str, Any] = field(default_factory=dict)
+    session: dict[str, str] | None = None
 
     @property
     def verdict(self) -> str:
@@ -55,6 +58,10 @@ class Row:
         if self.met is None:
             return "not measured" if self.required else ""
         return "met" if self.met else "**missed**"
+
+    def plain(self) -> dict[str, Any]:
+        """As results.json has it."""
+        return {key: value for key, value in dataclasses.asdict(self).items() if key != "session" or value is not None}
 
 
 def number(value: float) -> str:
@@ -67,15 +74,17 @@ def number(value: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
-def store(section: str, rows: list[Row], session: dict[str, str] | None) -> None:
-    """Replace a section of results.json, or without a session those of its rows that bear the same names, and write the
-    README's table anew."""
+def store(section: str, rows: list[Row], session: dict[str, str], *, part: bool = False) -> None:
+    """Replace a section of results.json, or a part of it: the rows that bear the same names and are of this session
+    then, while the others stay as they were measured. Write the README's table anew."""
     results = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
-    new = [dataclasses.asdict(row) for row in rows]
-    if session is None:
-        session, named = results[section]["session"], {row["what"]: row for row in new}
-        new = [named.get(row["what"], row) for row in results[section]["rows"]]
-    results[section] = {"session": session, "rows": new}
+    if part and section in results:
+        new = {row.what: dataclasses.replace(row, session=session).plain() for row in rows}
+        held = results[section]
+        named = {row["what"]: row for row in held["rows"]} | new
+        results[section] = {"session": held["session"], "rows": list(named.values())}
+    else:
+        results[section] = {"session": session, "rows": [row.plain() for row in rows]}
     results = {name: results[name] for name in SECTIONS if name in results}
     RESULTS.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     text = README.read_text(encoding="utf-8")
@@ -95,14 +104,23 @@ def markdown(results: dict[str, Any]) -> str:
     """Header and table of the stored results."""
     lines = []
     for name, section in results.items():
-        session = section["session"]
-        lines.append(
-            f"- {name}: {session['date']}, {session['processor']}, {session['cores']}, load at the start "
-            f"{session['load']}; {session['versions']}"
-        )
+        lines.append(f"- {name}: {_told(section['session'])}")
+        alone: dict[str, list[str]] = {}
+        for values in section["rows"]:
+            if "session" in values:
+                alone.setdefault(_told(values["session"]), []).append(values["what"])
+        lines += [f"- of {name}, {'; '.join(rows)}: {told}" for told, rows in alone.items()]
     lines += ["", "| what | required | measured | verdict |", "|---|---|---|---|"]
     for section in results.values():
         for values in section["rows"]:
             row = Row(**values)
             lines.append(f"| {row.what} | {row.required} | {row.measured} | {row.verdict} |")
     return "\n".join(lines)
+
+
+def _told(session: dict[str, str]) -> str:
+    """A session in a line."""
+    return (
+        f"{session['date']}, {session['processor']}, {session['cores']}, load at the start {session['load']}; "
+        f"{session['versions']}"
+    )

@@ -22,6 +22,7 @@ from benchmarks.references import reference_records
 from benchmarks.report import Row, number
 from benchmarks.session import CORES, version
 from benchmarks.speed import median_time
+from indexer_env.errors import refuse
 
 JUDGED = 8
 """Draws over which the error's median is taken."""
@@ -45,8 +46,8 @@ class Point:
 
 
 def measure(*, quick: bool, only: Sequence[str] = (), stored: Sequence[Point] = ()) -> tuple[list[Row], list[Point]]:
-    """All points, and the rows that compare the solvers at equal accuracy; `quick` takes one setting of each. Of
-    solvers that are not among `only` (all, where that is empty) the stored points are taken."""
+    """All points, and the rows that compare the solvers at equal accuracy; `quick` takes one setting of each. Solvers
+    that are not among `only` (all, where that is empty) have no row, and the stored points."""
     judged, batch = (2, 32) if quick else (JUDGED, 256)
     truth = reference_records(cases.draws(judged), cases.OPERATING_POINT, samples=cases.HALF_SECOND)
     points = []
@@ -54,10 +55,9 @@ def measure(*, quick: bool, only: Sequence[str] = (), stored: Sequence[Point] = 
     for solver, needs, sweep in SWEEPS:
         if only and solver not in only:
             points += [point for point in stored if point.solver == solver]
-            rows.append(_row(solver, [point for point in points if point.solver == solver]))
             continue
         if needs is not None and version(peers.DISTRIBUTIONS[needs]) is None:
-            rows.append(Row(f"work–precision: {solver}", "", f"{peers.DISTRIBUTIONS[needs]} is not installed"))
+            rows.append(Row(_what(solver), "", f"{peers.DISTRIBUTIONS[needs]} is not installed"))
             continue
         settings = sweep(judged, batch)
         for setting, error, seconds in [next(settings)] if quick else settings:
@@ -67,10 +67,25 @@ def measure(*, quick: bool, only: Sequence[str] = (), stored: Sequence[Point] = 
     return rows, points
 
 
+def check_solvers(names: Sequence[str]) -> None:
+    """Raise ParameterError where a name is of no solver, or of one that is not installed."""
+    needed = {solver: needs for solver, needs, _ in SWEEPS}
+    for name in names:
+        if name not in needed:
+            raise refuse("benchmarks", "only", "some of " + ", ".join(map(repr, needed)), name)
+        package = peers.DISTRIBUTIONS.get(needed[name] or "")
+        if package is not None and version(package) is None:
+            raise refuse("benchmarks", "only", "solvers that are installed", name, f"pip install {package}")
+
+
+def _what(solver: str) -> str:
+    return f"turns/s at an error ≤ {EQUAL_ACCURACY:g}: {solver}"
+
+
 def _row(solver: str, points: list[Point]) -> Row:
     """The fastest setting at or below the error that is asked for."""
     good = [point for point in points if point.error <= EQUAL_ACCURACY]
-    what = f"turns/s at an error ≤ {EQUAL_ACCURACY:g}: {solver}"
+    what = _what(solver)
     if not good:
         best = min(points, key=lambda point: point.error)
         return Row(what, "", f"not reached; {number(best.error)} at {number(1 / best.seconds_per_turn)} turns/s")

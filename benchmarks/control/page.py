@@ -31,5 +31,5 @@ def table(results: dict[str, Any]) -> str:
 
 
 def _said(values: list[float]) -> str:
-    """Mean and standard deviation, and the lowest and the highest."""
-    return f"{np.mean(values):.0f} ± {np.std(values):.0f} ({min(values):.0f} … {max(values):.0f})"
+    """Mean ± sample standard deviation (over n − 1), and the lowest and the highest."""
+    return f"{np.mean(values):.0f} ± {np.std(values, ddof=1):.0f} ({min(values):.0f} … {max(values):.0f})"

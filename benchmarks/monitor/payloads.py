@@ -1,15 +1,24 @@
-"""Broken payloads: whatever comes is a block or one sentence, and no turn arises from what is broken."""
+"""Broken payloads: whatever comes is a block or one sentence, and blocks that are still read make no turn."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import random
+from collections.abc import Mapping
 
 import numpy as np
 
 from indexer_env.errors import SignalError
+from indexer_env.signal import Signal
+from indexer_records.conditions import RecordConditions
+from indexer_records.stream import StreamedTurn
+from monitor.alarms import Rules
+from monitor.analysis.finding import Finding
+from monitor.intake.cutter import Mode
 from monitor.intake.payload import block_of
+from monitor.pipeline import Pipeline
+from monitor.plan import Plan
 
 _VALUES = (
     None,
@@ -59,9 +68,25 @@ def broken(dice: random.Random) -> tuple[bytes, dict[str, str] | None]:
     return bytes(payload), None
 
 
+class _Undiagnosed:
+    """A machine whose turns are cut and not diagnosed."""
+
+    modes = (Mode("1500 rpm", rate=1000.0, duration=8.2, unit="m/s^2"),)
+    quantities = ()
+    units: Mapping[str, str] = {}
+
+    def flaw(self, mode: Mode, turn: StreamedTurn) -> tuple[str, str]:
+        return "not_comparable", turn.problem or "nobody looks at it"
+
+    def diagnose_turn(self, signal: Signal, conditions: RecordConditions) -> Finding:
+        raise NotImplementedError
+
+
 def measure(count: int, seed: int) -> dict[str, int]:
-    """Counts of sentences and of blocks; an exception of any other kind ends the run."""
+    """Counts of sentences, of blocks, and of turns that a pipeline makes of all these blocks as those of one machine;
+    an exception of any other kind ends the run."""
     dice, refused, taken = random.Random(seed), 0, 0
+    pipeline = Pipeline("m", _Undiagnosed(), Plan({}, Rules()))
     for _ in range(count):
         payload, properties = broken(dice)
         try:
@@ -73,8 +98,12 @@ def measure(count: int, seed: int) -> dict[str, int]:
         # What still reads as a message is one: finite rate and time, samples of one length.
         assert np.isfinite(block.rate) and block.rate > 0 and block.values.ndim == 1
         assert block.pulse is None or block.pulse.shape == block.values.shape
+        pipeline.take(block)
         taken += 1
-    return {"payloads": count, "refused_with_a_sentence": refused, "still_a_message": taken}
+    pipeline.finish()
+    return {
+        "payloads": count, "refused_with_a_sentence": refused, "still_a_message": taken, "turns": pipeline.turns,
+    }  # fmt: skip
 
 
 def main(arguments: list[str]) -> None:

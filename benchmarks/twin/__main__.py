@@ -16,6 +16,7 @@ goes on where it was, and only=0,1 makes a part of it. The table holds all rows 
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import sys
 import time
@@ -23,14 +24,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchmarks.twin.judging import AGAIN, PHYSICS, REFINED, at_stated_size, by_physics, judged, misnamed, ways_of
-from benchmarks.twin.pipelines import make_twin, of_paper
+from benchmarks.twin.pipelines import METHODS, make_twin, of_paper
 from benchmarks.twin.records import records_of
 from benchmarks.twin.table import Judged, markdown, summary
 from benchmarks.twin.transfer import transferred
-from benchmarks.twin.truth import Truth, machine_of, write_bench
+from benchmarks.twin.truth import DRAWS, Purpose, Truth, machine_of, rng_of, write_bench
 from twin.settings import Settings
 
 DEFAULTS = {
@@ -57,16 +56,17 @@ TRANSFER = "transfer"
 def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: Path) -> dict[str, Any]:
     """The rows of a machine and a method."""
     name = f"{settings['noise']:g}-{settings['spread']:g}-{number}"
-    seed = settings["seed"] + number
-    records = records_of(truth, settings["records"], seed, out / "truth" / f"{name}-{seed}.npz")
+    seed = settings["seed"]
+    kept = out / "truth" / f"{name}-{seed}-draws-{DRAWS}.npz"
+    records = records_of(truth, settings["records"], rng_of(Purpose.RECORDS, number, seed), kept)
     if method == TRANSFER:
-        rows = transferred(truth, records, seed)
+        rows = transferred(truth, records, seed + number, rng_of(Purpose.DRAWING, number, seed))
         return {"kind": truth.kind, "rows": {name: [row.plain() for row in given] for name, given in rows.items()}}
     work = work_of(out, settings, number, method)
     if not work.exists():
-        _begin(work, {key: settings[key] for key in OF_ROWS})
+        _begin(work, made_with(settings))
     if not (work / "bench").exists():
-        write_bench(truth, work / "bench", seed)
+        write_bench(truth, work / "bench", rng_of(Purpose.BENCH, number, seed))
     fresh, spent = not (work / "twin").exists(), time.process_time()
     twin = make_twin(method, truth, work, simulated=settings["simulated"])
     made = time.process_time() - spent if fresh else None
@@ -79,13 +79,19 @@ def done(truth: Truth, number: int, method: str, settings: dict[str, Any], out: 
         found[PHYSICS] = by_physics(twin, truth, records[:physics])
         if physics and REFINED in found:
             found[AGAIN] = by_physics(twin, truth, misnamed(records, found[REFINED]))
-        found[next(iter(ways))] += at_stated_size(twin, truth, settings["at_size"], np.random.default_rng(seed))
+        rng = rng_of(Purpose.AT_SIZE, number, seed)
+        found[next(iter(ways))] += at_stated_size(twin, truth, settings["at_size"], rng)
     about = twin.about
     return {
         "kind": truth.kind, "made_cpu_s": made, "headline": about["calibration"]["headline"], "matters": twin.matters,
         "trusted": about["check"]["trusted"], "scores": about["scores"],
         "rows": {name: [row.plain() for row in rows] for name, rows in found.items()},
     }  # fmt: skip
+
+
+def made_with(settings: dict[str, Any]) -> dict[str, Any]:
+    """What rows depend on that their file's name does not tell."""
+    return {key: settings[key] for key in OF_ROWS} | {"draws": DRAWS}
 
 
 def work_of(out: Path, settings: dict[str, Any], number: int, method: str) -> Path:
@@ -104,17 +110,12 @@ def _begin(work: Path, own: dict[str, Any]) -> None:
 
 def main(arguments: Sequence[str]) -> None:
     """The table of the settings KEY=VALUE."""
-    settings: dict[str, Any] = dict(DEFAULTS)
-    for argument in arguments:
-        key, _, value = argument.partition("=")
-        if key not in DEFAULTS:
-            raise SystemExit(f"benchmarks.twin: {key} must be one of {', '.join(DEFAULTS)}.")
-        settings[key] = type(DEFAULTS[key])(value)
+    settings = settings_of(arguments)
     out = Path(settings["out"])
     (out / "rows").mkdir(parents=True, exist_ok=True)
-    numbers = [int(n) for n in settings["only"].split(",") if n] or range(settings["machines"])
+    numbers = settings["only"] or range(settings["machines"])
     law = f"{settings['noise']:g}-{settings['spread']:g}"
-    own = {key: settings[key] for key in OF_ROWS}
+    own = made_with(settings)
     for file in sorted((out / "rows").glob(f"{law}-*.json")):
         _check_made_with(file, json.loads(file.read_text()).get("settings"), own)
     for folder in sorted(out.glob(f"work-{law}-*")):
@@ -122,7 +123,7 @@ def main(arguments: Sequence[str]) -> None:
         _check_made_with(folder, json.loads(file.read_text()) if file.exists() else None, own)
     for number in numbers:
         truth = machine_of(number, settings["seed"], settings["noise"], settings["spread"])
-        for method in settings["methods"].split(","):
+        for method in settings["methods"]:
             file, work = out / "rows" / f"{law}-{number}-{method}.json", work_of(out, settings, number, method)
             if file.exists():
                 shutil.rmtree(work, ignore_errors=True)
@@ -135,6 +136,35 @@ def main(arguments: Sequence[str]) -> None:
             told = {name: summary([Judged.restore(row) for row in rows]) for name, rows in found["rows"].items()}
             print(number, method, truth.kind, found.get("made_cpu_s"), told, flush=True)
     print(markdown(table_of(sorted((out / "rows").glob(f"{law}-*.json")))))
+
+
+def settings_of(arguments: Sequence[str]) -> dict[str, Any]:
+    """DEFAULTS with what the command says instead, `only` and `methods` as lists; stops at what makes no sense."""
+    settings: dict[str, Any] = dict(DEFAULTS)
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key not in DEFAULTS:
+            raise SystemExit(f"benchmarks.twin: {key} must be one of {', '.join(DEFAULTS)}.")
+        settings[key] = value if isinstance(DEFAULTS[key], str) else _number(key, value, type(DEFAULTS[key]))
+    settings["only"] = [_number("only", each, int) for each in settings["only"].split(",") if each]
+    settings["methods"] = settings["methods"].split(",")
+    known = (*METHODS, TRANSFER)
+    for method in settings["methods"]:
+        if method not in known:
+            raise SystemExit(f"benchmarks.twin: methods must be some of {', '.join(known)}, got {method!r}.")
+    return settings
+
+
+def _number(key: str, text: str, kind: type[int] | type[float]) -> int | float:
+    """A number of this kind, 0 or more."""
+    try:
+        number = kind(text)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < math.inf:
+        rule = "whole numbers" if key == "only" else "a whole number" if kind is int else "a number"
+        raise SystemExit(f"benchmarks.twin: {key} must be {rule} >= 0, got {text!r}.")
+    return number
 
 
 def _check_made_with(path: Path, held: object, own: dict[str, Any]) -> None:

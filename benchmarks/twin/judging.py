@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,7 +36,7 @@ def ways_of(twin: Twin) -> dict[str, Twin]:
 
 def judged(ways: Mapping[str, Twin], truth: Truth, records: Sequence[Recorded], file: Path) -> dict[str, list[Judged]]:
     """Each record by each way; `file` keeps them, a line for each record."""
-    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    done = _kept(file)
     with file.open("a") as kept:
         for one in records[len(done) :]:
             rows = {}
@@ -48,6 +49,16 @@ def judged(ways: Mapping[str, Twin], truth: Truth, records: Sequence[Recorded], 
             kept.flush()
             done.append(rows)
     return {name: [Judged.restore(rows[name]) for rows in done] for name in ways}
+
+
+def _kept(file: Path) -> list[dict[str, dict]]:
+    """What the finished lines of a file hold; the file loses a last one that a killed run did not finish."""
+    if not file.exists():
+        return []
+    held = file.read_bytes()
+    finished = held[: held.rfind(b"\n") + 1]
+    os.truncate(file, len(finished))
+    return [json.loads(line) for line in finished.splitlines()]
 
 
 def by_physics(twin: Twin, truth: Truth, records: Sequence[Recorded]) -> list[Judged]:

@@ -74,12 +74,11 @@ def _as_recorded(
     return Recorded(signal, Conditions(speed, load, start_angle=start, noise=noise), sizes, stranger)
 
 
-def records_of(truth: Truth, count: int, seed: int, file: Path) -> list[Recorded]:
+def records_of(truth: Truth, count: int, rng: np.random.Generator, file: Path) -> list[Recorded]:
     """`count` records of a machine: no fault, or faults of any size in all combinations, and some strangers. `file`
-    keeps them; more of them begin with the same ones."""
+    keeps them; more of them, by random numbers that begin as before, begin with the same ones."""
     kept = _read(file, truth.noise) if file.exists() else []
     if len(kept) < count:
-        rng = np.random.default_rng(seed)
         kept = []
         for _ in range(count):
             real, sizes, effects, stranger = drawn(truth, rng)

@@ -37,9 +37,12 @@ _CODES = tuple(f"{number:03b}" for number in range(len(FAULT_CLASSES)))
 _BOOK = CodeBook(tuple(range(1, len(_CODES) + 1)), FAULT_CLASSES, _CODES)
 
 
-def transferred(truth: Truth, records: Sequence[Recorded], seed: int) -> dict[str, list[Judged]]:
-    """Known records of a machine judged by the network as it is, and after it has learnt from `COUNTS` others."""
-    model = train(_of_drawing(truth, seed), Psd(scale="log"), TrainGdx(), seed=seed, restarts=3, parts=()).model
+def transferred(
+    truth: Truth, records: Sequence[Recorded], seed: int, rng: np.random.Generator
+) -> dict[str, list[Judged]]:
+    """Known records of a machine judged by the network as it is, and after it has learnt from `COUNTS` others; `rng`
+    draws what it is taught on, `seed` begins the training."""
+    model = train(_of_drawing(truth, rng), Psd(scale="log"), TrainGdx(), seed=seed, restarts=3, parts=()).model
     known = [record for record in records if not record.stranger]
     given = _dataset([record.signal.values for record in known], [record.sizes for record in known])
     order = in_turns(given, np.arange(len(known)))
@@ -63,10 +66,10 @@ def _judged(model: Model, known: Sequence[Recorded], rows: np.ndarray) -> list[J
     return found
 
 
-def _of_drawing(truth: Truth, seed: int) -> Dataset:
+def _of_drawing(truth: Truth, rng: np.random.Generator) -> Dataset:
     """Simulated records of machines of the drawing, every parameter ±10 %, with the faults, speeds, loads and noise of
     the machine's records."""
-    rng, drawing = np.random.default_rng(seed), load_machine("reference")
+    drawing = load_machine("reference")
     machines, points, sizes = [], [], []
     for _ in range(TAUGHT):
         values = {name: read(drawing, name) * (1.0 + 0.1 * rng.uniform(-1.0, 1.0)) for name in UNCERTAINTY}

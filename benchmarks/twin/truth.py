@@ -9,6 +9,7 @@ import math
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,29 @@ LACKING: tuple[Mapping[str, Mapping[str, float]], ...] = (
     {"drive.transmission_error": {"amplitude": 4e-4, "phase": 0.5}},
 )
 """Effects that the drawing lacks, in turn over the machines that have one."""
+
+
+class Purpose(IntEnum):
+    """What random numbers are drawn for; each machine has some of its own for each, so that no two records share noise.
+    A number stays what it is once records have been made with it."""
+
+    BENCH = 1
+    """Healthy records that the twin is made of."""
+    RECORDS = 2
+    """Records that are asked about."""
+    AT_SIZE = 3
+    """Records with one fault of the stated smallest size."""
+    DRAWING = 4
+    """Simulated records of the drawing, which `transfer` teaches on."""
+
+
+DRAWS = 2
+"""Version of how records are drawn; what was made with another one is not taken over."""
+
+
+def rng_of(purpose: Purpose, number: int, seed: int) -> np.random.Generator:
+    """Random numbers for a purpose of machine `number`: a child of those that the machine itself is drawn with."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number, purpose)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,10 +142,10 @@ def _noise(size: float, samples: int, rng: np.random.Generator) -> np.ndarray:
     return size * np.asarray(coloured)[200:]
 
 
-def write_bench(truth: Truth, folder: Path, seed: int, turns: float = 2.2) -> None:
+def write_bench(truth: Truth, folder: Path, rng: np.random.Generator, turns: float = 2.2) -> None:
     """Healthy CSV files of the machine and records.csv, which says what was known when they were taken; a new folder,
     whole or not at all."""
-    rng, fresh = np.random.default_rng(seed), folder.with_name(f".{folder.name}.part")
+    fresh = folder.with_name(f".{folder.name}.part")
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir(parents=True)
     with (fresh / "records.csv").open("w", newline="", encoding="utf-8") as file:

@@ -179,10 +179,14 @@ def test_a_stored_section_replaces_only_itself(monkeypatch, tmp_path) -> None:
         in table
     )
     assert list(json.loads(report.RESULTS.read_text())) == ["accuracy", "speed"]
-    report.store("accuracy", [report.Row("order", "4", "3", False), report.Row("other", "", "6")], None)
+    later, rows = session | {"date": "y"}, [report.Row("order", "4", "3", False), report.Row("other", "", "6")]
+    report.store("accuracy", rows, later, part=True)
     stored = json.loads(report.RESULTS.read_text())["accuracy"]
     assert stored["session"] == session
-    assert [(row["what"], row["measured"]) for row in stored["rows"]] == [("order", "3"), ("seen", "5")]
+    found = [(row["what"], row["measured"], row.get("session")) for row in stored["rows"]]
+    assert found == [("order", "3", later), ("seen", "5", None), ("other", "6", later)]
+    assert "- accuracy: x, x" in report.README.read_text()
+    assert "- of accuracy, order; other: y, x" in report.README.read_text()
 
 
 @pytest.mark.parametrize(

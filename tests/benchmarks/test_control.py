@@ -97,6 +97,11 @@ def test_the_readme_s_script_is_watched_after_each_update():
     assert seen == [(2048, (2, 1)), (4096, (2, 1))]
 
 
+def test_the_spread_of_a_few_seeds_is_that_of_a_sample():
+    """Over n it would be 8."""
+    assert page._said([10.0, 20.0, 30.0]) == "20 ± 10 (10 … 30)"
+
+
 def test_the_page_holds_the_table_of_the_results_and_what_is_said_of_it():
     results = json.loads(page.RESULTS.read_text(encoding="utf-8"))
     text = page.PAGE.read_text(encoding="utf-8")

@@ -10,10 +10,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from scipy.signal import correlate
 
 from benchmarks.twin import __main__ as command
 from benchmarks.twin import records, truth
-from benchmarks.twin.judging import misnamed, row_of
+from benchmarks.twin.judging import judged, misnamed, row_of
 from benchmarks.twin.pipelines import _Fixed
 from benchmarks.twin.records import drawn, records_of
 from benchmarks.twin.table import Judged, markdown, summary
@@ -76,13 +77,122 @@ def test_strangers_are_faults_of_no_table_and_tables_of_another_make():
 
 def test_records_are_solved_once_and_come_back_as_they_were(tmp_path, monkeypatch):
     truth, file = Truth(load_machine("reference"), "as modelled", 0.1, 1.05), tmp_path / "records.npz"
-    made = records_of(truth, 2, 7, file)
+    made = records_of(truth, 2, np.random.default_rng(7), file)
     monkeypatch.setattr(records, "taken", None)
-    again = records_of(truth, 2, 7, file)
+    again = records_of(truth, 2, np.random.default_rng(7), file)
     for one, other in zip(made, again, strict=True):
         np.testing.assert_array_equal(one.signal.values, other.signal.values)
         assert (one.stated, one.sizes, one.stranger) == (other.stated, other.sizes, other.stranger)
-    assert len(records_of(truth, 1, 7, file)) == 1
+    assert len(records_of(truth, 1, np.random.default_rng(7), file)) == 1
+
+
+def noises(tmp_path, monkeypatch, seed: int) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+    """Whitened noise of a bench, of records that are asked about and of the stated size, and what is drawn to teach
+    `transfer`: all of machine 1, which stands still."""
+    machine, asked = Truth(load_machine("reference"), "as modelled", 1.0, 1.0), []
+    seen = SimpleNamespace(fault="crack", size=0.1, motor_speed_rpm=1400.0, load_torque=5.0)
+    about = {"calibration": {"headline": ""}, "check": {"trusted": True}, "scores": {}}
+    found = SimpleNamespace(alarm=1.0)
+    twin = SimpleNamespace(
+        seen=[seen], matters={}, about=about, synthesis=None,
+        diagnose_turn=lambda signal, stated: (asked.append(signal.values), found)[1],
+    )  # fmt: skip
+
+    def judged_all(ways, truth, records, file):
+        asked.extend(record.signal.values for record in records)
+        return {name: [] for name in ways}
+
+    def drawn_only(truth, records, seed, rng):
+        asked.append(rng.standard_normal(10_000))
+        return {}
+
+    monkeypatch.setattr(truth, "true_motion", lambda machine, point, samples, rate: (np.zeros(samples), point))
+    monkeypatch.setattr(command, "make_twin", lambda *given, **more: twin)
+    monkeypatch.setattr(command, "ways_of", lambda twin: {"networks": twin})
+    monkeypatch.setattr(command, "of_paper", lambda twin: twin)
+    monkeypatch.setattr(command, "judged", judged_all)
+    monkeypatch.setattr(command, "transferred", drawn_only)
+    settings = {**command.DEFAULTS, "records": 9, "physics": 0, "at_size": 4, "seed": seed}
+    command.done(machine, 1, "twin", settings, tmp_path)
+    command.done(machine, 1, command.TRANSFER, settings, tmp_path)
+    files = (command.work_of(tmp_path, settings, 1, "twin") / "bench").glob("*Nm.csv")
+    bench = [np.loadtxt(file, delimiter=",", skiprows=1)[:, 1] for file in files]
+    *records, taught = asked
+    return [whitened(one) for one in bench], [whitened(one) for one in records], taught
+
+
+def whitened(record: np.ndarray) -> np.ndarray:
+    return record[1:] - truth.COLOUR * record[:-1]
+
+
+def likeness(one: np.ndarray, other: np.ndarray) -> float:
+    """Largest correlation at any shift."""
+    shorter = min(one, other, key=len)
+    held = np.abs(correlate(one, other, method="fft")).max()
+    return float(held / len(shorter) / np.sqrt(np.mean(one**2) * np.mean(other**2)))
+
+
+def test_each_purpose_has_noise_of_its_own(tmp_path, monkeypatch):
+    """Seed 5, that of the tables. Of independent noise the largest correlation at any shift is below 0.1."""
+    bench, records, taught = noises(tmp_path, monkeypatch, 5)
+    assert len(bench) == len(HEALTHY) and len(records) == 9 + 4
+    others = [*bench, *records, taught]
+    assert max(likeness(one, other) for k, one in enumerate(others) for other in others[:k]) < 0.2
+    assert likeness(bench[0], bench[0][3000:]) > 0.9
+
+
+def test_what_an_earlier_version_drew_is_not_taken_over(tmp_path, monkeypatch):
+    """Version 1 had no number: rows and folders of it are refused, and its records lie elsewhere."""
+    monkeypatch.setattr(command, "machine_of", None)
+    own = {key: command.DEFAULTS[key] for key in command.OF_ROWS}
+    rows = tmp_path / "rows" / "0.015-0.1-0-twin.json"
+    rows.parent.mkdir()
+    rows.write_text(json.dumps({"kind": "as modelled", "rows": {}, "settings": own}))
+    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2\}; name another out"):
+        command.main([f"out={tmp_path}"])
+    rows.unlink()
+    command._begin(tmp_path / "work-0.015-0.1-0-twin", own)
+    with pytest.raises(SystemExit, match=r"was made with .*'draws': 2\}; name another out"):
+        command.main([f"out={tmp_path}"])
+    kept: list[Any] = []
+    monkeypatch.setattr(command, "records_of", lambda *given: kept.append(given[-1].name) or [])
+    monkeypatch.setattr(command, "transferred", lambda *given: {})
+    machine = Truth(load_machine("reference"), "as modelled", 0.1, 1.0)
+    command.done(machine, 0, command.TRANSFER, dict(command.DEFAULTS), tmp_path)
+    assert kept == ["0.015-0.1-0-5-draws-2.npz"]
+
+
+@pytest.mark.parametrize("left", ['{"networks": {"tr', '{"networks": {}}', ""])
+def test_a_record_whose_row_was_not_finished_is_asked_again(tmp_path, left):
+    """A killed run leaves half a line, or a whole one without its end."""
+    machine, file, asked = Truth(load_machine("reference"), "as modelled", 0.1, 1.0), tmp_path / "rows.jsonl", []
+    verdict = SimpleNamespace(faults=(), verdict="healthy")
+    twin: Any = SimpleNamespace(seen=[], matters={}, diagnose_turn=lambda one, _: (asked.append(one), verdict)[1])
+    some: Any = [SimpleNamespace(signal=k, stated=None, sizes={}, stranger=False) for k in range(3)]
+    first = judged({"networks": twin}, machine, some[:1], file)
+    with file.open("a") as kept:
+        kept.write(left)
+    again = judged({"networks": twin}, machine, some, file)
+    assert asked == [0, 1, 2] and again["networks"][0] == first["networks"][0]
+    assert len(file.read_text().splitlines()) == len(again["networks"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("machines=x", r"machines must be a whole number >= 0, got 'x'\."),
+        ("records=-1", r"records must be a whole number >= 0, got '-1'\."),
+        ("noise=nan", r"noise must be a number >= 0, got 'nan'\."),
+        ("only=1,b", r"only must be whole numbers >= 0, got 'b'\."),
+        ("methods=twin,foo", r"methods must be some of twin, .*, transfer, got 'foo'\."),
+        ("method=twin", r"method must be one of machines, .*, methods\."),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_made(tmp_path, monkeypatch, given, sentence):
+    monkeypatch.setattr(command, "machine_of", None)
+    with pytest.raises(SystemExit, match=rf"^benchmarks\.twin: {sentence}$"):
+        command.main([f"out={tmp_path / 'out'}", given])
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_judged_record_comes_back_from_a_file():
@@ -111,9 +221,9 @@ def test_a_bench_that_was_begun_is_written_anew(tmp_path, monkeypatch):
 
     monkeypatch.setattr(truth, "taken", taken)
     with pytest.raises(InterruptedError):
-        write_bench(machine, tmp_path / "bench", 1)
+        write_bench(machine, tmp_path / "bench", np.random.default_rng(1))
     assert not (tmp_path / "bench").exists()
-    write_bench(machine, tmp_path / "bench", 1)
+    write_bench(machine, tmp_path / "bench", np.random.default_rng(1))
     assert [path.name for path in tmp_path.iterdir()] == ["bench"]
     table = (tmp_path / "bench" / "records.csv").read_text().splitlines()
     assert len(table) == 1 + len(HEALTHY) and len(list((tmp_path / "bench").glob("*Nm.csv"))) == len(HEALTHY)
