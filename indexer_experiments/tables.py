@@ -8,11 +8,12 @@ import numpy as np
 from scipy.stats import binomtest
 
 
-def wilson(hits: int, of: int) -> tuple[float, float]:
-    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209)."""
+def wilson(hits: int, of: int, beside: int = 1) -> tuple[float, float]:
+    """95 % interval of a share (Wilson, J. Am. Stat. Assoc. 22 (1927) 209); of one that was picked from so many
+    shares `beside` each other, wide enough that those of all would hold at once (Bonferroni)."""
     if of == 0:
         return 0.0, 1.0
-    found = binomtest(hits, of).proportion_ci(method="wilson")
+    found = binomtest(hits, of).proportion_ci(1.0 - 0.05 / beside, method="wilson")
     return float(found.low), float(found.high)
 
 
@@ -32,6 +33,12 @@ def grouped(groups: Sequence[Sequence[bool]], seed: int = 0, draws: int = 2000) 
 def share(hits: int, of: int) -> tuple[str, str]:
     """ "19 of 20 (95 %)" and its interval "76–99 %"; dashes where there is no case."""
     return _said(hits, of, wilson(hits, of))
+
+
+def share_of_worst(hits: int, of: int, beside: int) -> tuple[str, str]:
+    """The same of a share that was picked as the worst of so many."""
+    text, interval = _said(hits, of, wilson(hits, of, beside))
+    return text, f"{interval}, for {beside} at once" if of and beside > 1 else interval
 
 
 def share_of_groups(groups: Sequence[Sequence[bool]]) -> tuple[str, str]:

@@ -7,6 +7,7 @@ In reading order:
     solver      Dormand–Prince steps that stop at every edge of the joints
     parameters  a machine's numbers by their names
     truth       a machine at an operating point, solved by these
+    running     what a sensor reads of a record that begins while it has long been running
     draw        what is hidden in case k: kind, effects, sizes, machine; a function of the seed and k alone
     records     the measured files of a case and what was known when they were taken
     case        one case from its draw to its scored answer

@@ -57,7 +57,7 @@ HIDDEN: Mapping[str, Mapping[str, _Law]] = {
     "sensor.mains_hum": {"amplitude": 0.2},
     "sensor.offset_drift": {"rate": 0.015},
     "drive.mesh_friction": {"loss": 0.08},
-    "sensor.highpass": {"corner": 0.03},
+    "sensor.highpass": {"corner": 0.15},
 }
 """Law of each parameter: the first one is the size at which the base model is left with a gap of about 1.4 (as much
 misfit as noise); the others are uniform between their two values."""

@@ -19,7 +19,8 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.units import RPM
 from indexer_experiments.challenge.draw import Draw
-from indexer_experiments.challenge.truth import true_motion
+from indexer_experiments.challenge.running import lead_of, read_running
+from indexer_experiments.challenge.truth import run, seen
 from indexer_records.conditions import Pulse
 
 CONDITIONS = ((1500.0, 2.0, False), (1200.0, 2.0, False), (1350.0, 20.0, True))
@@ -49,19 +50,21 @@ def write_records(drawn: Draw, turns: float, folder: Path) -> None:
     for number, (rpm, load, held_out) in enumerate(CONDITIONS):
         point = OperatingPoint(rpm * RPM, load, drawn.rng.uniform(0.0, 2.0 * math.pi))
         samples = int(turns * truth.turn_duration(point) * _RATE)
-        acceleration, seen = true_motion(truth, point, samples, _RATE)
+        lead = lead_of(sensor, truth, point, _RATE)
+        motion = run(truth, point, samples, _RATE, lead=lead)
+        shown = seen(truth, point, motion[:, lead:], _RATE)
         sensor = dataclasses.replace(sensor, hum_phase=drawn.rng.uniform(0.0, 2.0 * math.pi))
-        clean = sensor.read(acceleration, _RATE).values
+        clean = read_running(sensor, motion[0, lead:], motion[0, :lead], _RATE)
         noise = _NOISE * float(clean.std()) if math.isnan(noise) else noise
         values = clean + noise * drawn.rng.standard_normal(samples)
         columns = {"time [s]": np.arange(samples) / _RATE, "table_acceleration [rad/s^2]": values}
         name = f"record_{number}.csv"
         pyarrow.csv.write_csv(pa.table(columns), folder / name)
         at_start, at_end = (_PULSE * drawn.rng.standard_normal(2)).tolist()
-        turned = seen.motor_speed * truth.reduction * samples / _RATE
+        turned = shown.motor_speed * truth.reduction * samples / _RATE
         rows.append({
-            "file": name, "motor_speed_rpm": seen.motor_speed / RPM * (1.0 + (at_end - at_start) / turned),
-            "load_torque": load, "start_angle": seen.start_angle + at_start, "start_uncertainty": _PULSE,
+            "file": name, "motor_speed_rpm": shown.motor_speed / RPM * (1.0 + (at_end - at_start) / turned),
+            "load_torque": load, "start_angle": shown.start_angle + at_start, "start_uncertainty": _PULSE,
             "speed_uncertainty": _PULSE * math.sqrt(2.0) / turned, "held_out": held_out,
         })  # fmt: skip
     (folder / _TABLE).write_text(yaml.safe_dump(rows, sort_keys=False), encoding="utf-8")

@@ -31,12 +31,17 @@ def true_motion(
     return motion[0], seen(machine, point, motion, sample_rate)
 
 
+def turn_samples(machine: Machine, point: OperatingPoint, sample_rate: float) -> int:
+    """Samples of one table turn."""
+    return round(machine.turn_duration(point) * sample_rate)
+
+
 def run(
     machine: Machine, point: OperatingPoint, samples: int, sample_rate: float, unlisted: Unlisted = NOTHING,
-    steps_per_ms: int = STEPS_PER_MS,
+    steps_per_ms: int = STEPS_PER_MS, lead: int = 0,
 ) -> np.ndarray:  # fmt: skip
-    """Table acceleration [rad/s²], then the state of `equations`, at each sample (1 + STATES, samples), after one table
-    turn at the commanded speed.
+    """Table acceleration [rad/s²], then the state of `equations`, at each sample (1 + STATES, lead + samples), of a
+    record after one table turn at the commanded speed.
 
     Parameters
     ----------
@@ -50,6 +55,8 @@ def run(
         What acts besides the effects.
     steps_per_ms : int
         Of the solver, >= 1.
+    lead : int
+        Samples of the turn before the record that are given too, from 0 to `turn_samples`; they change no bit of it.
 
     Raises
     ------
@@ -59,10 +66,10 @@ def run(
         The run left the physical range.
     """
     _check(machine)
-    before = round(machine.turn_duration(point) * sample_rate)
+    before = turn_samples(machine, point, sample_rate)
     numbers = plant(machine, point, unlisted)
     start = started(numbers, float(point.start_angle), -before / sample_rate)
-    return _finite(machine, _solved(numbers, start, before, samples, sample_rate, steps_per_ms))
+    return _finite(machine, _solved(numbers, start, before - lead, lead + samples, sample_rate, steps_per_ms))
 
 
 def resumed(

@@ -13,6 +13,7 @@ Read in this order:
     novelty     which score refuses a fault or a machine that the training never had
     robustness  what is left on other machines, operating points and sensors
     studies     these by their names
+    beside      which methods differ from one of them by more than the scatter of the seeds
     draw        pictures that several studies share
     leaderboard results of the benchmark as one page
     __main__    the command                                                      (indexer compare)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from typing import Any
 
 import torch
 from hydra.core.hydra_config import HydraConfig
 
-from classifier.results import RESULT_FILES, Row, chosen_methods, differences, markdown, write_results
+from classifier.results import RESULT_FILES, Row, chosen_methods, markdown, write_results
 from indexer_cli.command import hydra_command
 from indexer_cli.job_paths import job_folder, path_given
 from indexer_cli.output_folder import check_output_folder, output_folder
+from indexer_cli.places.local import whole_file
 from indexer_cli.words import plain_console
 from indexer_env.checks import check_choice, check_integer
 from indexer_env.errors import IndexerError, refuse
+from indexer_experiments.compare.beside import beside
 from indexer_experiments.compare.study import Setting, Study
 
 LEAST_RECORDS = 200
 """Machines with which every class is likely to be in every subset."""
+
+PART = ".part"
+"""Ends the name of the folder beside `out` that holds the seeds done so far, and goes when all are done."""
 
 
 def run(config: dict[str, Any]) -> None:
@@ -29,6 +35,7 @@ def run(config: dict[str, Any]) -> None:
     pictures = tuple(f"{name}.png" for name in study.pictures)
     files = (*RESULT_FILES, *pictures)
     out = check_output_folder(job_folder("compare", config["out"]), files, config["overwrite"])
+    part = check_output_folder(out.with_name(f"{out.name}{PART}"), RESULT_FILES, config["overwrite"])
     check_integer("compare", "seeds", config["seeds"], low=1, high=1000)
     check_integer("compare", "records", config["records"], low=LEAST_RECORDS)
     check_integer("compare", "threads", config["threads"], low=1)
@@ -40,17 +47,28 @@ def run(config: dict[str, Any]) -> None:
     rows: list[Row] = []
     for seed in range(config["seeds"]):
         rows += study.run(Setting(seed, config["records"], data, methods))
-        console.print(f"seed {seed}: {time.perf_counter() - started:.0f} s")
-    table = markdown(rows, study.metrics)
-    if study.beside is not None and study.beside[1] in methods:
-        apart = differences(rows, *study.beside)
-        table += "\n" + markdown(apart, [(row.metric, 2) for row in apart[:1]])
-    console.print(f"{study.question}\n\n{table}")
+        with output_folder(part, RESULT_FILES, overwrite=True) as folder:
+            so_far = f"{seed + 1} of {config['seeds']} seeds so far."
+            write_results(folder, rows, f"{so_far}\n\n{_told(study, rows)}", config)
+        console.print(f"seed {seed}: {time.perf_counter() - started:.0f} s, kept in {part}")
+    text = _told(study, rows)
+    console.print(text)
     with output_folder(out, files, config["overwrite"]) as folder:
-        write_results(folder, rows, f"{study.question}\n\n{table}", config)
-        for name, draw in study.pictures.items():
-            draw(rows).savefig(folder / f"{name}.png")
+        write_results(folder, rows, text, config)
+    shutil.rmtree(part)
     console.print(f"written {out} in {time.perf_counter() - started:.1f} s")
+    for name, draw in study.pictures.items():
+        figure = draw(rows)
+        with whole_file(out / f"{name}.png") as picture:
+            figure.savefig(picture, format="png")
+
+
+def _told(study: Study, rows: list[Row]) -> str:
+    """The question, and tables of the answer."""
+    tables = [study.question, markdown(rows, study.metrics)]
+    if study.beside is not None:
+        tables.append(beside(rows, *study.beside))
+    return "\n\n".join(table.rstrip("\n") for table in tables if table) + "\n"
 
 
 def _study(name: object) -> Study:

@@ -50,7 +50,8 @@ class Study:
     run       the rows of one seed
     metrics   columns of its table with their decimals, names as in the rows
     pictures  by file name: figures from the rows of all seeds
-    beside    a metric and the method that all others are compared with seed by seed; None: no such table
+    beside    a metric, the lower the better, and the method that all others are compared with seed by seed; None: no
+              such table
     own       whether methods of a user's own may join, as FILE.py:NAME
     sized     whether it makes data sets of as many records as it is told
     """

@@ -17,7 +17,7 @@ from indexer_experiments.study.claims import CLAIMS, chosen
 from indexer_experiments.study.lab import Lab, Size
 from indexer_experiments.study.report import write_report
 from indexer_experiments.study.verdicts import deciding
-from indexer_experiments.study.work import open_study, stored, work_on
+from indexer_experiments.study.work import done, open_study, work_on
 
 
 @hydra_command("study")
@@ -33,7 +33,7 @@ def main(config: dict[str, Any]) -> None:
     # A line for each of a hundred data sets would say less than the claims' own.
     logging.getLogger("datagen").setLevel(logging.WARNING)
     console = plain_console()
-    found = {claim.key: finding for claim in CLAIMS.values() if (finding := stored(claim, lab.folder)) is not None}
+    found = {claim.key: finding for claim in CLAIMS.values() if (finding := done(claim, lab)) is not None}
     for claim in claims:
         if claim.key not in found:
             console.print(f"{claim.where}: {claim.title} …")

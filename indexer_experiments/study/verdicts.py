@@ -49,8 +49,15 @@ class Interval:
 
     @classmethod
     def of_ratio(cls, above: Iterable[float], below: Iterable[float]) -> Interval:
-        """Geometric mean of above / below, data set by data set, with Student's t of the logarithms; all positive."""
-        logs = cls.of(np.log(np.asarray(list(above)) / np.asarray(list(below))))
+        """Geometric mean of above / below, data set by data set, with Student's t of the logarithms.
+
+        ValueError where one of them is not positive.
+        """
+        ratios = [np.asarray(list(values), float) for values in (above, below)]
+        for values in ratios:
+            if not (values > 0.0).all():
+                raise ValueError(f"a ratio must be of positive values, got {values.tolist()}")
+        logs = cls.of(np.log(ratios[0] / ratios[1]))
         return cls(*(float(np.exp(value)) for value in (logs.mean, logs.low, logs.high)))
 
     @classmethod

@@ -1,10 +1,11 @@
-"""Working through claims: each is done once, its results kept in a folder of its own."""
+"""Working through claims: each is done once, setting by setting, its results kept in a folder of its own."""
 
 from __future__ import annotations
 
 import functools
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from indexer_env.errors import ParameterError, refuse
 from indexer_experiments.study.claims import Claim
 from indexer_experiments.study.claims.base import Rows
 from indexer_experiments.study.lab import Lab
+from indexer_experiments.study.settings import Setting
 from indexer_experiments.study.verdicts import Line, Verdict, conjunction
 
 STUDY_JSON = "study.json"
@@ -146,17 +148,42 @@ def stored(claim: Claim, folder: Path) -> Finding | None:
     return Finding(claim, rows, minutes)
 
 
+def done(claim: Claim, lab: Lab) -> Finding | None:
+    """What an earlier run found about a claim; None where a setting or the picture is missing.
+
+    Raises as `stored`.
+    """
+    finding = stored(claim, lab.folder)
+    if finding is None or not (lab.folder / claim.key / FIGURE_PNG).is_file():
+        return None
+    return finding if {setting.key for setting in asked(claim, lab)} <= set(finding.rows) else None
+
+
+def asked(claim: Claim, lab: Lab) -> Sequence[Setting]:
+    """The settings of a claim in this study, the main one first."""
+    return claim.settings if lab.size.others else claim.settings[:1]
+
+
 def work_on(claim: Claim, lab: Lab) -> Finding:
-    """Do a claim under its settings; keep its results and its picture."""
-    began = time.process_time()
-    main, *others = claim.settings
-    rows = {main.key: claim.collect(lab, main)}
-    if lab.size.others:
-        rows |= {setting.key: claim.collect(lab.for_others(), setting) for setting in others}
-    finding = Finding(claim, rows, (time.process_time() - began) / 60)
-    table = pa.Table.from_pylist([row for own in rows.values() for row in own])
-    table = table.replace_schema_metadata({_MINUTES: str(finding.minutes)})
-    with output_folder(lab.folder / claim.key, CLAIM_FILES) as folder:
-        pq.write_table(table, folder / RESULTS_PARQUET)
-        finding.picture().savefig(folder / FIGURE_PNG)
+    """Do a claim under the settings of which nothing is stored; keep the results of each as they come, then the
+    picture."""
+    finding = stored(claim, lab.folder) or Finding(claim, {}, 0.0)
+    for setting in asked(claim, lab):
+        if setting.key in finding.rows:
+            continue
+        began = time.process_time()
+        rows = claim.collect(lab if setting is claim.settings[0] else lab.for_others(), setting)
+        minutes = finding.minutes + (time.process_time() - began) / 60
+        finding = Finding(claim, {**finding.rows, setting.key: rows}, minutes)
+        _keep(finding, lab.folder / claim.key)
+    figure = finding.picture()
+    with whole_file(lab.folder / claim.key / FIGURE_PNG) as picture:
+        figure.savefig(picture, format="png")
     return finding
+
+
+def _keep(finding: Finding, folder: Path) -> None:
+    table = pa.Table.from_pylist([row for own in finding.rows.values() for row in own])
+    table = table.replace_schema_metadata({_MINUTES: str(finding.minutes)})
+    with output_folder(folder, CLAIM_FILES, overwrite=True) as fresh:
+        pq.write_table(table, fresh / RESULTS_PARQUET)

@@ -4,7 +4,11 @@ In reading order:
     plant      one or two masses under control, by Moreau's time-stepping
     motions    references that a drive is asked to follow
     gallery    five drives, each with an effect hidden
-    draw       a case of the messy challenge: a drive of random size, what is hidden, and what no library has
-    run        the cases through the search, and the table of rates
+    laws       what is hidden, and disturbances that no library has, by their size
+    sizes      trial runs that make a size what is said of it
+    draw       a case of the messy challenge: a drive of random size, with all that acts in it
+    score      what was said of a case, what of it is right, and the table of rates
+    run        a case through the search
+    kept       cases judged, in a file
     __main__   python -m indexer_experiments.challenge.drives
 """

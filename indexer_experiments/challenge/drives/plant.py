@@ -32,10 +32,17 @@ FIELDS = (
 `breathing` is an inertia that varies with the place. The last twelve are in no library: `hysteresis` a cable's Bouc-Wen
 force, half of which a reach of travel turns; `thickening` drag with |v|^1.5; `warming` viscous drag that falls by this
 share of itself over the record; `bending` Coulomb friction and `streaked` viscous drag in sin² of the place;
-`stick_growth` extra friction after long rest; `cable` a drag chain's weight over the place cubed and rectified;
-`shuttle` a one-sided catch at a place; `sag` a force with the square root of |q|; `swing` a load that swings: a slow
-oscillator on the mass.
+`stick_growth` dry friction that grows with the logarithm of a rest and fades over half a second of motion; `cable` a
+drag chain's weight over the place cubed and rectified; `shuttle` a one-sided catch at a place; `sag` a force with the
+square root of |q|; `swing` a part of the load that hangs and swings, a mass of its own.
 """
+
+_SLOW, _ADHERED, _FADES = 0.02, 0.05, 0.5
+"""Of `stick_growth`: the speed below which a drive rests [half strokes a second], the rest after which friction has
+grown by ln 2 of the field's value, and the time over which that fades in motion [s]."""
+
+_SWING_STIFFNESS, _SWING_DAMPING = 40.0, 0.6
+"""Of `swing`, a kilogram of it: 1 Hz, 5 % of critical damping [N/m, N s/m]."""
 
 _AT = {name: k for k, name in enumerate(FIELDS)}
 
@@ -125,7 +132,7 @@ def _level(c, q, v, rested):
     if c[STRIBECK] != 0.0:
         s = v / c[STRIBECK_SPEED]
         level += c[STRIBECK] / (1.0 + s * s)
-    return max(level + c[STICK_GROWTH] * math.log1p(rested / 0.05), 0.0)
+    return max(level + c[STICK_GROWTH] * math.log1p(rested / _ADHERED), 0.0)
 
 
 @njit(cache=True)
@@ -166,22 +173,23 @@ def _follow(c, reference, speed, ahead, rate, kp, kd, delay, lag, steps, out):
                 elif d < -edge:
                     joint = min(c[STIFFNESS] * (d + edge) + c[DAMPING] * (v - y), 0.0)
             mass = c[MASS] * (1.0 + c[BREATHING] * math.sin(c[BREATHING_WAVENUMBER] * q))
-            free = force - joint - _resisted(c, q, v, z, w, k / n) + c[SWING] * s
+            swung = _SWING_STIFFNESS * s + _SWING_DAMPING * r
+            free = force - joint - _resisted(c, q, v, z, w, k / n) + c[SWING] * swung
             free -= (
                 0.5 * c[MASS] * c[BREATHING] * c[BREATHING_WAVENUMBER] * math.cos(c[BREATHING_WAVENUMBER] * q) * v * v
             )
             moved = v + h * free / mass
             before = v
             v = _slowed(moved, h * _level(c, q, moved, rested) / mass)
-            rested = rested + h if v == 0.0 else rested * 0.999
+            rested += h if abs(v) < _SLOW * c[STROKE] else -h * rested / _FADES
             q += h * v
             if c[PRESLIDING] != 0.0:
                 z += h * (v - abs(v) * z) / c[PRESLIDING_DISTANCE]
             if c[HYSTERESIS] != 0.0:
                 w += h * (v - 0.5 * abs(v) * w * abs(w) - 0.5 * v * w * w) / c[HYSTERESIS_REACH]
-            if c[SWING] != 0.0:
-                r += h * (-(40.0 * s) - 0.6 * r + (v - before) / h)
-                s += h * r
+            # s: how far the hanging mass is ahead; what pushes it pushes back on the drive
+            r -= h * swung + v - before
+            s += h * r
             if two:
                 y = _slowed(y + h * (joint - c[LOAD_VISCOUS] * y) / c[LOAD], h * c[LOAD_COULOMB] / c[LOAD])
                 x += h * y

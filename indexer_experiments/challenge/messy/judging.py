@@ -19,6 +19,8 @@ from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.messy.draw import RecordDraw
 from indexer_experiments.challenge.messy.pieces import RATE, coarse_run, coarsely_resumed, local_basis
 from indexer_experiments.challenge.messy.sizes import MessyCase, read_of
+from indexer_experiments.challenge.running import read_running
+from indexer_experiments.challenge.truth import turn_samples
 
 TURNS = 1.2
 """Table turns of the record."""
@@ -30,9 +32,13 @@ class Judge:
     def __init__(self, case: MessyCase, record: RecordDraw) -> None:
         record = dataclasses.replace(record, turns=TURNS, drift=0.0)
         self._point, self._noise = record.point, case.noise
-        motion = coarse_run(case.machine, record.point, record.samples(case.machine, RATE), case.unlisted(record))
-        reading = read_of(motion, case.readers(), _without_hum(case.sensor))
+        lead = turn_samples(case.machine, record.point, RATE)
+        samples = record.samples(case.machine, RATE)
+        whole = coarse_run(case.machine, record.point, samples, case.unlisted(record), lead)
+        motion = whole[:, lead:]
+        reading = read_of(motion, case.readers(), _without_hum(case.sensor), before=whole[:, :lead])
         starts = np.flatnonzero(np.diff(np.floor(motion[1] / (2.0 * math.pi))) > 0.0) + 1
+        self._before = whole[0, starts[0] : starts[0] + lead]
         self._states = [motion[1:, first] for first in starts[:-1]]
         self._counts = np.diff(starts).tolist()
         self._reading = reading[starts[0] : starts[-1]]
@@ -44,7 +50,8 @@ class Judge:
                 coarsely_resumed(machine, self._point, state, n)
                 for state, n in zip(self._states, self._counts, strict=True)
             ]
-            difference = _without_hum(sensor).read(np.concatenate(pieces), RATE).values - self._reading
+            read = read_running(_without_hum(sensor), np.concatenate(pieces), self._before, RATE)
+            difference = read - self._reading
             left, at = [], 0
             for state, n in zip(self._states, self._counts, strict=True):
                 base, d = local_basis(machine, self._point, state, n), difference[at : at + n]

@@ -48,6 +48,7 @@ from indexer_experiments.challenge.messy.pieces import (
     pieces_of,
 )  # fmt: skip
 from indexer_experiments.challenge.parameters import changed, read
+from indexer_experiments.challenge.running import read_running
 from indexer_experiments.challenge.truth import plant
 from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
 
@@ -62,6 +63,9 @@ _STRAIGHT = 0.97
 
 _PARTS = (1.0, 0.5, 0.25, 0.1)
 """Parts of a step, of which the first is taken that leaves less."""
+
+_NOTHING_BEFORE = np.zeros(1)
+"""Acceleration before what begins at rest, as the difference of two runs from one state does."""
 
 
 class _Disturbed(NamedTuple):
@@ -108,31 +112,35 @@ class Fit:
 
     def left(
         self, readings: Sequence[np.ndarray], motions: Sequence[np.ndarray], machine: Machine,
-        unlisted: Unlisted = NOTHING, *, straight: bool = False,
+        unlisted: Unlisted = NOTHING, *, before: Sequence[np.ndarray] = (), straight: bool = False,
     ) -> float:  # fmt: skip
-        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise;
-        `straight`: what its first step promises to leave."""
+        """What the fit leaves of readings (n,) of disturbed runs (1 + STATES, n) of a machine, over the noise.
+
+        `before`, which a sensor with a high-pass needs: the turn (1 + STATES, m) before each run; `straight`: what the
+        first step promises to leave.
+        """
         if any(motions[p.record].shape[1] < p.first + p.samples for p in self.pieces):
             raise ValueError("a disturbed run must be as long as the undisturbed one")
-        through = [self.sensor.read(motion[0], RATE).values for motion in motions]
+        leads = [turn[0] for turn in before] or [_NOTHING_BEFORE] * len(motions)
+        through = [read_running(self.sensor, m[0], lead, RATE) for m, lead in zip(motions, leads, strict=True)]
         beyond = [reading - seen for reading, seen in zip(readings, through, strict=True)]
         disturbed = _Disturbed(motions, [plant(machine, point, unlisted) for point in self.points], beyond)
         x, starts, slopes = np.zeros(self._columns), [np.zeros(s.start.shape[1]) for s in self._slopes], self._slopes
         missing, least = self._missing(x, starts, disturbed), math.inf
         for _ in range(_STEPS):
             step, promised = self._step(x, missing, slopes)
-            least, before = min(promised, least), self._level(missing, slopes)
-            if straight or promised > _STRAIGHT * before:
+            least, had = min(promised, least), self._level(missing, slopes)
+            if straight or promised > _STRAIGHT * had:
                 break
             further = [s.start_of(d - s.globals @ step) for s, d in zip(slopes, missing, strict=True)]
             for part in _PARTS:
                 to = x + part * step, [start + part * more for start, more in zip(starts, further, strict=True)]
                 missing = self._missing(*to, disturbed)
                 reached = self._level(missing, slopes)
-                if reached < before:
+                if reached < had:
                     break
             x, starts = to
-            if reached > _WORTH * before or _STRAIGHT * promised <= reached <= promised / _STRAIGHT:
+            if reached > _WORTH * had or _STRAIGHT * promised <= reached <= promised / _STRAIGHT:
                 break
             slopes = [self._slopes_of(*place, piece) for piece, place in self._places(x, starts, disturbed)]
         return least
@@ -192,8 +200,9 @@ class Fit:
 
     def _seen(self, accelerations: np.ndarray) -> np.ndarray:
         """What the sensor makes of accelerations (n, c) that come beside others."""
-        nothing = self.sensor.read(np.zeros(len(accelerations)), RATE).values
-        return np.stack([self.sensor.read(column, RATE).values - nothing for column in accelerations.T], axis=1)
+        nothing = read_running(self.sensor, np.zeros(len(accelerations)), _NOTHING_BEFORE, RATE)
+        seen = [read_running(self.sensor, column, _NOTHING_BEFORE, RATE) for column in accelerations.T]
+        return np.stack(seen, axis=1) - nothing[:, np.newaxis]
 
 
 def _but_for_starts(missing: Sequence[np.ndarray], slopes: Sequence[Slopes]) -> np.ndarray:

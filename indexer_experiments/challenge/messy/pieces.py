@@ -60,9 +60,11 @@ class Piece:
     samples: int
 
 
-def coarse_run(machine: Machine, point: OperatingPoint, samples: int, unlisted: Unlisted = NOTHING) -> np.ndarray:
+def coarse_run(
+    machine: Machine, point: OperatingPoint, samples: int, unlisted: Unlisted = NOTHING, lead: int = 0
+) -> np.ndarray:
     """A run as sizes need it, at `RATE`."""
-    return run(machine, point, samples, RATE, unlisted, _STEPS_PER_MS)
+    return run(machine, point, samples, RATE, unlisted, _STEPS_PER_MS, lead)
 
 
 def coarsely_resumed(machine: Machine, point: OperatingPoint, state: np.ndarray, samples: int) -> np.ndarray:

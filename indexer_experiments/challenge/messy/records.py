@@ -13,6 +13,7 @@ from indexer_env.operating_point import OperatingPoint
 from indexer_env.units import RPM
 from indexer_experiments.challenge.messy.draw import RecordDraw
 from indexer_experiments.challenge.messy.sizes import MessyCase, read_of
+from indexer_experiments.challenge.running import lead_of
 from indexer_experiments.challenge.truth import run, seen
 
 PULSE = 0.002
@@ -49,9 +50,12 @@ def true_record(case: MessyCase, record: RecordDraw) -> tuple[np.ndarray, Operat
     as a tachometer and a once-per-turn pulse show it."""
     rate = case.drawn.rate / (1.0 + case.drawn.clock)
     samples = record.samples(case.machine, case.drawn.rate)
-    motion = run(case.machine, record.point, samples, rate, case.unlisted(record))
     sensor = dataclasses.replace(case.sensor, hum_phase=record.hum_phase)
-    return read_of(motion, case.readers(), sensor, rate), seen(case.machine, record.point, motion, rate)
+    lead = lead_of(sensor, case.machine, record.point, rate)
+    whole = run(case.machine, record.point, samples, rate, case.unlisted(record), lead=lead)
+    motion = whole[:, lead:]
+    reading = read_of(motion, case.readers(), sensor, rate, before=whole[:, :lead])
+    return reading, seen(case.machine, record.point, motion, rate)
 
 
 def correlated(samples: int, spread: float, correlation: float, rng: np.random.Generator) -> np.ndarray:

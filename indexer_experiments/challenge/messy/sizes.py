@@ -16,13 +16,18 @@ from indexer_env.errors import ParameterError, SimulationError
 from indexer_env.machine import Machine
 from indexer_env.sensors import Sensor
 from indexer_experiments.challenge.draw import HIDDEN
+from indexer_experiments.challenge.equations import STATES
 from indexer_experiments.challenge.messy.disturbances import Scene
 from indexer_experiments.challenge.messy.draw import MessyDraw, RecordDraw, Wanted, unit_size
 from indexer_experiments.challenge.messy.leftover import Fit
 from indexer_experiments.challenge.messy.pieces import RATE, coarse_run
 from indexer_experiments.challenge.messy.reading import Reader
 from indexer_experiments.challenge.messy.sought import LevelOf, settled
+from indexer_experiments.challenge.running import lead_of, read_running
 from indexer_experiments.challenge.unlisted import NOTHING, Unlisted
+
+_UNKNOWN = np.empty((1 + STATES, 0))
+"""A turn before a run of which nothing is needed."""
 
 
 @dataclass(frozen=True)
@@ -100,25 +105,32 @@ def messy_case(drawn: MessyDraw) -> MessyCase:
     points = [record.point for record in fitted]
     counts = [record.samples(truth, RATE) for record in fitted]
 
-    def runs_of(machine: Machine, unlisted: Unlisted = NOTHING) -> list[np.ndarray]:
-        return [coarse_run(machine, point, n, unlisted) for point, n in zip(points, counts, strict=True)]
+    def runs_of(machine: Machine, unlisted: Unlisted = NOTHING, *sensors: Sensor) -> tuple[list[np.ndarray], ...]:
+        """Runs, and as much of the turn before each as these sensors need."""
+        runs, before = [], []
+        for point, n in zip(points, counts, strict=True):
+            lead = max((lead_of(sensor, machine, point, RATE) for sensor in sensors), default=0)
+            whole = coarse_run(machine, point, n, unlisted, lead)
+            runs.append(whole[:, lead:])
+            before.append(whole[:, :lead])
+        return runs, before
 
-    motions = runs_of(truth)
+    motions, _ = runs_of(truth)
     noise = drawn.noise * float(np.sqrt(np.mean(motions[0][0] ** 2)))
 
     def beside(present: Sequence[Effect]) -> Level:
         """What effects and disturbances leave on the machine that has some effects already."""
         machine, sensor = with_effects(truth, present)
-        fit = Fit(machine, points, runs_of(machine) if machine is not truth else motions, noise, sensor)
+        fit = Fit(machine, points, runs_of(machine)[0] if machine is not truth else motions, noise, sensor)
 
         def level(
             effects: Sequence[Effect], chosen: Sequence[tuple[Wanted, float]], *, straight: bool = False
         ) -> float:
             disturbed, seen_by = with_effects(truth, [*present, *effects])
             unlisted, readers = unlisted_of(chosen, scene_of(drawn), seed_of(drawn)), readers_of(chosen, drawn)
-            runs = runs_of(disturbed, unlisted)
-            readings = [read_of(run, readers, seen_by) for run in runs]
-            return fit.left(readings, runs, disturbed, unlisted, straight=straight)
+            runs, before = runs_of(disturbed, unlisted, sensor, seen_by)
+            readings = [read_of(run, readers, seen_by, before=turn) for run, turn in zip(runs, before, strict=True)]
+            return fit.left(readings, runs, disturbed, unlisted, before=before, straight=straight)
 
         return level
 
@@ -256,12 +268,19 @@ def readers_of(chosen: Sequence[tuple[Wanted, float]], drawn: MessyDraw) -> list
     return found
 
 
-def read_of(motion: np.ndarray, readers: Sequence[Reader], sensor: Sensor, rate: float = RATE) -> np.ndarray:
-    """The reading (n,) of a run (1 + STATES, n), without noise."""
+def read_of(
+    motion: np.ndarray, readers: Sequence[Reader], sensor: Sensor, rate: float = RATE, *, before: np.ndarray = _UNKNOWN
+) -> np.ndarray:
+    """The reading (n,) of a run (1 + STATES, n), without noise; `before`: the turn (1 + STATES, m) before it, which a
+    sensor with a high-pass needs."""
+    return read_running(sensor, _disturbed(motion, readers, rate), _disturbed(before, readers, rate), rate)
+
+
+def _disturbed(motion: np.ndarray, readers: Sequence[Reader], rate: float) -> np.ndarray:
     y = motion[0]
     for reader in readers:
         y = reader(y, motion[3], rate)
-    return sensor.read(y, rate).values
+    return y
 
 
 def _typed(shape: Mapping[str, float]) -> dict[str, float]:

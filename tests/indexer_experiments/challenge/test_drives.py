@@ -1,48 +1,17 @@
-"""The challenge's drives: the plant against SciPy, cases that their seed alone decides, a score that can be wrong."""
-
-import dataclasses
+"""The challenge's drives: cases that their seed alone decides, sizes that are what is said of them."""
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from discrepancy.criteria import Criteria
 from discrepancy.drives.effects.friction import dahl
-from indexer_experiments.challenge.drives.draw import HIDDEN, LIKE, TUNED, UNKNOWN, draw
+from indexer_experiments.challenge.drives.draw import VERSION, draw
+from indexer_experiments.challenge.drives.laws import HIDDEN, TUNED, UNKNOWN
 from indexer_experiments.challenge.drives.motions import KINDS, reference
 from indexer_experiments.challenge.drives.plant import FIELDS, simulate_plant
-from indexer_experiments.challenge.drives.run import Judged, table
-
-
-def test_the_plant_agrees_with_scipy() -> None:
-    """A mass that varies, with drag, a spring and cogging, under the same controller, held between its samples."""
-    rate, n = 500.0, 1500
-    wanted = 0.2 * reference("sines", n, 2.0, np.random.default_rng(1))
-    values = {"mass": 3.0, "viscous": 4.0, "cubic": 50.0, "cogging": 2.0, "cogging_wavenumber": 40.0}
-    values |= {"breathing": 0.3, "breathing_wavenumber": 20.0}
-    run = simulate_plant(values, wanted, rate, (9e3, 3e2), steps=400)
-    middle = 0.5 * (wanted.min() + wanted.max())
-    state = [wanted[0], 0.0]
-    for k in range(n):
-
-        def rates(t: float, y: np.ndarray, force: float = run.force[k]) -> list[float]:
-            x = y[0] - middle
-            left = force - 4.0 * y[1] - 50.0 * x**3 - 2.0 * np.sin(40.0 * y[0])
-            varied = 0.5 * 3.0 * 0.3 * 20.0 * np.cos(20.0 * y[0]) * y[1] ** 2
-            return [y[1], (left - varied) / (3.0 * (1.0 + 0.3 * np.sin(20.0 * y[0])))]
-
-        found = solve_ivp(rates, (0.0, 1.0 / rate), state, t_eval=[0.5 / rate, 1.0 / rate], rtol=1e-9, atol=1e-12).y
-        assert abs(found[0, 0] - run.q[k]) < 1e-4
-        state = found[:, 1]
-
-
-def test_dry_friction_holds_what_is_below_it_and_stops_in_finite_time() -> None:
-    """Free of the controller, from a push: x stops after v²/2 ÷ (F/m); then it stays."""
-    wanted = np.concatenate([np.linspace(0.0, 0.01, 20), np.full(400, 0.01)])
-    run = simulate_plant({"mass": 1.0, "coulomb": 5.0}, wanted, 1000.0, (1.0, 0.0), steps=50)
-    assert np.ptp(run.q[-200:]) == 0.0
-    assert abs(run.force[-1]) < 5.0
+from indexer_experiments.challenge.drives.score import LIKE
+from indexer_experiments.challenge.drives.sizes import RATE, SECONDS, sized, sizes_of
 
 
 def test_a_drive_that_its_controller_loses_is_drawn_again() -> None:
@@ -59,53 +28,78 @@ def test_a_case_is_a_function_of_seed_and_number() -> None:
     )
 
 
+def test_cases_are_those_of_their_version() -> None:
+    """Cases of seed 3; where this fails although nothing is wrong, raise VERSION: kept cases are then not mixed."""
+    golden = [
+        (("spring.linear",), ("cable",), 0.128240), (("play.contact",), (), 0.562091), (("end_stop",), (), 10.877663),
+    ]  # fmt: skip
+    assert VERSION == 2
+    for number, (hidden, unknown, size) in enumerate(golden):
+        case = draw(3, number)
+        assert (case.hidden, case.unknown) == (hidden, unknown)
+        assert np.std(case.records[0].rows["force"]) == pytest.approx(size, rel=1e-4)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_references_have_the_stroke_of_one(kind: str) -> None:
     row = reference(kind, 4000, 4.0, np.random.default_rng(2))
     assert (row.min(), row.max()) == pytest.approx((-0.5, 0.5))
 
 
-def test_every_disturbance_moves_the_plant() -> None:
-    assert len(UNKNOWN) >= 8 and set(TUNED) < set(UNKNOWN) and not set(HIDDEN) & set(UNKNOWN)
-    wanted = reference("point_to_point", 1500, 3.0, np.random.default_rng(3))
-    from indexer_experiments.challenge.drives.draw import Sizes
+def small_drive(kind: str, stroke: float, coulomb: float) -> tuple[dict[str, float], list[np.ndarray]]:
+    """A drive of 2 kg with dry friction of this share of its inertia's force, and its motion. Seed 3."""
+    motion = stroke * reference(kind, round(SECONDS * RATE), 4.0, np.random.default_rng(3))
+    speed = np.gradient(motion, 1.0 / RATE)
+    force = 2.0 * float(np.std(np.gradient(speed, 1.0 / RATE)))
+    return {"mass": 2.0, "viscous": 0.4 * force / float(np.std(speed)), "coulomb": coulomb * force}, [motion]
 
-    base = {"mass": 2.0, "viscous": 3.0}
-    plain = simulate_plant(base, wanted, 500.0, (9e3, 3e2), steps=20)
-    sizes = Sizes(float(plain.force.std()), 0.5, float(np.std(np.gradient(plain.q, 1 / 500))), 2.0, 0.0)
+
+def force_of(values: dict[str, float], motion: np.ndarray) -> np.ndarray:
+    return simulate_plant(values, motion, RATE, (2.0 * 3600.0, 2.0 * 96.0), steps=25).force
+
+
+@pytest.mark.parametrize("stroke", [0.01, 3.0])
+@pytest.mark.parametrize(("kind", "coulomb"), [("point_to_point", 0.3), ("point_to_point", 0.0), ("sines", 0.3)])
+def test_every_disturbance_does_what_was_asked(kind: str, coulomb: float, stroke: float) -> None:
+    """0.02 of the rms force, with and without dry friction. Seed 4."""
+    base, motions = small_drive(kind, stroke, coulomb)
+    sizes, plain = sizes_of(base, motions), force_of(base, motions[0])
     for name, law in UNKNOWN.items():
-        values = law(sizes, 0.05, np.random.default_rng(4))
-        assert set(values) <= set(FIELDS), name
-        moved = simulate_plant({**base, **values}, wanted, 500.0, (9e3, 3e2), steps=20)
-        share = float(np.std(moved.force - plain.force)) / sizes.F
-        assert 1e-3 < share < 3.0, (name, share)
+        values = sized(law, base, sizes, (0.02, 0.02), motions, np.random.default_rng(4))
+        assert values is not None and set(values) <= set(FIELDS), name
+        moved = force_of({**base, **values}, motions[0]) - plain
+        assert 0.25 < np.sqrt(np.mean(moved**2)) / (0.02 * np.sqrt(np.mean(plain**2))) < 4.0, name
 
 
-def test_the_table_counts_right_and_wrong() -> None:
-    family = Judged(
-        0,
-        ("friction.coulomb", "friction.stribeck"),
-        (),
-        (("friction.coulomb", "friction.stribeck"),),
-        (),
-        9.0,
-        1.0,
-        1.0,
-        2.0,
-    )
-    assert family.right == ("friction.coulomb",), "one finding is one of the two"
-    one = Judged(0, ("delay",), (), (("loop_lag", "compliance"),), (), 9.0, 1.0, 1.0, 2.0)
-    assert one.right == ("delay",) and one.wrong == ()
-    wrong = dataclasses.replace(one, named=(("cogging",),))
-    assert wrong.right == () and wrong.wrong == (("cogging",),)
-    none = dataclasses.replace(one, hidden=(), named=(("cogging",),))
-    hinge = dataclasses.replace(none, unknown=("cable",), named=(("spring.bilinear",),))
-    assert hinge.wrong == () and hinge.unlisted == hinge.named
-    assert "nothing hidden: 0 of 1 (0 %); with the names of laws that describe a disturbance to 95 %: 1" in table(
-        [hinge]
-    )
-    said = table([one, wrong, none])
-    assert "hidden effects named: 1 of 2" in said and "nothing hidden: 1 of 1" in said
+OF_THE_PLANT = [name for name in HIDDEN if not name.startswith(("sensor.", "play", "delay", "loop_lag"))]
+
+
+@pytest.mark.parametrize("name", OF_THE_PLANT)
+def test_a_hidden_effect_changes_the_force_by_what_is_said(name: str) -> None:
+    """0.1 to 0.5 of the rms force. Seed 5."""
+    base, motions = small_drive("sines", 0.8, 0.0 if name == "friction.coulomb" else 0.3)
+    values = sized(HIDDEN[name], base, sizes_of(base, motions), (0.1, 0.5), motions, np.random.default_rng(5))
+    plain = force_of(base, motions[0])
+    assert values is not None
+    moved = force_of({**base, **values}, motions[0]) - plain
+    assert 0.09 < np.sqrt(np.mean(moved**2) / np.mean(plain**2)) < 0.55
+
+
+def test_a_law_is_asked_for_no_more_than_it_can_do() -> None:
+    """Friction that differs between directions cannot exceed the friction that is there: at 0.05 of the force it never
+    reaches 0.1, at 0.3 it gets a size below that. Seeds 6 to 9."""
+    asked = (HIDDEN["friction.asymmetric"], (0.1, 0.5))
+    for seed in range(6, 10):
+        for coulomb in (0.05, 0.3):
+            base, motions = small_drive("sines", 0.8, coulomb)
+            law, span = asked
+            values = sized(law, base, sizes_of(base, motions), span, motions, np.random.default_rng(seed))
+            assert values is None if coulomb == 0.05 else values is not None
+            assert values is None or 0.0 < values["asymmetric"] <= base["coulomb"]
+
+
+def test_disturbances_that_may_be_tuned_on_are_some_of_all() -> None:
+    assert len(UNKNOWN) >= 8 and set(TUNED) < set(UNKNOWN) and not set(HIDDEN) & set(UNKNOWN)
 
 
 def test_laws_that_describe_a_disturbance_leave_less_than_a_law_may() -> None:

@@ -1,5 +1,6 @@
 """The comparison's command: bad input in a sentence, and what it leaves."""
 
+import dataclasses
 import json
 
 import pyarrow.parquet as pq
@@ -63,6 +64,55 @@ def test_it_leaves_rows_a_table_pictures_and_its_configuration(study, tmp_path, 
     assert json.loads((out / "config.json").read_text())["seeds"] == 3
     shown = capsys.readouterr().out
     assert "Which?" in shown and "| error [%] | learning [s] |" in shown
+
+
+def test_seeds_that_are_done_are_kept_when_a_later_one_fails(study, tmp_path, monkeypatch, capsys):
+    toy = studies.STUDIES["toy"]
+
+    def run(setting):
+        if setting.seed == 2:
+            raise RuntimeError("out of memory")
+        return toy.run(setting)
+
+    monkeypatch.setitem(studies.STUDIES, "toy", dataclasses.replace(toy, run=run))
+    out, part = tmp_path / "out", tmp_path / "out.part"
+    with pytest.raises(RuntimeError, match="out of memory"):
+        command.run(configured(study="toy", out=out, seeds=3))
+    assert not out.exists() and f"kept in {part}" in " ".join(capsys.readouterr().out.split())
+    assert pq.read_table(part / "results.parquet").column("seed").to_pylist() == [0] * 4 + [1] * 4
+    assert (part / "table.md").read_text().startswith("2 of 3 seeds so far.\n")
+    with pytest.raises(ParameterError, match=r"set overwrite=true to replace the earlier result"):
+        command.run(configured(study="toy", out=out, seeds=3))
+    monkeypatch.setitem(studies.STUDIES, "toy", toy)
+    command.run(configured(study="toy", out=out, seeds=3, overwrite=True))
+    assert pq.read_table(out / "results.parquet").num_rows == 12 and not part.exists()
+
+
+def test_an_earlier_result_stays_until_a_new_one_is_whole(study, tmp_path, monkeypatch):
+    command.run(configured(study="toy", out=tmp_path / "out", seeds=2))
+    before = (tmp_path / "out" / "results.parquet").read_bytes()
+
+    def run(setting):
+        raise RuntimeError("out of memory")
+
+    monkeypatch.setitem(studies.STUDIES, "toy", dataclasses.replace(studies.STUDIES["toy"], run=run))
+    with pytest.raises(RuntimeError, match="out of memory"):
+        command.run(configured(study="toy", out=tmp_path / "out", seeds=3, overwrite=True))
+    assert (tmp_path / "out" / "results.parquet").read_bytes() == before
+
+
+def test_a_picture_that_fails_costs_no_results(study, tmp_path, monkeypatch):
+    def draw(rows):
+        raise RuntimeError("no font")
+
+    toy = studies.STUDIES["toy"]
+    broken = dataclasses.replace(toy, pictures={"dots": toy.pictures["dots"], "matrix": draw})
+    monkeypatch.setitem(studies.STUDIES, "toy", broken)
+    with pytest.raises(RuntimeError, match="no font"):
+        command.run(configured(study="toy", out=tmp_path / "out", seeds=3))
+    held = {path.name for path in (tmp_path / "out").iterdir()}
+    assert held == {"results.parquet", "table.md", "config.json", "dots.png"}
+    assert not (tmp_path / "out.part").exists()
 
 
 @pytest.mark.parametrize(

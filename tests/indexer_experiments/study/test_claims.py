@@ -145,6 +145,14 @@ def test_a_line_is_told_in_words_and_one_sentence(key, trials):
             assert re.fullmatch(r"[A-Z0-9].*[.]", line.why) and "nan" not in line.why, line.why
 
 
+def test_a_network_that_is_kept_as_it_began_has_an_interval():
+    """Kept at epochs 0, 1 and 2: the mean is that of 1, 1 and 2, and all numbers are finite."""
+    _, epochs = CLAIMS["table2"].judge(table2(0.001, 0))
+    assert epochs.ours.mean == pytest.approx(2 ** (1 / 3))
+    assert np.isfinite([epochs.ours.low, epochs.ours.high]).all()
+    assert epochs.verdict is Verdict.NOT_REPRODUCED and epochs.why == "From 0 to 2 epochs."
+
+
 def test_numbers_that_help_to_understand_a_line(trials):
     """The sentences beside the lines, on rows whose numbers are known."""
     why = {key: [line.why for line in CLAIMS[key].judge(make[0](trials))] for key, make in PLAIN.items()}

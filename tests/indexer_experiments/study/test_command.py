@@ -16,7 +16,7 @@ import pytest
 from indexer_env.errors import ParameterError
 from indexer_experiments.study import __main__ as study
 from indexer_experiments.study.claims import CLAIMS
-from indexer_experiments.study.claims.pairs import Fig8
+from indexer_experiments.study.claims.pairs import HIDDEN, Fig8
 from indexer_experiments.study.verdicts import Interval, Line, deciding
 from indexer_experiments.study.work import Finding, stored
 
@@ -80,6 +80,46 @@ def test_what_is_done_is_not_done_again(out, run, settings, monkeypatch):
     run(f"out={out}", "claims=fig8", *TINY)
     assert (out / "fig8" / "results.parquet").stat().st_mtime_ns == before
     assert (out / "report.html").is_file()
+
+
+def test_a_study_goes_on_with_the_setting_that_failed(run, small, trials, tmp_path, monkeypatch):
+    """Seed 0 of the rows. The fourth setting fails once: the three before are kept and not done again."""
+    keys = ["small", "second", "third", "fourth"]
+    monkeypatch.setattr(Fig8, "settings", tuple(dataclasses.replace(small, key=key) for key in keys))
+    levels = {f"{kind}, {hidden} hidden": 0.1 for kind in Fig8.networks for hidden in HIDDEN}
+    worked = []
+
+    def collect(self, lab, setting):
+        worked.append((setting.key, lab.size.trainings))
+        if worked == [(key, 2 if key == "small" else 1) for key in keys]:
+            raise RuntimeError("the network file system went away")
+        return [row | {"setting": setting.key} for row in trials(levels)]
+
+    monkeypatch.setattr(Fig8, "collect", collect)
+    given = (f"out={tmp_path}", "claims=fig8", *TINY)
+    with pytest.raises(RuntimeError, match="went away"):
+        run(*given)
+    kept = stored(CLAIMS["fig8"], tmp_path)
+    assert kept is not None and list(kept.rows) == keys[:3] and not (tmp_path / "report.html").exists()
+    run(*given)
+    assert [key for key, _ in worked] == [*keys, "fourth"]
+    whole = stored(CLAIMS["fig8"], tmp_path)
+    assert whole is not None and list(whole.rows) == keys and (tmp_path / "report.html").is_file()
+
+
+def test_a_picture_that_fails_costs_no_results(run, small, trials, tmp_path, monkeypatch):
+    """Seed 0 of the rows. The next run draws it, and does no more."""
+    monkeypatch.setattr(Fig8, "settings", (small,))
+    levels = {f"{kind}, {hidden} hidden": 0.1 for kind in Fig8.networks for hidden in HIDDEN}
+    monkeypatch.setattr(Fig8, "collect", lambda *_: [row | {"setting": "small"} for row in trials(levels)])
+    given = (f"out={tmp_path}", "claims=fig8", *TINY)
+    with monkeypatch.context() as patch, pytest.raises(RuntimeError, match="no font"):
+        patch.setattr(Finding, "picture", lambda _: (_ for _ in ()).throw(RuntimeError("no font")))
+        run(*given)
+    assert {path.name for path in (tmp_path / "fig8").iterdir()} == {"results.parquet"}
+    monkeypatch.setattr(Fig8, "collect", lambda *_: pytest.fail("worked on again"))
+    run(*given)
+    assert (tmp_path / "fig8" / "figure.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,12 @@ def test_a_ratio_does_not_depend_on_the_level_of_a_data_set():
     assert wide.mean == pytest.approx(1.0) and wide.low < 0.01 and wide.high > 100
 
 
+@pytest.mark.parametrize(("above", "below"), [([0.0, 1.0], [1.0, 1.0]), ([1.0, 1.0], [1.0, math.nan])])
+def test_a_ratio_of_what_has_no_logarithm_is_refused(above, below):
+    with pytest.raises(ValueError, match="a ratio must be of positive values, got"):
+        Interval.of_ratio(above, below)
+
+
 def test_a_share_of_data_sets_has_the_exact_interval():
     """All of n: the lower end is 0.025^(1/n); 4 of 10: 0.1216 to 0.7376 in the tables."""
     every = Interval.of_yes([True] * 8)
