@@ -158,9 +158,14 @@ class Explanation:
         return (self.after / self.remains.noise) ** 2 - 1.0
 
     @property
+    def within_noise(self) -> bool:
+        """Whether it leaves no more than the noise, and what is tolerated, though another set may leave less."""
+        return self.after**2 <= self.held_out.tolerated
+
+    @property
     def at_noise(self) -> bool:
         """Whether what is accepted leaves nothing to explain on the records held out."""
-        return self.left < self.criteria.at_noise
+        return self.within_noise or self.left < self.criteria.at_noise
 
     @property
     def closed_share(self) -> float:
@@ -213,20 +218,23 @@ def _answer(
     estimates = judge.estimates(accepted)
     calibration = estimates.calibration(len(model.parameters))
     after = held[accepted.name].level(held_out)
+    left = after**2 / judge.floor - 1.0
     answer = Explanation(
-        _verdict(findings, after**2 / judge.floor - 1.0, criteria), findings, remains, base, best, accepted, held,
-        held[base.name].level(held_out), after, calibration,
+        _verdict(findings, left, criteria, within=after**2 <= held_out.tolerated), findings, remains, base, best,
+        accepted, held, held[base.name].level(held_out), after, calibration,
         written(model, estimates, held_out, held[accepted.name], judge.floor, criteria), selection, criteria, model,
         held_out,
     )  # fmt: skip
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 
 
-def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria) -> str:
-    """By what is accepted, which leaves so much: what was dismissed explains nothing."""
+def _verdict(findings: Sequence[Finding], left: float, criteria: Criteria, *, within: bool = False) -> str:
+    """By what is accepted, which leaves so much: what was dismissed explains nothing. `within` the noise nothing is
+    missing, though a hint may explain a part of it."""
     if any(finding.grade in NAMED for finding in findings):
         return "found"
-    return "nothing missing" if not findings and left < criteria.at_noise else "only a remainder"
+    nothing = within or (not findings and left < criteria.at_noise)
+    return "nothing missing" if nothing else "only a remainder"
 
 
 def _looks_like(selection: Selection, findings: Sequence[Finding], criteria: Criteria) -> str:

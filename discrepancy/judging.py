@@ -93,7 +93,7 @@ class Judge:
         # noise that was taken for more than the best set leaves is no more than that
         noise = min(1.0, best.level(held_out) ** 2)
         scatter = unrepeated([(fits.whole, self.best.place), (held_out, best)])
-        self.floor = max(held_out.tolerated - 1.0 + noise, scatter)
+        self.floor = max(held_out.tolerated - 1.0 + noise, scatter, 1e-6)  # not 0 where a model is exact
 
     def estimates(self, whole: Fitted) -> Estimates:
         """Numbers of a set that was fitted to all windows."""
@@ -286,9 +286,9 @@ def excess(
     records, in units of the dispersion D: a place that has a record begin elsewhere than was measured, or run faster,
     predicts it no better for that; nor for what it sets free in every window."""
     kept = counted(place, other, model, share)
-    samples = float(model.counts[kept].sum())
 
     def left(p: Point) -> float:
+        samples = max(float(model.told(p.hypothesis, p.z)[kept].sum()), 1.0)
         strain = float((p.pulls(model) ** 2).sum()) + kept.sum() * model.freed(p.hypothesis)
         return max((float(p.squares[kept].sum()) + dispersion * strain) / samples - floor, 0.0)
 

@@ -238,6 +238,11 @@ class Model(ABC):
         residuals = self.residuals(hypothesis, jobs)
         return np.einsum("in,in->i", residuals, residuals)
 
+    def told(self, hypothesis: Hypothesis, point: np.ndarray) -> np.ndarray:
+        """Samples (w,) of each window whose residuals tell how well a global point fits. To be overridden where some
+        are 0 whatever is measured, as those that friction at rest takes."""
+        return self.counts
+
     def readings(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
         """What an instrument would read of each job, over the noise; 0 beyond a window's end. To be overridden where
         residuals leave anything out that is unknown of single windows."""

@@ -79,6 +79,8 @@ class _Rival:
 
 def question_of(answer: Explanation) -> Question | None:
     """The question that an answer leaves; of several the one about a family comes first."""
+    if answer.verdict == "nothing missing":
+        return None
     selection = answer.selection
     for finding in answer.findings:
         if finding.grade == FAMILY:

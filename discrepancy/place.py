@@ -53,8 +53,8 @@ class Point:
         return float((own**2).mean()) if len(own) else 0.0
 
     def level(self, model: Model) -> float:
-        """rms of the normalised residuals; 1 is the noise."""
-        return math.sqrt(float(self.squares.sum()) / float(model.counts.sum()))
+        """rms of the normalised residuals, of those that tell anything; 1 is the noise."""
+        return math.sqrt(float(self.squares.sum()) / max(float(model.told(self.hypothesis, self.z).sum()), 1.0))
 
     def dispersion(self, model: Model) -> float:
         """φ: the median of the windows' mean squares, at least what is tolerated."""

@@ -54,12 +54,16 @@ def written(model: Model, told: Estimates, held_out: Model, held: Point, floor: 
     (without,) = held_places([nominal], held_out, [held])
     with_it = Problem(held_out, place.hypothesis, frozen=True).pooled(held, [without])
     kept = counted(with_it, without, held_out, 1.0 - criteria.closes)
+    places = with_it, without
+    samples = [held_out.told(one.hypothesis, one.z) for one in places]
     for g in np.unique(held_out.groups):
         mine = kept & (held_out.groups == g)
         if not mine.any():
             continue
-        samples = float(held_out.counts[mine].sum())
-        left, open_ = (float(one.squares[mine].sum()) / samples / floor - 1.0 for one in (with_it, without))
+        left, open_ = (
+            float(one.squares[mine].sum()) / max(float(told_by[mine].sum()), 1.0) / floor - 1.0
+            for one, told_by in zip(places, samples, strict=True)
+        )
         why = _against(left, open_, bool(place.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria)
         if why:
             return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))

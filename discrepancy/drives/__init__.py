@@ -4,6 +4,7 @@ In reading order:
     user_code    Python of the user's, and what it raises
     description  what a user's file says: `force` or `rates`, parameters, channels, effects
     channels     measured files -> channels of a record by their roles
+    units        units as files write them
     smoothing    differentiation, low-pass and noise: one choice for all channels
     scales       what a drive's records are measured by
     track        a record as the equations see it
@@ -19,6 +20,7 @@ In reading order:
     forward      the model of `rates(x, u, t, p)`
     forces       what the standard effects do at one of its joints, rates with them, one Runge-Kutta step
     advance      its integrator: landing on events, with true sticking
+    unplaced     equations that ask where a position is of which the speed alone is measured
     motions      motions that could be asked of a drive next
     subject      what locating and reporting need of a drive
     door         all of it from the command's configuration

@@ -7,7 +7,8 @@ behind play has dry friction of its own and strikes flanks as stiff as the steps
 where a transmission that wavers has put it. F_e is the sum of the smooth effects, F_dry Coulomb's law as it is:
 against the motion while v ≠ 0; where v is 0 the joint stays at rest as long as the levels of dry friction hold the
 force that acts (Moreau's law). A step in which a speed passes 0, a joint breaks loose, or a contact opens or closes is
-cut there: the event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples.
+cut there: the event is bracketed by halving until the bracket is `_BRACKET` of the step. u is linear between samples,
+or a sample's value until the next.
 The integrator is compiled once per installation; a user's `rates` is handed to it as a function pointer.
 """
 
@@ -163,12 +164,12 @@ def keep(x, y, places, joints, z0, q0):
 
 
 @compiled
-def run(rates, start, z_start, u, begin, rate, substeps, row, places, joints, measured, scale, work, out):
+def run(rates, start, z_start, u, held, begin, rate, substeps, row, places, joints, measured, scale, work, out):
     """Simulate one window from its start state; `out` (channels, samples) gets what is measured.
 
-    u (samples, inputs) of the window; z_start as of `run_all`. `measured` (channels,) holds the state of each channel,
-    or -1 - j for the acceleration of joint j, `work` (WORK, largest count) is room. Returns False where the run is
-    lost.
+    u (samples, inputs) of the window; held (inputs,), whether one keeps a sample's value until the next;
+    z_start as of `run_all`. `measured` (channels,) holds the state of each channel, or -1 - j for the acceleration of
+    joint j, `work` (WORK, largest count) is room. Returns False where the run is lost.
     """
     n, m = len(start), len(joints)
     whole = n + INNER * m
@@ -191,6 +192,9 @@ def run(rates, start, z_start, u, begin, rate, substeps, row, places, joints, me
                 u0, u1 = work[11, : u.shape[1]], work[12, : u.shape[1]]
                 between(u[k - 1], u[k], i / substeps, u0)
                 between(u[k - 1], u[k], (i + 1) / substeps, u1)
+                for one in range(len(held)):
+                    if held[one]:
+                        u0[one] = u1[one] = u[k - 1, one]
                 since = begin + (k - 1) / rate + i * h
                 landed(rates, states, u0, u1, since, h, row, places, joints, mode, z0, q0, work, y)
         for i in range(n):
@@ -220,17 +224,17 @@ def entry(fingerprint: str):
 
     @njit(**SETTINGS, cache=True)
     def run_all(
-        rates, starts, z_starts, us, begins, counts, rate, substeps, rows, places, joints, measured, scale, work, out,
-        good,
+        rates, starts, z_starts, us, held, begins, counts, rate, substeps, rows, places, joints, measured, scale, work,
+        out, good,
     ):  # fmt: skip
         """`run` for every job: starts (k, n), z_starts (k, 5 joints): Dahl's deflections, then for each joint where the
-        load on its spring is beside it and how fast, and that behind play; us (k, samples, inputs), rows (k,
-        parameters), joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
+        load on its spring is beside it and how fast, and that behind play; us (k, samples, inputs), held (inputs,),
+        rows (k, parameters), joints (k, joints, coefficients); out (k, channels, samples), good (k,)."""
         for job in range(len(starts)):
             count = counts[job]
             good[job] = run(
-                rates, starts[job], z_starts[job], us[job, :count], begins[job], rate, substeps, rows[job], places,
-                joints[job], measured, scale, work, out[job, :, :count],
+                rates, starts[job], z_starts[job], us[job, :count], held, begins[job], rate, substeps, rows[job],
+                places, joints[job], measured, scale, work, out[job, :, :count],
             )  # fmt: skip
         return fingerprint
 

@@ -7,14 +7,24 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from discrepancy.drives.channels import Record
 from discrepancy.drives.description import Drive
 from discrepancy.drives.second_look import machine_yaml
 from discrepancy.drives.sessions import Slots, told
 from discrepancy.model import Hypothesis, Model
 from discrepancy.place import Point
 from discrepancy.subjects.base import Axis, Subject, binned, told_apart
+from indexer_cli.words import joined
+from indexer_env.checks import check_choice
+from indexer_env.effects.sensor import SensorLowpass
 
 _CELLS = 8
+
+_LATE = {"delay", "loop_lag", SensorLowpass.name}
+"""Effects of which each can stand for a command that is held between samples."""
+
+_HALF = (0.35, 0.65)
+"""Samples between which a lateness counts as half of one."""
 
 
 def adrift(drive: Drive, position: str, records: int) -> bool:
@@ -31,6 +41,39 @@ def said_of_places(drive: Drive, positions: Sequence[str], records: int) -> tupl
         for position in positions
         if position not in drive.channels
     )
+
+
+def said_of_offsets(records: Sequence[Record]) -> tuple[str, ...]:
+    """What was taken off measured speeds and accelerations, a sentence for each role."""
+    found = []
+    for role in dict.fromkeys(role for record in records for role in record.offsets):
+        told = [f"{r.offsets[role]:.3g} {r.units[role]} ({r.name})" for r in records if role in r.offsets]
+        found.append(
+            f"The measured {role} is {joined(told)} above what the rest of the motion says on average; this was "
+            "subtracted."
+        )
+    return tuple(found)
+
+
+def check_held(drive: Drive, commands: Sequence[str]) -> None:
+    """Refuse a name in `held` that is no channel which could be a command."""
+    for name in drive.held:
+        check_choice(drive.path.name, "held", name, commands)
+
+
+def said_of_holding(drive: Drive, commands: Sequence[str], rates: Sequence[float], place: Point) -> tuple[str, ...]:
+    """Whether what makes a fitted place late does so by half a sample, as a command does that is held."""
+    free = [name for name in commands if name not in drive.held]
+    values = {p.name: v for p, v in zip(place.hypothesis.parameters, place.values, strict=True)}
+    found = []
+    for one in place.hypothesis.effects if free else ():
+        name, late = one.name, values[one.parameters[0].name]
+        if name in _LATE and any(_HALF[0] < late * rate < _HALF[1] for rate in rates):
+            found.append(
+                f"{name} {late:.3g} s is half a sample: a command that is held between samples looks like this; if "
+                f"{joined(free, 'or')} is held, write held = {(*drive.held, free[0])} into {drive.path.name}."
+            )
+    return tuple(found)
 
 
 class DriveModel(Model):
@@ -65,9 +108,20 @@ class DriveModel(Model):
 
 
 class FormSubject(Subject):
-    """A drive in one of its forms as a subject, its models of the class `DriveModel`."""
+    """A drive in one of its forms as a subject, its models of the class `DriveModel`.
+
+    Attributes
+    ----------
+    drive : Drive
+    commands : tuple of str
+        Roles of channels that may be held between samples.
+    rates : tuple of float
+        Of the records [Hz].
+    """
 
     drive: Drive
+    commands: tuple[str, ...]
+    rates: tuple[float, ...]
 
     def files(self, model: Model, place: Point) -> Mapping[str, str]:
         assert isinstance(model, DriveModel)
@@ -75,7 +129,8 @@ class FormSubject(Subject):
 
     def of_records(self, model: Model, place: Point) -> tuple[str, ...]:
         assert isinstance(model, DriveModel)
-        return told(model.slots, place.z, model.names)
+        late = said_of_holding(self.drive, self.commands, self.rates, place)
+        return (*told(model.slots, place.z, model.names), *late)
 
     def meaning(self, effect: str) -> str:
         return next(e for e in self.drive.effects if e.name == effect).sentence

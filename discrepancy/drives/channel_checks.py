@@ -1,4 +1,5 @@
-"""What the channels of a record must agree in: the units of their roles, and a motion that is one motion."""
+"""What the channels of a record must agree in: the units of their roles, and a motion that is one motion, but for the
+offset of a sensor."""
 
 from __future__ import annotations
 
@@ -34,6 +35,21 @@ _WHOLE = 0.9
 _APART = 10.0
 """Least size of such a step over the median step."""
 
+_ASTRAY = 10.0
+"""Least distance of a sample from what its neighbours say, over that of all but one in a hundred."""
+
+_VISIBLE = 0.01
+"""Least such distance over the range: an encoder that sticks and slips may move by less between two samples."""
+
+_STRETCHES = (8, 20)
+"""Stretches, at least and at most, into which a record is cut to see how much a difference of two channels varies."""
+
+_CHANCE = 1e-4
+"""Probability that stretches agree so well in an offset that is none."""
+
+_SLIGHT = 1e-4
+"""Offset over its channel's standard deviation below which it is rounding."""
+
 
 def _motion_of(drive: Drive) -> list[dict[str, str]]:
     """For each joint the roles of its motion: {"q": role of the position, ...}."""
@@ -45,12 +61,21 @@ def _motion_of(drive: Drive) -> list[dict[str, str]]:
     return found
 
 
+def usual_unit(drive: Drive, role: str) -> str:
+    """A unit that a role may have, for a remedy; an input may have any."""
+    if role == "force" and not drive.forward:
+        return _FORCE[0]
+    kinds = [kind for roles in _motion_of(drive) for kind, one in roles.items() if one == role]
+    return _MOTION[kinds[0]][0] if kinds else "UNIT"
+
+
 def check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
     """Refuse a unit that a role cannot have, or that is not that of the same joint's other roles."""
     remedy = "correct the header, or give channels = {{{!r}: (column, factor, {!r})}}"
     if not drive.forward and units["force"] not in _FORCE:
         rule = f"in {joined(_FORCE, 'or')}"
-        raise refuse(str(path), "force", rule, units["force"], remedy.format("force", "N"))
+        turning = any(units.get(role, "").startswith("rad") for role in ("q", "v"))
+        raise refuse(str(path), "force", rule, units["force"], remedy.format("force", "N m" if turning else "N"))
     for roles in _motion_of(drive):
         there = {kind: role for kind, role in roles.items() if role in units}
         for kind, role in there.items():
@@ -64,9 +89,13 @@ def check_units(drive: Drive, path: Path, units: Mapping[str, str]) -> None:
 
 def check_motion(
     drive: Drive, path: Path, rows: Mapping[str, np.ndarray], units: Mapping[str, str], rate: float
-) -> None:
-    """Refuse a position whose counter begins anew, a measured speed or acceleration that is not the rate of what it
-    should be, and a load's position that is not on the drive's side of the gear."""
+) -> dict[str, float]:
+    """Offsets by role of a measured speed or acceleration: what it is more, on average, than the rate of what it should
+    be, Δq/T or Δv/T over the record.
+
+    Refuses a position that jumps or whose counter begins anew, a speed or an acceleration that is not that rate, and a
+    load's position that is not on the drive's side of the gear."""
+    offsets = {}
     for roles in _motion_of(drive):
         for kind in ("q", LOAD[0]):
             if (role := roles.get(kind, "")) in rows:
@@ -75,23 +104,34 @@ def check_motion(
             source = next((roles[s] for s in sources if roles.get(s, "") in rows), None)
             if roles.get(kind, "") in rows and source is not None:
                 order = 2 if (kind, source) == ("a", roles["q"]) else 1
-                _check_rate(path, rows, roles[kind], source, order, rate)
+                if offset := _check_rate(path, rows, roles[kind], source, order, rate):
+                    offsets[roles[kind]] = offset
     if not drive.forward and LOAD[0] in rows:
         _check_load(path, rows)
+    return offsets
 
 
 def _check_steps(path: Path, role: str, row: np.ndarray, unit: str, rate: float) -> None:
-    steps = np.abs(np.diff(row))
+    """Refuse a step that is nearly the whole range, or that takes a sample further from the cubic through its four
+    neighbours than the position moves from sample to sample there."""
+    steps, span = np.abs(np.diff(row)), float(np.ptp(row))
     k = int(np.argmax(steps))
-    if steps[k] > max(_WHOLE * float(np.ptp(row)), _APART * float(np.median(steps))):
+    whole = steps[k] > max(_WHOLE * span, _APART * float(np.median(steps)))
+    astray = np.abs(row[2:-2] - (4.0 * (row[1:-3] + row[3:-1]) - row[:-4] - row[4:]) / 6.0)
+    worst = int(np.argmax(astray)) + 2
+    usual = float(np.quantile(astray[astray > 0.0], 0.99)) if astray.any() else 0.0
+    moved = max(steps[n] for n in (worst - 4, worst - 3, worst + 2, worst + 3) if 0 <= n < len(steps))
+    if whole or float(astray.max()) > max(moved, _ASTRAY * usual, _VISIBLE * span):
+        if not whole:
+            k = worst - 2 + int(np.argmax(steps[worst - 2 : worst + 2]))
         rule, got = "a position that does not jump", f"a step of {steps[k]:.4g} {unit} at {(k + 1) / rate:.4g} s"
-        remedy = "unwrap an encoder that begins anew after each turn, as numpy.unwrap does"
+        remedy = "unwrap an encoder that begins anew after each turn, as numpy.unwrap does, or mend a lost sample"
         raise refuse(str(path), role, rule, got, remedy)
 
 
-def _check_rate(path: Path, rows: Mapping[str, np.ndarray], role: str, source: str, order: int, rate: float) -> None:
-    """Both behind a low-pass that holds the motion and at which the noise of the differentiated one is a tenth of it,
-    if it can be; without their means, as an accelerometer has an offset."""
+def _check_rate(path: Path, rows: Mapping[str, np.ndarray], role: str, source: str, order: int, rate: float) -> float:
+    """The offset between both, behind a low-pass that holds the motion and at which the noise of the differentiated one
+    is a tenth of it, if it can be; without their means they must be alike."""
     holding = _HOLDS * smoothing.holding(rows[source], rate, 0.99, 1)
     highest = min(max(holding, _LEAST_PERIODS * rate / len(rows[source])), smoothing.WIDEST * rate)
     cutoff = smoothing.quiet(rows[source], rate, highest, order)
@@ -100,6 +140,22 @@ def _check_rate(path: Path, rows: Mapping[str, np.ndarray], role: str, source: s
     if times := _times(row - row.mean(), other - other.mean()):
         rule, got = f"the {'rate' if order == 1 else 'second derivative'} of {source!r}", f"{times:.3g} times that"
         raise refuse(str(path), role, rule, got, "correct its unit or give it a factor in channels")
+    offset = _offset(row - other, smoothing.margin(cutoff, rate))
+    return offset if abs(offset) > _SLIGHT * float(np.std(row)) else 0.0
+
+
+def _offset(difference: np.ndarray, reach: int) -> float:
+    """Mean of a difference (n,) whose samples are related over a `reach`; 0 where that is no more than stretches of it
+    vary (Student's t)."""
+    from scipy.stats import t
+
+    least, most = _STRETCHES
+    count = min(most, len(difference) // reach)
+    if count < least:
+        return 0.0
+    stretches = [float(part.mean()) for part in np.array_split(difference, count)]
+    mean, spread = float(np.mean(stretches)), float(np.std(stretches, ddof=1)) / np.sqrt(count)
+    return mean if 2.0 * t.sf(abs(mean) / max(spread, 1e-300), count - 1) < _CHANCE else 0.0
 
 
 def _check_load(path: Path, rows: Mapping[str, np.ndarray]) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.channel_checks import check_motion, check_units
+from discrepancy.drives.channel_checks import check_motion, check_units, usual_unit
 from discrepancy.drives.description import LOAD, Channel, Drive
+from discrepancy.drives.units import in_si
 from discrepancy.records.conditions import FLAGS, TABLES, table_beside, written
 from discrepancy.records.reading import measured_paths
 from indexer_cli.words import joined
@@ -20,19 +22,11 @@ from indexer_env.checks import check_number, did_you_mean
 from indexer_env.errors import SignalError, refuse
 from indexer_records.file_table import FILE, table_rows
 from indexer_records.formats import read_table
-from indexer_records.formats.table import Column, MeasuredTable
+from indexer_records.formats.table import Column, MeasuredTable, split_title
 from indexer_records.time_grid import TIME_UNITS, even_rate
 
 LEAST_SAMPLES = 200
 """Samples below which a record says nothing of twenty effects."""
-
-_FACTORS = {
-    "deg": (math.pi / 180.0, "rad"), "°": (math.pi / 180.0, "rad"), "deg/s": (math.pi / 180.0, "rad/s"),
-    "rpm": (math.pi / 30.0, "rad/s"), "mm": (1e-3, "m"), "mm/s": (1e-3, "m/s"), "um": (1e-6, "m"), "µm": (1e-6, "m"),
-    "kN": (1e3, "N"), "Nm": (1.0, "N m"), "N*m": (1.0, "N m"), "N·m": (1.0, "N m"), "mNm": (1e-3, "N m"),
-    "mm/s^2": (1e-3, "m/s^2"), "deg/s^2": (math.pi / 180.0, "rad/s^2"),
-}  # fmt: skip
-"""Units as files write them: what they are worth in the unit that is used here."""
 
 _KEYS = ("held_out", "motion", "noise", "sample_rate")
 """Columns of the table beside the files, besides those that name channels."""
@@ -55,6 +49,8 @@ class Record:
         Which motion it is of; "" where nothing says it.
     noise : float or None
         Standard deviation of what is predicted, in its unit in `units`.
+    offsets : mapping of str to float
+        What was taken off a measured speed or acceleration as its sensor's offset, by role.
     """
 
     name: str
@@ -64,6 +60,7 @@ class Record:
     held_out: bool = False
     motion: str = ""
     noise: float | None = None
+    offsets: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_drive_records(
@@ -135,7 +132,7 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     time = _time(path, columns.pop("time"), channels["time"]) if "time" in columns else None
     rows, units, factors = {}, {}, {}
     for role, column in columns.items():
-        rows[role], units[role], factors[role] = _values(table, column, channels[role], role)
+        rows[role], units[role], factors[role] = _values(drive, table, column, channels[role], role)
     check_units(drive, path, units)
     lengths = {len(row) for row in rows.values()}
     if len(lengths) > 1:
@@ -145,12 +142,13 @@ def _record(drive: Drive, path: Path, name: str, told: Mapping[str, Any]) -> Rec
     size = lengths.pop()
     if size < LEAST_SAMPLES:
         raise SignalError(f"{path} must have at least {LEAST_SAMPLES} samples, got {size}; record longer.")
-    check_motion(drive, path, rows, units, rate)
+    offsets = check_motion(drive, path, rows, units, rate)
+    rows |= {role: rows[role] - offset for role, offset in offsets.items()}
     noise = told.get("noise")
     if noise is not None:
         check_number("known", "noise", noise, low=0.0, low_open=True, unit="in the numbers of the file")
         noise = float(noise) * _worth(drive, units, factors, noise)
-    return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), noise)
+    return Record(name, rate, rows, units, bool(told.get("held_out")), str(told.get("motion", "")), noise, offsets)
 
 
 def _worth(drive: Drive, units: Mapping[str, str], factors: Mapping[str, float], noise: float) -> float:
@@ -166,11 +164,29 @@ def _worth(drive: Drive, units: Mapping[str, str], factors: Mapping[str, float],
 def _column(table: MeasuredTable, name: str, role: str) -> Column:
     exact = [c for c in table.columns if c.name == name]
     found = exact or [c for c in table.columns if c.name.rpartition("/")[2] == name]
+    if not found:
+        _check_titles(table, name)
     if len(found) != 1:
         names = [c.name for c in table.columns]
         hint = did_you_mean(name, names) or f"it has {', '.join(map(repr, names))}"
         raise SignalError(f"{table.path} must have one numeric column {name!r} for {role!r}, got {len(found)}; {hint}.")
     return found[0]
+
+
+def _check_titles(table: MeasuredTable, name: str) -> None:
+    """Refuse titles that another separator parts than the numbers below them, so that no column has its name."""
+    if table.has_header or table.row_word != "line":
+        return
+    with table.path.open(encoding="utf-8", errors="replace") as lines:
+        for line in itertools.islice(lines, table.first_row - 1):
+            separator = next((one for one in ",;\t" if name in _names(line, one)), None)
+            if separator is not None:
+                got = f"{separator!r} between the titles and another one between the numbers"
+                raise SignalError(f"{table.path} must have one separator, got {got}; correct the line of titles.")
+
+
+def _names(line: str, separator: str) -> list[str]:
+    return [split_title(cell.strip().strip('"'))[0] for cell in line.lstrip("\ufeff# ").split(separator)]
 
 
 def _time(path: Path, column: Column, channel: Channel) -> Column:
@@ -183,13 +199,17 @@ def _time(path: Path, column: Column, channel: Channel) -> Column:
     return dataclasses.replace(column, unit=unit, decimals=decimals, numbers=lambda: factor * column.numbers())
 
 
-def _values(table: MeasuredTable, column: Column, channel: Channel, role: str) -> tuple[np.ndarray, str, float]:
+def _values(
+    drive: Drive, table: MeasuredTable, column: Column, channel: Channel, role: str
+) -> tuple[np.ndarray, str, float]:
     """Samples in the unit that is used here, that unit, and what one of the file's numbers is worth in it."""
     stated = channel.unit or column.unit
     if stated is None:
-        remedy = f"write channels = {{{role!r}: ({column.name!r}, 1.0, 'm')}} with the unit that it has"
+        given = 1.0 if channel.factor is None else channel.factor
+        row = (channel.column, given, usual_unit(drive, role))
+        remedy = f"write channels = {{{role!r}: {row}}} with the unit that it has"
         raise SignalError(f"{table.path}: the channel {column.name!r} ({role}) must have a unit; {remedy}.")
-    factor, unit = _FACTORS.get(stated, (1.0, stated.replace("²", "^2")))
+    factor, unit = in_si(stated, acceleration=role == "a")
     factor *= 1.0 if channel.factor is None else channel.factor
     values = column.numbers() * factor
     if not np.ptp(values) and role in ("q", "v", "force", LOAD[0]):

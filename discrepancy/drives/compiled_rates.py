@@ -47,6 +47,11 @@ def integrable(drive: Drive, inputs: Sequence[str], x: np.ndarray, u: np.ndarray
         return numba.cfunc(SIGNATURE)(_called_back(drive, arguments)), False
 
 
+def plain_rates(drive: Drive, inputs: Sequence[str]) -> Callable[..., None]:
+    """The drive's `rates` in the same form, as Python."""
+    return _wrapped(drive, drive.function, _arguments(drive, inputs))
+
+
 def _arguments(drive: Drive, inputs: Sequence[str]) -> dict[str, Any]:
     """What the generated wrapper refers to, and its three expressions."""
     names = [p.name for p in drive.parameters]

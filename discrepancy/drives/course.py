@@ -41,6 +41,7 @@ class Course:
     rows : ndarray (channels, n)
         Measured channels.
     noise : ndarray (channels,)
+    inputs : tuple of str
     u : ndarray (n, inputs)
     input_unit : str
         Of the first input, "" where there is none.
@@ -54,6 +55,7 @@ class Course:
     rate: float
     rows: np.ndarray
     noise: np.ndarray
+    inputs: tuple[str, ...]
     u: np.ndarray
     input_unit: str
     states: np.ndarray
@@ -110,7 +112,7 @@ def _course(drive: Drive, record: Record, roles: Sequence[str], inputs: Sequence
         states[:, k], spread[k] = _estimate(drive, record, state, dict(zip(roles, noise, strict=True)))
     u = np.column_stack([record.rows[i] for i in inputs]) if inputs else np.zeros((n, 0))
     unit = record.units.get(inputs[0], "") if inputs else ""
-    return Course(record.name, rate, np.array(rows), np.array(noise), u, unit, states, spread)
+    return Course(record.name, rate, np.array(rows), np.array(noise), tuple(inputs), u, unit, states, spread)
 
 
 def _noise_stated(drive: Drive, record: Record, roles: Sequence[str]) -> Mapping[str, float]:

@@ -28,9 +28,8 @@ LOAD = ("q_load", "v_load", "a_load")
 
 _KEYS = (
     "name", "parameters", "channels", "effects", "own_effects", "cutoff", "noise", "held_out", "joints", "states",
-    "windows", "known", "sessions", "force", "rates",
+    "windows", "known", "sessions", "held", "force", "rates",
 )  # fmt: skip
-
 
 _OTHERS = {"force": ("states", "joints", "windows"), "rates": ("cutoff",)}
 """Names that belong to the other form."""
@@ -90,6 +89,8 @@ class Drive:
     sessions : tuple of str
         What differs from record to record: names of parameters, its own or those of known effects; in the inverse form
         "offset", that of each record's force.
+    held : tuple of str
+        Inputs, and the force, that keep a sample's value until the next; the others are linear between samples.
     """
 
     path: Path
@@ -106,6 +107,7 @@ class Drive:
     windows: float | None = None
     known: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     sessions: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
     @property
     def forward(self) -> bool:
@@ -157,6 +159,7 @@ def load_drive(path: Path) -> Drive:
         _channels(name, form, found.get("channels"), states), _effects(name, found, known), found.get("cutoff"),
         found.get("noise"), float(share), states, joints, found.get("windows"),
         known, _sessions(name, found.get("sessions", False)),
+        _texts(name, "held", "a tuple of names of channels, ('force',)", found.get("held", ())),
     )  # fmt: skip
 
 
@@ -239,9 +242,7 @@ def _channels(name: str, form: str, given: Any, states: Sequence[str]) -> dict[s
 def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Joint, ...]]:
     if form == "force":
         return (), ()
-    states = found.get("states", ("q", "v"))
-    if not isinstance(states, list | tuple) or not states or not all(isinstance(s, str) for s in states):
-        raise refuse(name, "states", "a tuple of names, ('q', 'v')", states)
+    states = _texts(name, "states", "a tuple of names, ('q', 'v')", found.get("states", ("q", "v")) or None)
     for state in states:
         _check_name(name, "states", state)
     joints = found.get("joints")
@@ -256,15 +257,19 @@ def _states(name: str, form: str, found: Mapping[str, Any]) -> tuple[tuple[str, 
         if not named:
             check_number(name, f"joints[{key!r}] (inertia)", row[2], low=0.0, low_open=True)
         rows.append(Joint(str(key), *row))
-    return tuple(states), tuple(rows)
+    return states, tuple(rows)
 
 
 def _sessions(name: str, given: Any) -> tuple[str, ...]:
     if isinstance(given, bool):
         return ("offset",) if given else ()
+    rule = "a tuple of names of parameters that differ between records, ('offset', 'mass'), or True for the offset"
+    return _texts(name, "sessions", rule, given)
+
+
+def _texts(name: str, key: str, rule: str, given: Any) -> tuple[str, ...]:
     if not isinstance(given, list | tuple) or not all(isinstance(one, str) for one in given):
-        rule = "a tuple of names of parameters that differ between records, ('offset', 'mass'), or True for the offset"
-        raise refuse(name, "sessions", rule, given)
+        raise refuse(name, key, rule, given)
     return tuple(given)
 
 
@@ -282,9 +287,8 @@ def _effects(name: str, found: Mapping[str, Any], known: Mapping[str, Any]) -> t
     own = found.get("own_effects", ())
     if not isinstance(own, list | tuple) or not all(isinstance(one, DriveEffect) for one in own):
         raise refuse(name, "own_effects", "a tuple of discrepancy.drives.DriveEffect", own)
-    patterns = found.get("effects", ("*",))
-    if not isinstance(patterns, list | tuple) or not all(isinstance(one, str) for one in patterns):
-        raise refuse(name, "effects", "a tuple of names or patterns, ('friction.*', 'delay')", patterns)
+    rule = "a tuple of names or patterns, ('friction.*', 'delay')"
+    patterns = _texts(name, "effects", rule, found.get("effects", ("*",)))
     for pattern in patterns:
         if not fnmatch.filter(EFFECTS, pattern):
             hint = did_you_mean(pattern, EFFECTS) or f"they are {', '.join(EFFECTS)}"

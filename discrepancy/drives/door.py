@@ -8,18 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.both_forms import said_of_places
+from discrepancy.drives.both_forms import check_held, said_of_offsets, said_of_places
 from discrepancy.drives.channels import Record, read_drive_records
-from discrepancy.drives.description import Drive, load_drive
+from discrepancy.drives.description import LOAD, Drive, load_drive
 from discrepancy.drives.inverse import InverseModel
 from discrepancy.drives.second_look import KEY, known_effects, looked_at
 from discrepancy.drives.sessions import check_sessions
 from discrepancy.drives.subject import DriveSubject
 from discrepancy.drives.track import Track, tracks_of
+from discrepancy.drives.unplaced import check_unplaced
 from discrepancy.drives.windows import Windows, split
 from discrepancy.subjects.base import Subject
 from indexer_cli.job_paths import files_given, path_given, texts_given
-from indexer_env.errors import refuse
+from indexer_cli.words import joined
+from indexer_env.errors import SignalError, refuse
 
 _KEYS = (
     "system", "measured", "records", "held_out", "machine", "known", "out", "overwrite", "seed", "seconds", "tolerance",
@@ -62,17 +64,35 @@ def subject_of(drive: Drive, records: Sequence[Record], machine: Mapping[str, An
         from discrepancy.drives.forward_subject import forward_subject
 
         return forward_subject(drive, records, machine or {})
+    check_held(drive, [role for role in records[0].rows if role not in ("q", "v", "a", LOAD[0])])
     tracks, scales = tracks_of(drive, records)
     lengths, kept = [len(t.measured) for t in tracks], [r.held_out for r in records]
-    fitted, held, parts = split(lengths, kept, drive.held_out, [_LEAST] * len(tracks))
+    moving = [~t.rest[t.at] for t in tracks]
+    fitted, held, parts = split(lengths, kept, drive.held_out, [_LEAST] * len(tracks), moving=moving)
     model = InverseModel(drive, tracks, scales, fitted)
     library = model.hypotheses()
     if known := known_effects(drive, machine or {}, library):
         model = InverseModel(drive, tracks, scales, fitted, known)
         library = model.hypotheses()
     check_sessions(drive, model.known)
+    if any(model.effects[one.name].acts == "dry" for one in model.known):
+        _check_moves(tracks, fitted, "fitted")
+        _check_moves(tracks, held, "held out")
     other = InverseModel(drive, tracks, scales, held, model.known, library)
-    return DriveSubject(drive, model, other, _notes(model, tracks, held, parts))
+    check_unplaced(model)
+    notes = (*_notes(model, tracks, held, parts), *said_of_offsets(records))
+    return DriveSubject(drive, model, other, notes, [record.rate for record in records])
+
+
+def _check_moves(tracks: Sequence[Track], windows: Windows, what: str) -> None:
+    """Refuse a standstill throughout: dry friction holds a drive at rest against whatever is measured."""
+    parts = zip(windows.track, windows.first, windows.count, strict=True)
+    if all(tracks[k].rest[tracks[k].at][first : first + count].all() for k, first, count in parts):
+        names = joined([tracks[k].name for k in windows.tracks])
+        raise SignalError(
+            f"{names}: what is {what} must move, as dry friction is known and takes any force at rest, got a "
+            "standstill throughout; choose other records or another held_out."
+        )
 
 
 def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: bool) -> tuple[str, ...]:
@@ -89,6 +109,14 @@ def _notes(model: InverseModel, tracks: Sequence[Track], held: Windows, parts: b
     notes += said_of_places(model.drive, ["q"], len(tracks))
     if parts:
         notes.append("No record was held out, so the last part of each is: other times, not other conditions.")
+        ends = {k: round((1.0 - model.drive.held_out) * len(t.measured)) for k, t in enumerate(tracks)}
+        if standing := [tracks[k].name for k in held.tracks if held.first[held.track == k].min() != ends[k]]:
+            notes.append(f"Of {joined(standing)} it is the last part of the time in which it moves, as it stands long.")
+    if model.falling:
+        notes.append(
+            f"The force's noise falls with frequency in {joined(model.falling)}; it is estimated just above the "
+            "cut-off, within a factor of two: record the force unfiltered, or state its noise."
+        )
     if model.drive.sessions:
         notes.append(f"Each record has its own: {', '.join(model.drive.sessions)}.")
     if model.left_out:

@@ -79,6 +79,7 @@ class ForwardModel(DriveModel):
         self.places = np.array(
             [[drive.states.index(j.position), drive.states.index(j.speed)] for j in drive.joints], dtype=np.int64
         )
+        self.held = np.array([name in drive.held for name in self.courses[0].inputs], dtype=np.bool_)
         self._commands: dict[Any, np.ndarray] = {}
         self.readings_ = self._windowed([course.rows for course in self.courses])
         self.substeps = substeps or self._fine()
@@ -121,8 +122,8 @@ class ForwardModel(DriveModel):
             work = np.zeros((WORK, max(n + INNER * joints, course.u.shape[1])))
             scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
             integrator()(
-                self.rates, starts, z_starts, us, first / course.rate, counts, course.rate, self.substeps, rows,
-                self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
+                self.rates, starts, z_starts, us, self.held, first / course.rate, counts, course.rate, self.substeps,
+                rows, self.places, coefficients, self.measured, scale, work, found, fine)  # fmt: skip
             for row, lag in zip(found, lags, strict=True):
                 if lag > 0.0:
                     row[:] = lagging(row, lag, 1.0 / course.rate)

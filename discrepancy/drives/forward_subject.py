@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.drives.both_forms import FormSubject, adrift, axis_of, said_of_places
+from discrepancy.drives.both_forms import FormSubject, adrift, axis_of, check_held, said_of_offsets, said_of_places
 from discrepancy.drives.channels import Record
 from discrepancy.drives.compiled_rates import integrable
 from discrepancy.drives.course import Course, courses_of, window_length
@@ -20,6 +20,7 @@ from discrepancy.drives.forward import ForwardModel
 from discrepancy.drives.library import forms_of
 from discrepancy.drives.second_look import known_effects
 from discrepancy.drives.sessions import check_sessions
+from discrepancy.drives.unplaced import check_unplaced_rates
 from discrepancy.drives.windows import Windows, split
 from discrepancy.form import Form
 from discrepancy.locate.statistics import CHANNEL
@@ -58,6 +59,7 @@ class ForwardSubject(FormSubject):
     ) -> None:  # fmt: skip
         self.drive, self.model, self.held_out, self.roles, self.unit = drive, model, held_out, tuple(roles), unit
         self.notes, self.kind = notes, f"drive ({drive.name})"
+        self.commands, self.rates = model.courses[0].inputs, tuple(course.rate for course in model.courses)
 
     def view(self, model: Model) -> View:
         assert isinstance(model, ForwardModel)
@@ -155,13 +157,15 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     least = [max(1, round(seconds * c.rate)) for c in courses]
     fitted, held, parts = split(lengths, kept, drive.held_out, least, most=True)
     roles = [role for role in records[0].rows if role in drive.states or role == "a"]
-    inputs = [role for role in records[0].rows if role not in roles]
+    inputs = courses[0].inputs
+    check_held(drive, inputs)
     nominal = np.array([p.nominal for p in drive.parameters])
     rates, fast = integrable(drive, inputs, courses[0].states[0], courses[0].u[0], nominal)
     model = ForwardModel(drive, courses, fitted, scales, measured, rates)
     if known := known_effects(drive, machine, model.hypotheses()):
         model = ForwardModel(drive, courses, fitted, scales, measured, rates, known, substeps=model.substeps)
     check_sessions(drive, model.known)
+    check_unplaced_rates(model)
     other = ForwardModel(
         drive, courses, held, scales, measured, rates, model.known, model.hypotheses(), model.substeps
     )  # fmt: skip
@@ -170,6 +174,7 @@ def forward_subject(drive: Drive, records: Sequence[Record], machine: Mapping[st
     if not fast:
         notes.append("rates could not be compiled, so every step calls Python: this takes a few hundred times longer.")
     notes += said_of_places(drive, [joint.position for joint in drive.joints], len(courses))
+    notes += said_of_offsets(records)
     if LOAD_FRICTION in {e.name for e in drive.effects} - {*model.hypotheses(), *(one.name for one in model.known)}:
         unit, forces = courses[0].input_unit or "none", joined(list(dict.fromkeys(s.force_unit for s in scales)), "or")
         notes.append(f"Not looked for, as the first input must be a force in {forces}, got {unit}: {LOAD_FRICTION}.")

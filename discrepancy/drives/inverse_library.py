@@ -56,7 +56,7 @@ def proposed_by(
         if proposed := proposals(model.effects[name], tracks, left):
             found[name] = hypotheses_of(model.effects[name], model.scales, proposed)
     zero, inside = np.zeros(len(model.parameters)), np.concatenate(model.inside)
-    slopes = _apart(model, _slopes(model))[:, inside]
+    slopes = slopes_of(model)[:, inside]
     plain, whole = _plain(model, NONE, zero), without(np.concatenate(left)[inside], slopes)
 
     def response(one: Hypothesis, values: tuple[float, ...]) -> np.ndarray:
@@ -80,6 +80,11 @@ def _slopes(model: InverseModel) -> np.ndarray:
         nudged[places] += _NUDGE
         slopes.append((_plain(model, NONE, nudged) - plain) / _NUDGE)
     return np.array(slopes)
+
+
+def slopes_of(model: InverseModel) -> np.ndarray:
+    """Derivatives (g, n) of all readings by the parameters of the fit."""
+    return _apart(model, _slopes(model))
 
 
 def _apart(model: InverseModel, slopes: np.ndarray) -> np.ndarray:

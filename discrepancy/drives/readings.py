@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,21 +16,27 @@ def lagging(rows: np.ndarray, time: float, step: float) -> np.ndarray:
     y at first as if x had come at its first rate for long."""
     import scipy.signal
 
-    left, per = np.exp(-step / time), time / step
-    b = [1.0 - (1.0 - left) * per, (1.0 - left) * per - left]
+    b, left = _first_order(time, step)
     rate = rows[:, 1:2] - rows[:, :1]
-    before = b[1] * (rows[:, :1] - rate) + left * (rows[:, :1] - rate * (1.0 + per))
+    before = b[1] * (rows[:, :1] - rate) + left * (rows[:, :1] - rate * (1.0 + time / step))
     return scipy.signal.lfilter(b, [1.0, -left], rows, axis=1, zi=before)[0]
 
 
 def lagged(u: np.ndarray, time: float, step: float) -> np.ndarray:
-    """A row (n,) through a first-order lag, τ dy/dt = u - y, u held between samples, and y at first at rest."""
+    """A row (n,) through a first-order lag, τ dy/dt = u - y, u linear between samples, and y at first at rest."""
     import scipy.signal
 
     if time <= 0.0:
         return u
-    left = np.exp(-step / time)
-    return scipy.signal.lfilter([1.0 - left], [1.0, -left], u, zi=[left * u[0]])[0]
+    b, left = _first_order(time, step)
+    return scipy.signal.lfilter(b, [1.0, -left], u, zi=[(1.0 - b[0]) * u[0]])[0]
+
+
+def _first_order(time: float, step: float) -> tuple[list[float], float]:
+    """b and e of y_k = b_0 u_k + b_1 u_(k-1) + e y_(k-1), the lag's exact answer to a u that is linear between
+    samples: one held from sample to sample would come half a step early."""
+    left, per = math.exp(-step / time), time / step
+    return [1.0 - (1.0 - left) * per, (1.0 - left) * per - left], left
 
 
 def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) -> np.ndarray:
@@ -55,3 +62,11 @@ def commanded(name: str, u: np.ndarray, values: Sequence[float], step: float) ->
     if name == "drift":
         return u - value * t
     raise ValueError(f"{name!r} is nothing that is done to a command.")
+
+
+def acting(row: np.ndarray) -> np.ndarray:
+    """What acts around each sample of a row (n,) that is held, u(t) = u[k] from t[k] to t[k + 1].
+
+    Below the sampling rate that is U(f) sin(x)/x exp(-ix), x = π f h; the weights have this to x⁴.
+    """
+    return np.convolve(row, np.array([-1.0, 13.0, 13.0, -1.0]) / 24.0)[1 : len(row) + 1]

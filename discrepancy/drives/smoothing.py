@@ -31,6 +31,12 @@ _TOP = 0.5
 
 _PARTS = 4
 
+_SHORTEST, _PERIODS, _QUIET = 32, 6.0, 0.25
+"""Least samples of a piece, its periods of the band's lowest frequency, and the quantile of the pieces' spectra."""
+
+_TAIL = 5.0
+"""Cut-offs above which the kernel passes nothing."""
+
 _LEAST_OF = 1.76
 """By how much the least of four medians of m bins each falls short of their mean, as a logarithm times √m: 1.03 for the
 least of four normal numbers, 1/ln 2 for the spread of an exponential law's median, √1.4 for the bins that a Hann taper
@@ -77,6 +83,29 @@ def passed_noise(density: float, cutoff: float, order: int = 0) -> float:
     """
     s = deviation(cutoff)
     return math.sqrt(density * math.gamma(order + 0.5) / (4.0 * math.pi * s ** (2 * order + 1)))
+
+
+def falling_noise(density: float, at: float, cutoff: float, seconds: float) -> float:
+    """Standard deviation that noise leaves whose density has this value at a frequency [Hz], and below it grows as 1/f
+    down to a period of the record's length."""
+    f = np.arange(1.0, max(2.0, _TAIL * cutoff * seconds)) / seconds
+    passed = np.exp(-((2.0 * math.pi * f * deviation(cutoff)) ** 2))
+    return math.sqrt(density * float((np.maximum(1.0, at / f) * passed).sum()) / seconds)
+
+
+def quiet_density(row: np.ndarray, rate: float, low: float) -> float:
+    """One-sided density [unit²/Hz] of a row in the octave above a frequency [Hz], by the lower quartile of short
+    pieces: what a motion does there comes in bursts, as at reversals. 0 where there are too few pieces."""
+    length = max(_SHORTEST, round(_PERIODS / low * rate))
+    if len(row) < 2 * length:
+        return 0.0
+    pieces = np.lib.stride_tricks.sliding_window_view(np.diff(row, 2), length)[:: length // 4]
+    taper = np.hanning(length)
+    power = np.quantile(np.abs(np.fft.rfft(pieces * taper, axis=1)) ** 2, _QUIET, axis=0) / -math.log(1.0 - _QUIET)
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    octave = (frequency >= low) & (frequency <= 2.0 * low)
+    gain = (2.0 * np.sin(math.pi * frequency[octave] / rate)) ** 4
+    return float(np.median(2.0 * power[octave] / gain)) / (rate * float((taper**2).sum()))
 
 
 def density(row: np.ndarray, rate: float, above: float) -> float:

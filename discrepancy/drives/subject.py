@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from discrepancy.criteria import Criteria
@@ -31,14 +33,18 @@ class DriveSubject(FormSubject):
     drive : Drive
     model, held_out : InverseModel
     notes : tuple of str
+    rates : sequence of float
+        Of the records [Hz].
     """
 
     model: InverseModel
     held_out: InverseModel
 
-    def __init__(self, drive: Drive, model: InverseModel, held_out: InverseModel, notes: tuple[str, ...]) -> None:
+    def __init__(
+        self, drive: Drive, model: InverseModel, held_out: InverseModel, notes: tuple[str, ...], rates: Sequence[float]
+    ) -> None:
         self.drive, self.model, self.held_out, self.notes = drive, model, held_out, notes
-        self.kind = f"drive ({drive.name})"
+        self.kind, self.commands, self.rates = f"drive ({drive.name})", ("force",), tuple(rates)
 
     def view(self, model: Model) -> View:
         assert isinstance(model, InverseModel)

@@ -15,6 +15,7 @@ import numpy as np
 from discrepancy.drives import smoothing
 from discrepancy.drives.channels import Record
 from discrepancy.drives.description import LOAD, Drive
+from discrepancy.drives.readings import acting
 from discrepancy.drives.scales import Scales, scales_of
 from indexer_env.errors import SignalError, refuse
 
@@ -244,7 +245,8 @@ def _track(drive: Drive, record: Record, cutoff: float) -> Track:
         )
 
     def through(role: str, order: int = 0) -> np.ndarray:
-        return smoothing.smoothed(rows[role], wide, rate, order)[part]
+        row = acting(rows[role]) if role in drive.held else rows[role]
+        return smoothing.smoothed(row, wide, rate, order)[part]
 
     total = 1.0 / math.sqrt(1.0 / wide**2 + 1.0 / cutoff**2)  # of both kernels one after the other
     q, v, a, noise, speed_noise = _motion(rows, rate, wide, part, total)

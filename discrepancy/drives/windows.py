@@ -15,6 +15,9 @@ WINDOWS = 12
 PER_RECORD = 4
 """Windows of each record, at least."""
 
+_MOVES = 0.5
+"""Least share of their share of a record's motion that the part fitted and the part held out must have each."""
+
 
 @dataclass(frozen=True, eq=False)
 class Windows:
@@ -44,24 +47,35 @@ class Windows:
 
 
 def split(
-    lengths: Sequence[int], kept: Sequence[bool], share: float, least: Sequence[int], *, most: bool = False
-) -> tuple[Windows, Windows, bool]:
+    lengths: Sequence[int], kept: Sequence[bool], share: float, least: Sequence[int], *, most: bool = False,
+    moving: Sequence[np.ndarray] = (),
+) -> tuple[Windows, Windows, bool]:  # fmt: skip
     """Windows to fit and to hold out of records of these lengths (compared samples).
 
     Records marked as kept are held out whole. Where none is, the last `share` of each record is; then the third answer
     is True. A window has at least its record's `least` [samples], where the record has; with `most` it has about that.
+    Where `moving` (samples,) of each record says that a part has less than half its share of the motion, the record is
+    cut by the time in which it moves, and what stands behind that is left out.
     """
     whole = any(kept)
     fitted, held = [], []
     for k, (samples, keep) in enumerate(zip(lengths, kept, strict=True)):
-        edge = samples if whole else round((1.0 - share) * samples)
-        if whole and keep:
-            held.append((k, 0, samples))
-        else:
-            fitted.append((k, 0, edge))
-        if not whole:
-            held.append((k, edge, samples))
+        if whole:
+            (held if keep else fitted).append((k, 0, samples))
+            continue
+        edge, end = _division(samples, share, moving[k] if len(moving) else np.full(samples, True))
+        fitted.append((k, 0, edge))
+        held.append((k, edge, end))
     return _cut(fitted, least, most), _cut(held, least, most), not whole
+
+
+def _division(samples: int, share: float, moving: np.ndarray) -> tuple[int, int]:
+    """Where the part to hold out begins and ends."""
+    edge, moved = round((1.0 - share) * samples), np.cumsum(moving)
+    fitted, total = float(moved[edge - 1]), float(moved[-1])
+    if min(fitted / (1.0 - share), (total - fitted) / share) >= _MOVES * total:
+        return edge, samples
+    return int(np.searchsorted(moved, round((1.0 - share) * total))) + 1, int(np.searchsorted(moved, total)) + 1
 
 
 def _cut(spans: Sequence[tuple[int, int, int]], least: Sequence[int], most: bool) -> Windows:

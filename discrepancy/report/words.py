@@ -34,7 +34,10 @@ def headline(outcome: Outcome) -> str:
         tolerated = answer.criteria.tolerance is not None
         level = f"{times(answer.before / answer.remains.noise)} both" if tolerated else f"{times(answer.before)} it"
         said = f"Nothing is missing: the calibrated model comes down to the noise{' and what is tolerated' * tolerated}"
-        return f"{said} on records that were never fitted ({level}){_yet(outcome)}.{_cut_short(outcome)}"
+        return (
+            f"{said} on records that were never fitted ({level}){_yet(outcome)}{_taken_up(outcome)}."
+            f"{_cut_short(outcome)}"
+        )
     named = [finding for finding in answer.findings if finding.grade in NAMED]
     hints = [finding for finding in answer.findings if finding.grade not in NAMED]
     remains = f"{times(answer.after)} the noise remains{_unrepeated(outcome)}{where_in_short(outcome.left)}"
@@ -59,7 +62,7 @@ def remains_more(outcome: Outcome) -> bool:
     """Whether more than noise, and what is tolerated, remains beside what is accepted."""
     criteria, noise = outcome.answer.criteria, outcome.answer.remains.noise
     floor = 1.0 if criteria.tolerance is None else noise
-    return (outcome.answer.after / floor) ** 2 - 1.0 >= criteria.at_noise
+    return not outcome.answer.within_noise and (outcome.answer.after / floor) ** 2 - 1.0 >= criteria.at_noise
 
 
 def floor(outcome: Outcome) -> str:
@@ -80,6 +83,12 @@ def _unrepeated(outcome: Outcome) -> str:
         return ""
     tolerated = "" if outcome.answer.criteria.tolerance is None else "is tolerated or "
     return f" ({times(noise)} of it {tolerated}does not repeat from turn to turn)"
+
+
+def _taken_up(outcome: Outcome) -> str:
+    """Hints at what would lessen even what lies within the noise."""
+    hints = [finding.name for finding in outcome.answer.findings]
+    return f"; {joined(hints)} would take up a part of what is left" if hints else ""
 
 
 def _yet(outcome: Outcome) -> str:

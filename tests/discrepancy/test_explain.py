@@ -10,6 +10,7 @@ from discrepancy import Criteria, Explanation, explain
 from discrepancy.explain import _looks_like, listed
 from discrepancy.fits import Fits
 from discrepancy.model import Hypothesis, together
+from discrepancy.next_measurement import question_of
 from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
@@ -67,6 +68,25 @@ def test_what_closes_a_part_stands_in() -> None:
     assert finding.probability == pytest.approx(listed(finding.closes, named=False), rel=0.01)
     assert answer.names == (), "a hint is no name"
     assert answer.after == pytest.approx(answer.before) and answer.remains.times_noise > 3.0
+
+
+def test_within_the_noise_nothing_is_missing_whatever_a_hint_would_explain() -> None:
+    """The records held out are twelve times as quiet: half of what lies within their noise looks like the tone."""
+    models = [Chord({"half": 8.0}, seed) for seed in (5, 6)]
+    models[1].y = models[1].y / 12.0
+    models[1].shapes = {name: shape / 12.0 for name, shape in models[1].shapes.items()}
+    answer = explain(*models)
+    assert answer.verdict == "nothing missing" and grades(answer) == {"tone": "stands in"}
+    assert answer.after < 1.0 and answer.at_noise and answer.left > answer.criteria.at_noise
+    assert question_of(answer) is None
+
+
+def test_records_that_a_model_explains_exactly_have_an_answer() -> None:
+    models = [Chord({}, seed) for seed in (5, 6)]
+    for model in models:
+        model.y = np.zeros_like(model.y)
+    answer = explain(*models)
+    assert answer.verdict == "nothing missing" and answer.after == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_the_library_does_not_know_is_a_remainder() -> None:

@@ -117,10 +117,22 @@ def _contact(m: Track, p, base) -> np.ndarray:
     mass = p.share * _mass(m, base)
     if mass <= 0.0:
         return np.zeros_like(m.q)
+    return mass * (_carried(m, p.play, p.friction / mass, int(p.law)) - _without_play(m, int(p.law)))
+
+
+def _carried(m: Track, play: float, dry: float, law: int) -> np.ndarray:
+    """Contact force over mass (n,) of a load behind play."""
     omega = 2.0 * math.pi * _CONTACT * 0.5 / m.step
-    carried = np.empty_like(m.q)
-    contact()(m.q, m.v, m.step, p.play, p.friction / mass, omega, 0.5, int(p.law), carried)
-    return mass * (carried - m.a)
+    out = np.empty_like(m.q)
+    contact()(m.q, m.v, m.step, play, dry, omega, 0.5, law, out)
+    return out
+
+
+@functools.lru_cache(maxsize=64)
+def _without_play(m: Track, law: int) -> np.ndarray:
+    """The same of a load without play or friction: its acceleration as the contact gives it and not as measured, whose
+    error would seem to be there for any play and gone for none."""
+    return _carried(m, 0.0, 0.0, law)
 
 
 standard(

@@ -99,7 +99,7 @@ def run_plain(
     scale = np.maximum(np.abs(course.states).max(axis=0), 1e-12)
     inner = np.zeros((1 + INNER) * len(joints))
     run(
-        model.rates, np.asarray(start, dtype=float), inner, model.command(k, command), 0.0, course.rate,
+        model.rates, np.asarray(start, dtype=float), inner, model.command(k, command), model.held, 0.0, course.rate,
         model.substeps, np.array(told[: model.own]), model.places, joints, model.measured, scale, work, out,
     )  # fmt: skip
     return out

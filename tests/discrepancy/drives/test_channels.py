@@ -1,5 +1,6 @@
 """What a drive's files and the table beside them say of time, noise and units."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from discrepancy.drives.channels import Record, read_drive_records
 from discrepancy.drives.course import courses_of
 from discrepancy.drives.description import Drive
+from discrepancy.drives.door import subject_of
+from discrepancy.drives.units import in_si
 from indexer_env.errors import IndexerError
 from tests.discrepancy.drives.made import FILE, drive, motion
 from tests.discrepancy.drives.test_forward import FILE as PENDULUM
@@ -119,7 +122,7 @@ def test_a_noise_that_fits_no_channel_is_one_sentence(noise: str, said: str, tmp
 
 def test_an_acceleration_has_the_unit_of_its_joint(tmp_path: Path) -> None:
     one = drive(tmp_path, PENDULUM.replace('"q": "q"', '"q": "q", "a": "a"'))
-    with pytest.raises(IndexerError, match=r"a must be in rad/s\^2, got 'g'; correct the header"):
+    with pytest.raises(IndexerError, match=r"a must be in rad/s\^2, got 'm/s\^2'; correct the header"):
         _read(one, _file(tmp_path / "runs", "t [s],q [rad],a [g],u [N m]"))
     assert len(_read(one, _file(tmp_path / "right", "t [s],q [rad],a [rad/s^2],u [N m]"))) == 1
 
@@ -150,6 +153,97 @@ def test_an_encoder_that_begins_anew_after_each_turn_is_refused(factor: float, t
     said = r"q must be a position that does not jump, got 'a step of .* rad at .* s'; unwrap an encoder .*\.$"
     with pytest.raises(IndexerError, match=said):
         _read(one, folder)
+
+
+def _jumped(q: np.ndarray, kind: str) -> np.ndarray:
+    """A turn lost by an encoder that made several, and one sample that was not read."""
+    n = np.arange(len(q))
+    return np.where(n > 600, q - 2.0 * np.pi, q) if kind == "turn" else np.where(n == 600, 0.0, q)
+
+
+@pytest.mark.parametrize("kind", ["turn", "zero"])
+def test_a_jump_that_no_neighbour_explains_is_refused(kind: str, tmp_path: Path) -> None:
+    """At 6 s, far less than the range of the position."""
+    t, _, _, a = motion(seconds=12.0, rate=100.0)
+    q = 3.0 * t + np.sin(t)
+    folder = _written(tmp_path / "runs", 100.0, **{"q [rad]": _jumped(q, kind), "f [N m]": a})
+    said = r"q must be a position that does not jump, got 'a step of .* rad at 6(\.01)? s'; .* or mend a lost sample\.$"
+    with pytest.raises(IndexerError, match=said):
+        _read(drive(tmp_path), folder)
+
+
+@pytest.mark.parametrize("kind", ["coarse", "stop", "move", "slip"])
+def test_a_motion_with_steps_is_no_jump(kind: str, tmp_path: Path) -> None:
+    """A coarse encoder, a drive that a stop halts at once, one that moves for 50 ms, one that slips. Seed 4."""
+    t, q, _, a = motion(seconds=12.0, rate=100.0)
+    noise = 1e-6 * np.random.default_rng(4).standard_normal(len(t))
+    rows = {
+        "coarse": 0.02 * np.round(q / 0.02),
+        "stop": np.minimum(0.1 * t, 0.6) + noise,
+        "move": np.clip(4.0 * (t - 6.0), 0.0, 0.2) + noise,
+        "slip": 1e-3 * np.floor(0.15 * t) * (t > 3.0) + q * (t < 3.0) + q[300] * (t >= 3.0) + noise,
+    }
+    folder = _written(tmp_path / "runs", 100.0, **{"q [m]": rows[kind], "f [N]": a})
+    assert len(_read(drive(tmp_path), folder)) == 1
+
+
+@pytest.mark.parametrize(
+    ("role", "written", "worth", "unit"),
+    [
+        ("q", "cm", 1e-2, "m"), ("q", "degrees", np.pi / 180.0, "rad"), ("q", "Degree", np.pi / 180.0, "rad"),
+        ("q", "rev", 2.0 * np.pi, "rad"), ("v", "RPM", np.pi / 30.0, "rad/s"), ("v", "1/min", np.pi / 30.0, "rad/s"),
+        ("v", "m/min", 1.0 / 60.0, "m/s"), ("a", "g", 9.80665, "m/s^2"), ("force", "kNm", 1e3, "N m"),
+        ("force", "N cm", 1e-2, "N m"), ("force", "mA", 1e-3, "A"), ("force", "mN", 1e-3, "N"),
+        ("force", "MN", 1e6, "N"), ("force", "N·m", 1.0, "N m"), ("u", "g", 1.0, "g"), ("u", "bar", 1.0, "bar"),
+    ],
+)  # fmt: skip
+def test_a_unit_as_shops_write_it(role: str, written: str, worth: float, unit: str) -> None:
+    assert in_si(written, acceleration=role == "a") == (pytest.approx(worth), unit)
+
+
+@pytest.mark.parametrize(
+    ("header", "channel", "said"),
+    [
+        ("q [m],f", '("f", 0.5)', r"'force': \('f', 0.5, 'N'\)\} with the unit that it has"),
+        ("q,f [N]", '"f"', r"'q': \('q', 1.0, 'm'\)\} with the unit that it has"),
+        ("q [rad],f [%]", '"f"', r"force must be in N, N m, A or V, got '%'; .* \(column, factor, 'N m'\)"),
+    ],
+)
+def test_a_unit_that_is_missing_is_asked_for_by_its_kind(header: str, channel: str, said: str, tmp_path: Path) -> None:
+    one = drive(tmp_path, FILE.replace('"force": "f"', f'"force": {channel}'))
+    with pytest.raises(IndexerError, match=said):
+        _read(one, _file(tmp_path / "runs", f"t [s],{header}"))
+
+
+@pytest.mark.parametrize(("titles", "numbers"), [(",", ";"), (";", ","), ("\t", ",")])
+def test_titles_with_another_separator_are_one_sentence(titles: str, numbers: str, tmp_path: Path) -> None:
+    path = _file(tmp_path / "runs") / "a.csv"
+    first, rest = path.read_text().split("\n", 1)
+    path.write_text(first.replace(",", titles) + "\n" + rest.replace(",", numbers))
+    said = rf"must have one separator, got {re.escape(repr(titles))} between the titles and .*; correct .*\.$"
+    with pytest.raises(IndexerError, match=said):
+        _read(drive(tmp_path), tmp_path / "runs")
+
+
+@pytest.mark.parametrize(("role", "unit"), [("v", "m/s"), ("a", "m/s^2")])
+def test_an_offset_of_a_sensor_is_subtracted_and_told(role: str, unit: str, tmp_path: Path) -> None:
+    """While the drive also goes on to another place and speed, which is no offset. Seed 2, a tenth of the rms speed
+    or acceleration."""
+    t, q, v, a = motion(seconds=20.0, rate=200.0)
+    q, v, a = q + 0.01 * t + 0.004 * t**2, v + 0.01 + 0.008 * t, a + 0.008
+    row = {"v": v, "a": a}[role]
+    row = row + 0.02 * np.std(row) * np.random.default_rng(2).standard_normal(len(t))
+    one, found = drive(tmp_path, FILE.replace('"q": "q"', f'"q": "q", "{role}": "{role}"')), []
+    for k, offset in enumerate((0.0, 0.1 * float(np.std(row)))):
+        columns = {"q [m]": q, "f [N]": 95.0 * a, f"{role} [{unit}]": row + offset}
+        (record,) = _read(one, _written(tmp_path / str(k), 200.0, **columns))
+        assert record.offsets.get(role, 0.0) == pytest.approx(offset, abs=2e-3 * float(np.std(row)))
+        assert float(record.rows[role].mean()) == pytest.approx(float(row.mean()), abs=2e-3 * float(np.std(row)))
+        found.append(record)
+    assert not found[0].offsets
+    (said,) = [note for note in subject_of(one, found).notes if "above what" in note]
+    assert said.startswith(f"The measured {role} is ") and said.endswith("on average; this was subtracted.")
+    assert not [note for note in subject_of(one, found[:1]).notes if "above what" in note]
 
 
 @pytest.mark.parametrize("role", ["v", "a"])

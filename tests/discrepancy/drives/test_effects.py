@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from numba.core.dispatcher import Dispatcher
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
 from discrepancy.drives.effects import EFFECTS
-from discrepancy.drives.effects.coupling import contact, dragged
+from discrepancy.drives.effects.coupling import _carried, contact, dragged
 from discrepancy.drives.effects.friction import dahl
 from discrepancy.fit import fit
 from discrepancy.model import NONE, Jobs
@@ -153,6 +154,21 @@ def test_a_dragged_load_stays_in_its_play() -> None:
     np.testing.assert_allclose(dragged(q, 1.0), [0.0, 0.5, 0.5, 0.0, -0.5, -0.5, 0.0])
 
 
+@pytest.mark.parametrize("law", [0.0, 1.0, 2.0])
+def test_play_begins_at_nothing_though_the_acceleration_is_read_with_an_offset(law: float, tmp_path) -> None:
+    """An accelerometer that reads 0.25 m/s² too much: a play of 1e-12 of the stroke is hardly more than none."""
+    text = FILE.replace('"q": "q",', '"q": "q", "a": "a",')
+    _, q, _, a = motion()
+    rows = {"q": q, "a": a + 0.25, "force": 95.0 * a}
+    made = subject_of(drive(tmp_path, text), [Record("a.csv", 500.0, rows, {"q": "m", "a": "m/s^2", "force": "N"})])
+    one = next(h for h in made.model.hypotheses()["play.contact"] if h.fixed["law"] == law)
+    without, hardly, some = (
+        made.model.compared(0, one, np.concatenate([[0.0], one.coordinates([play, 0.5, 0.0])]))[0]
+        for play in (0.0, 1e-13, 1e-3)
+    )
+    assert np.abs(hardly - without).max() < 0.01 < 0.5 < np.abs(some - without).max()
+
+
 def test_presliding_is_exact_along_a_path() -> None:
     """z = 1 - exp(-q/d) from rest, however coarse the samples are."""
     for count in (3, 30, 300):
@@ -199,9 +215,8 @@ def test_a_gain_that_known_friction_can_do_is_not_looked_for(tmp_path) -> None:
 def test_a_load_without_play_moves_with_its_joint(over_cutoff: float, most: float) -> None:
     """A sine at a frequency over that of the cut-off, of which a period has 16 samples."""
     t, w = np.arange(3200) / 16.0, 2.0 * math.pi * over_cutoff
-    m = SimpleNamespace(q=np.sin(w * t), v=w * np.cos(w * t), a=-(w**2) * np.sin(w * t), step=1.0 / 16.0)
-    p = SimpleNamespace(play=1e-9, share=1.0, friction=0.0, law=0.0)
-    left = EFFECTS["play.contact"].law(m, p, lambda q, v, a: a)[160:]
+    m: Any = SimpleNamespace(q=np.sin(w * t), v=w * np.cos(w * t), a=-(w**2) * np.sin(w * t), step=1.0 / 16.0)
+    left = (_carried(m, 1e-9, 0.0, 0) - m.a)[160:]
     assert float(np.sqrt(np.mean(left**2))) < most * w**2 / math.sqrt(2.0)
 
 

@@ -137,6 +137,8 @@ def test_what_is_not_looked_for_is_told_where_there_is_any(effects: tuple, said:
         (('"inertia")}', '"mass")}'), "joints"),
         (("p.drag * x.v", "p.drag * x.v + 1e9 * x.v"), "every run is lost at the values stated"),
         (("noise = 0.001", "cutoff = 3.0"), "cutoff must be left out beside rates"),
+        (("noise = 0.001", "held = ('torque',)"), "held must be one of u, got 'torque'"),
+        (("noise = 0.001", "held = 'u'"), "held must be a tuple of names of channels"),
         (
             ("noise = 0.001", "sessions = True"),
             "sessions must be names of parameters .* got 'offset'; they are inertia",

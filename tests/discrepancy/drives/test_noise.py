@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.signal
 
 from discrepancy.drives.channels import Record
 from discrepancy.drives.door import subject_of
@@ -71,3 +72,30 @@ def test_the_noise_of_the_motion_counts_through_effects_that_are_known(tmp_path:
     alone = math.hypot(track.noise, 90.0 * track.motion_noise[2])
     assert model.noise[0] == pytest.approx(math.hypot(alone, 1e5 * track.motion_noise[0]), rel=1e-3)
     assert model.noise[0] > 1.5 * alone
+
+
+def _pink(size: int) -> np.ndarray:
+    """Noise of density 1/f and rms 1; seed 2."""
+    k = np.fft.rfftfreq(size, 1.0 / size)
+    row = np.fft.irfft(np.fft.rfft(np.random.default_rng(2).standard_normal(size)) / np.sqrt(np.maximum(k, 1.0)), size)
+    return row / row.std()
+
+
+def _filtered(size: int) -> np.ndarray:
+    """White noise behind a low-pass of 15 Hz, rms 1, at 500 Hz; seed 2."""
+    row = scipy.signal.lfilter(*scipy.signal.butter(2, 15.0 / 250.0), np.random.default_rng(2).standard_normal(size))
+    return row / row.std()
+
+
+@pytest.mark.parametrize(("made", "falls"), [(_pink, True), (_filtered, True), (None, False)])
+def test_noise_that_falls_with_frequency_is_read_just_above_the_cut_off(made, falls: bool, tmp_path: Path) -> None:
+    """2 N, all values true: the level is right within a factor of two, and a note says so.
+    Read off the top of the band the noise would be 10 and more than 100 times too small; white noise stays as it is."""
+    t, q, _, a = motion(40.0)
+    row = np.random.default_rng(2).standard_normal(len(t)) if made is None else made(len(t))
+    rows = {"q": q, "force": 90.0 * a + 2.0 * row}
+    text = f"{FILE}\ncutoff = 12.0\n"
+    subject = subject_of(drive(tmp_path, text), [Record("a.csv", 500.0, rows, {"q": "m", "force": "N"})])
+    problem, place = start_of(subject)
+    assert 0.5 < place.level(problem.model) < 2.0
+    assert any("noise falls with frequency in a.csv" in note for note in subject.notes) == falls

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from discrepancy.drives.readings import lagged
 from discrepancy.drives.smoothing import density, deviation, holding, kernel, margin, passed_noise, smoothed
 
 
@@ -68,3 +69,13 @@ def test_what_holds_the_speed_leaves_the_noise_of_the_position_out() -> None:
     t = np.arange(10_000) / 1000.0
     row = np.sin(2.0 * math.pi * 3.0 * t) + 3e-3 * np.random.default_rng(5).standard_normal(len(t))
     assert holding(row, 1000.0, 0.99, 1) < 4.0 < holding(np.gradient(row), 1000.0, 0.99)
+
+
+@pytest.mark.parametrize(("time", "step"), [(0.02, 0.012), (0.02, 0.001), (0.005, 0.006)])
+def test_a_lag_is_as_late_as_its_law_says(time: float, step: float) -> None:
+    """1 Hz, at up to more than a time constant a sample: a first-order lag is atan(ω τ)/ω late."""
+    t, w = np.arange(0.0, 8.0, step), 2.0 * math.pi
+    got = lagged(np.sin(w * t), time, step)
+    s, c = np.linalg.lstsq(np.stack([np.sin(w * t), np.cos(w * t)], axis=1)[t > 4.0], got[t > 4.0], rcond=None)[0]
+    assert math.atan2(-c, s) / w == pytest.approx(math.atan(w * time) / w, rel=0.01)
+    assert lagged(np.full(9, 2.0), time, step) == pytest.approx(2.0)

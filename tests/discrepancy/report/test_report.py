@@ -113,6 +113,14 @@ def test_what_nothing_comes_down_to_is_said(made: Made, tolerance: float | None,
     assert f"The calibrated machine explains the records {down_to}" in report_files(outcome)["report.html"]
 
 
+def test_a_hint_within_the_noise_is_told_behind_it(made: Made) -> None:
+    outcome = made("stands in")
+    answer = dataclasses.replace(outcome.answer, verdict="nothing missing", before=0.87, after=0.87)
+    outcome = dataclasses.replace(outcome, answer=answer)
+    said = r"Nothing is missing: .* \(0\.87 times it\).*; tone would take up a part of what is left\."
+    assert re.search(said, headline(outcome))
+
+
 @pytest.mark.parametrize("name", ["found", "nothing"])
 def test_what_the_records_fitted_show_beyond_chance_is_in_the_headline(made: Made, name: str) -> None:
     outcome = made(name)
