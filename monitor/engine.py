@@ -124,10 +124,10 @@ class Engine:
                 self._stopping.wait(_RETRY_S)
         return {}
 
-    def broken(self, machine: str, sentence: str) -> None:
-        """A message or file of a machine could not be read; it is told with the machine as soon as this is known."""
+    def broken(self, machine: str, sentence: str, item: str = "") -> None:
+        """A message, or a file, `item`, could not be read; it is told with its machine as soon as this is known."""
         self.refused += 1
-        self.unread.add(machine, sentence)
+        self.unread.add(machine, sentence, item)
 
     def newest_ns(self, machine: str) -> int | None:
         """End of the newest samples of a machine [ns since 1970]; None: it is unknown."""
@@ -235,9 +235,9 @@ class Engine:
                 self._ended.discard(block.machine)
                 if arrival.position is not None:
                     write_position(connection, *arrival.position)
+                    self.unread.read(pipeline, arrival.position[1])
                 happened = changes.setdefault(block.machine, [])
-                outcome = pipeline.take(block)
-                if outcome is None:
+                if (outcome := pipeline.take(block)) is None:
                     continue
                 pipeline.heard_ns = time.time_ns()
                 write_block(connection, block)

@@ -27,7 +27,9 @@ In reading order:
     workplace    the folder in which a twin is being made
     check        the check on healthy turns held out
     moved        has the machine moved since its last healthy records?
+    quantities   what the report calls what was fitted
     advice       what to record next, and why
+    first_look   what is left of each healthy file, before anything is simulated
     card         what twin.yaml says of calibration and networks
     make         the stages one after the other                          (indexer twin)
     twin         a twin as it is stored in its folder: `Twin.load`, `diagnose_turn`, `explain`

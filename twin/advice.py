@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from discrepancy.indexer.library import HOUSING
 from twin.card import span
+from twin.quantities import spread_of, words_of
+
+_HOUSING = f"machine.{HOUSING}"
 
 _SCALE = 0.02
 """Relative spread of the common scale above which a load would tell more."""
@@ -39,7 +43,8 @@ def advice(about: Mapping[str, Any]) -> list[str]:
         )
     loose = [name for name, spread in about["calibration"]["spread"].items() if spread > _OPEN]
     if loose:
-        found.append(f"Hardly known: {', '.join(loose)}; longer records, or more speeds, would tell more.")
+        said = ", ".join(map(words_of, loose))
+        found.append(f"Hardly known: {said}; longer records, or more speeds, would tell more.")
     if len(about["check"]["turns"]) < _FEW:
         found.append("Hold out another healthy record: few turns prove little about false alarms.")
     if speeds[0] != speeds[1] or loads[0] != loads[1]:
@@ -48,7 +53,7 @@ def advice(about: Mapping[str, Any]) -> list[str]:
             found.append(best)
     found.append(
         "The housing's inertia and its base take no part in healthy motion; they are known as the drawing has them, to "
-        f"±{196.0 * about['settings']['housing_uncertainty']:.0f} % (95 %)."
+        f"{next(spread_of(row) for row in about['calibration']['parameters'] if row['path'] == _HOUSING)} (95 %)."
     )
     return found
 

@@ -19,6 +19,9 @@ The rules, the first that fits:
 Physics measures what it does not find beside what it found. A fault that it did not measure is as likely as the
 networks say; of those that the networks do not name, the likeliest one is told.
 
+An alarm of the networks for which no fault is likely is unknown, or healthy where the nearest fault is too small to
+matter; a remark says so.
+
 A fault that both name has the networks' size, but where they see another one that is not there: what is fitted beside
 simulated turns has intervals that hold as often as they say. A fault smaller than the smallest size that matters is
 told, but not in the headline; with such faults alone the machine is healthy.
@@ -105,6 +108,8 @@ class Answer:
         Where networks and physics differ, what remains.
     network : TurnDiagnosis
     physics : Physics or None
+    no_physics : str
+        Why there is none, where it was asked for.
     """
 
     verdict: str
@@ -113,6 +118,7 @@ class Answer:
     remarks: tuple[str, ...]
     network: TurnDiagnosis
     physics: Physics | None
+    no_physics: str = ""
 
     def plain(self) -> dict[str, Any]:
         """As JSON knows it."""
@@ -129,8 +135,7 @@ def answer_of(
         return Answer(NOT_COMPARABLE, f"Not comparable: {network.reason}", (), (), network, physics)
     seen = _by_network(network)
     if physics is None:
-        why = (f"By the networks {network.reason}.",) if network.verdict == UNKNOWN else ()
-        return _with(network.verdict, seen, why, network, None)
+        return _with(network.verdict, seen, _nameless(network), network, None)
     remains = f"{physics.level:.1f} times the noise remains"
     if physics.verdict == FAULTY:
         found = _by_physics(physics, seen, machine, matters, faults)
@@ -144,12 +149,12 @@ def answer_of(
             found = _by_physics(physics, seen, machine, matters, faults, own=True)
         return _with(FAULTY, (*found, *kept, *more), _differences(found, seen, physics), network, physics)
     if physics.verdict == HEALTHY:
-        remarks = ()
+        remarks = _nameless(network)
         if network.verdict != HEALTHY:
             said = joined([fault.told for fault in seen]) or "something that is in no table"
             remarks = (f"The networks see {said}; physics explains the record down to the noise without it.",)
         there: Sequence[FoundFault] = ()
-        if network.verdict == FAULTY or (network.verdict == UNKNOWN and network.novelty <= 1.0):
+        if network.alarm > 0.0 and network.novelty <= 1.0:
             there = (*_kept((), seen, physics), *_more((), network, physics, machine, matters, faults))
         return _with(FAULTY if there else HEALTHY, there, remarks, network, physics)
     remains = f"{remains} that no fault of the table explains ({physics.sentence.rstrip('.')})."
@@ -157,6 +162,12 @@ def answer_of(
     if network.verdict == FAULTY and any(fault.matters for fault in seen):
         return _with(FAULTY, seen, (f"Physics does not confirm it: {remains}",), network, physics)
     return _with(UNKNOWN, (), (f"By physics {remains}",), network, physics)
+
+
+def _nameless(network: TurnDiagnosis) -> tuple[str, ...]:
+    """Why the networks name nothing of a turn that they do not find as the healthy machine's."""
+    unnamed = network.verdict == UNKNOWN or (network.verdict == HEALTHY and network.alarm > 0.0)
+    return (f"By the networks {network.reason}.",) if unnamed else ()
 
 
 def _kept(found: Sequence[FoundFault], seen: Sequence[FoundFault], physics: Physics) -> Sequence[FoundFault]:

@@ -151,10 +151,19 @@ def _seen(signal: Signal, cam_rate: float, reference: np.ndarray, name: str) -> 
     orders = np.fft.rfft(mean)[1:7] * 2.0 / len(mean)
     orders = orders * np.exp(-1j * np.arange(1, 7) * np.pi / len(mean))
     signal, match, notes = upright(name, signal, cam_rate, orders, _LIKENESS)
-    if match.likeness < _LIKENESS or not _LEVEL[0] <= match.level <= _LEVEL[1]:
+    if match.likeness < _LIKENESS:
         raise SignalError(
-            f"{name} must look like the twin's machine, likeness {_LIKENESS:g} and level {_LEVEL[0]:g} to "
-            f"{_LEVEL[1]:g} in the first orders of the cam, got {match.likeness:.3f} and {match.level:.3g}; check "
-            "whose record it is, its unit, its speed and its sensor."
+            f"{name} does not move as this machine does: the shapes of the motion are {_percent(match.likeness)} alike "
+            f"({100.0 * _LIKENESS:g} or more allowed); check its speed, its sensor and whose record it is."
+        )
+    if not _LEVEL[0] <= match.level <= _LEVEL[1]:
+        raise SignalError(
+            f"{name} is {match.level:.3g} times as strong as this machine's records ({_LEVEL[0]:g} to {_LEVEL[1]:g} "
+            "allowed); check its unit, its sensor's radius and whose record it is."
         )
     return signal, match, notes
+
+
+def _percent(likeness: float) -> str:
+    """In as many digits as tell it from the least that is allowed; a shape upside down is not alike at all."""
+    return f"{math.floor(1000.0 * max(0.0, likeness)) / 10.0:g} %"

@@ -34,7 +34,7 @@ def diagnosed(
     comparable = [one for _, one in each if one.verdict != NOT_COMPARABLE]
     network = together(comparable) if comparable else each[0][1]
     found: Physics | None = None
-    remarks: tuple[str, ...] = ()
+    remarks, why = (), "" if comparable else "No record can be compared."
     if physics and comparable:
         try:
             found = twin.explain([
@@ -43,13 +43,14 @@ def diagnosed(
                 if one.verdict != NOT_COMPARABLE
             ], network.suspected)  # fmt: skip
         except IndexerError as error:
-            remarks = (f"Physics was left out: {error}",)
+            why = str(error)
+            remarks = (f"Physics was left out: {why}",)
     answer = answer_of(network, found, twin.machine, twin.matters, twin.faults)
     left = tuple(f"{name} was left out: {one.reason}" for name, one in each if one.verdict == NOT_COMPARABLE)
     left = left if comparable else ()
     notes = tuple(f"{note}." for _, one in each for note in one.notes)
     said = (*answer.remarks, *_dissent(network, each), *remarks, *left, *notes)
-    return dataclasses.replace(answer, remarks=said), each
+    return dataclasses.replace(answer, remarks=said, no_physics=why), each
 
 
 def _dissent(network: TurnDiagnosis, each: Sequence[tuple[str, TurnDiagnosis]]) -> tuple[str, ...]:

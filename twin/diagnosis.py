@@ -6,6 +6,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from indexer_cli.words import joined
+from twin.faults import FAULTS
+
 HEALTHY, FAULTY, UNKNOWN, NOT_COMPARABLE = "healthy", "faulty", "unknown", "not comparable"
 """What is said of a turn."""
 
@@ -49,7 +52,7 @@ class TurnDiagnosis:
     verdict : str
         HEALTHY, FAULTY, UNKNOWN or NOT_COMPARABLE.
     faults : tuple of FaultSeen
-        Those that are named, the most probable first.
+        Those that are named, as likely there as not or more, the most probable first.
     probabilities : mapping
         Of each fault of the table.
     severities : mapping
@@ -80,6 +83,27 @@ class TurnDiagnosis:
     def suspected(self) -> tuple[FaultSeen, ...]:
         """All faults that the networks think possible."""
         return (*self.faults, *self.unnamed)
+
+
+def said_of(
+    alarm: float, novelty: float, named: Sequence[FaultSeen], nearest: FaultSeen
+) -> tuple[str, tuple[FaultSeen, ...], str]:
+    """The verdict on a turn, the faults that are told, and why.
+
+    Without a likely fault, `named`, an alarm is unknown, but healthy where the nearest fault is too small to matter.
+    """
+    if novelty > 1.0:
+        why = f"the turn is unlike the healthy machine and all faults of the table, {novelty:.1f} times the limit"
+        return UNKNOWN, tuple(named) if alarm > 0.0 else (), why
+    if alarm <= 0.0:
+        return HEALTHY, (), "the turn is as the healthy machine's"
+    if named:
+        slight = "" if any(one.matters for one in named) else ", too small to matter"
+        return FAULTY, tuple(named), f"the turn shows {joined([FAULTS[one.name].words for one in named])}{slight}"
+    near = f"nearest: {FAULTS[nearest.name].words}, {100.0 * nearest.probability:.0f} %"
+    if nearest.matters:
+        return UNKNOWN, (), f"the turn is not healthy, and no fault of the table is likely; {near}"
+    return HEALTHY, (), f"the turn raises an alarm, but no fault is likely; {near}, too small to matter"
 
 
 def together(each: Sequence[TurnDiagnosis]) -> TurnDiagnosis:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from indexer_env import OperatingPoint
-from twin.refine import TOGETHER
 from twin.synthesis import Synthesis
 from twin.work import BAD, Work
 
@@ -16,6 +15,9 @@ _USUAL = 0.9
 
 _STRONG = 10.0
 """Square of a strength below which a turn says little of what grows with it."""
+
+_TOGETHER = 32
+"""Turns simulated at once, which bounds the memory."""
 
 
 def growth_of(
@@ -28,8 +30,8 @@ def growth_of(
     strength = (m**2).mean(axis=1)
     mine = np.flatnonzero((strength > _STRONG) & (size[:, phased] == 0.0).all(axis=1))
     rows = []
-    for first in range(0, len(mine), TOGETHER):
-        part = mine[first : first + TOGETHER]
+    for first in range(0, len(mine), _TOGETHER):
+        part = mine[first : first + _TOGETHER]
         work = Work(of, m[part], [points[k] for k in part], size[part] != 0.0, station[part])
         t = np.concatenate([size[part], np.zeros((len(part), len(work.phased) + of.nuisance.count))], axis=1)
         found = work.at(t, np.arange(len(part)))

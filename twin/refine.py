@@ -36,8 +36,11 @@ _ROUNDS = ((3, 3), (2, 3))
 _JOINT = 15
 """Most steps of the fit with the machine's own parameters; half of the turns are at rest after four."""
 
-TOGETHER = 32
-"""Turns fitted at once, which bounds the memory."""
+TOGETHER = 8
+"""Turns fitted at once, which bounds the memory and what a run that is stopped has to fit again."""
+
+_ALIKE = 1e-3
+"""Largest difference of what networks say of a turn, as logits and shares, when they are asked again."""
 
 _SIDE_BY_SIDE = 2
 """Threads that fit: the simulator of one has all cores while the other builds its machines in Python."""
@@ -65,35 +68,62 @@ class Fits:
 
 def fitted(
     of: Synthesis, x: np.ndarray, points: Sequence[OperatingPoint], told: Mapping[str, np.ndarray],
-    advance: Callable[[int], None] = lambda turns: None, folder: Path | None = None,
+    advance: Callable[..., None] = lambda turns, earlier=False: None, folder: Path | None = None,
 ) -> Fits:  # fmt: skip
-    """Turns x (n, stations, cells) fitted from what networks say of them; parts that `folder` holds are read."""
+    """Turns x (n, stations, cells) fitted from what networks say of them; parts that `folder` holds are read, where the
+    networks said the same."""
 
-    def part_from(first: int) -> Fits:
+    parts: dict[int, Fits] = {}
+
+    def of_part(first: int) -> tuple[slice, dict[str, np.ndarray], Path | None]:
         part = slice(first, first + TOGETHER)
         file = None if folder is None else folder / f"{first:05d}.safetensors"
-        if file is not None and file.exists():
-            return Fits(**load_file(file))
-        found = _fitted(of, x[part], points[part], {name: value[part] for name, value in told.items()})
+        return part, {name: value[part] for name, value in told.items()}, file
+
+    def part_from(first: int) -> Fits:
+        part, mine, file = of_part(first)
+        found = _fitted(of, x[part], points[part], mine)
         if file is not None:
-            _keep(file, found)
+            _keep(file, found, mine)
         return found
 
-    parts, pool = [], ThreadPoolExecutor(_SIDE_BY_SIDE)
+    firsts = range(0, len(x), TOGETHER)
+    for first in firsts:
+        _, mine, file = of_part(first)
+        kept = None if file is None else _kept(file, mine)
+        if kept is not None:
+            parts[first] = kept
+    if parts:
+        advance(sum(len(found.left) for found in parts.values()), earlier=True)
+    left, pool = [first for first in firsts if first not in parts], ThreadPoolExecutor(_SIDE_BY_SIDE)
     try:
-        for found in pool.map(part_from, range(0, len(x), TOGETHER)):
-            parts.append(found)
+        for first, found in zip(left, pool.map(part_from, left), strict=True):
+            parts[first] = found
             advance(len(found.left))
     finally:
         pool.shutdown(cancel_futures=True)
     names = (field.name for field in dataclasses.fields(Fits))
-    return Fits(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return Fits(*(np.concatenate([getattr(parts[first], name) for first in firsts]) for name in names))
 
 
-def _keep(file: Path, found: Fits) -> None:
+def _kept(file: Path, told: Mapping[str, np.ndarray]) -> Fits | None:
+    """The fits of a file; None where there is none, or it is of other turns or networks: these say of no two turns the
+    same."""
+    if not file.exists():
+        return None
+    held = load_file(file)
+    for name, value in told.items():
+        before = held.pop(f"told.{name}", None)
+        if before is None or before.shape != value.shape or not np.allclose(before, value, atol=_ALIKE):
+            return None
+    return Fits(**held)
+
+
+def _keep(file: Path, found: Fits, told: Mapping[str, np.ndarray]) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     fresh = file.with_suffix(".part")
-    save_file({name: np.ascontiguousarray(value) for name, value in vars(found).items()}, fresh)
+    held = {**vars(found), **{f"told.{name}": value for name, value in told.items()}}
+    save_file({name: np.ascontiguousarray(value) for name, value in held.items()}, fresh)
     fresh.rename(file)
 
 

@@ -23,7 +23,7 @@ from indexer_env.signal import Signal
 from twin import physics
 from twin.corrected import BY_COMPARISON, corrected
 from twin.detection import Seen, worst
-from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis
+from twin.diagnosis import NOT_COMPARABLE, FaultSeen, TurnDiagnosis, said_of
 from twin.faults import Fault, share_of
 from twin.folder import (
     about_of,
@@ -190,13 +190,8 @@ class Twin:
             synthesis = synthesis.of_mean()
         estimate = self._estimate(synthesis, x.mean(axis=0)[None], point, told, alarm > 0.0)
         strange, chance = estimate.strange, sigmoid(estimate.logits)
-        named = chance >= NAMED
-        likely = bool(named.any())
-        if not likely:
-            # the nearest one, which tells whether what is there matters
-            named[np.argmax(chance)] = True
-        reach = estimate.spread * estimate.reach[:, int(named.sum() > 1)]
-        sizes, seen_faults, possible = {}, [], []
+        reach = estimate.spread * estimate.reach[:, int((chance >= NAMED).sum() > 1)]
+        sizes, each = {}, []
         for k, fault in enumerate(self.faults):
             share = float(estimate.size[k])
             ends = [fault.possible(value) for value in (share, share - float(reach[k]), share + float(reach[k]))]
@@ -205,36 +200,17 @@ class Twin:
             sizes[fault.name] = size, low, high
             single = fault.name == "crack_single" and "station" in told and stations_known
             station = int(np.argmax(told["station"][0])) if single else None
-            seen = FaultSeen(
+            each.append(FaultSeen(
                 fault.name, float(chance[k]), size, low, high, fault.unit, ends[0],
                 abs(ends[0]) >= self.matters[fault.name], station,
-            )  # fmt: skip
-            if named[k]:
-                seen_faults.append(seen)
-            if alarm > 0.0 and estimate.logits[k] > IMPOSSIBLE:
-                possible.append(seen)
-        seen_faults.sort(key=lambda one: -one.probability)
-        verdict, faults, reason = self._said(alarm, strange, seen_faults, likely)
+            ))  # fmt: skip
+        likeliest = sorted(each, key=lambda one: -one.probability)
+        likely = [one for one in likeliest if one.probability >= NAMED]
+        verdict, faults, reason = said_of(alarm, strange, likely, likeliest[0])
+        possible = [one for one, logit in zip(each, estimate.logits, strict=True) if alarm > 0.0 and logit > IMPOSSIBLE]
         probabilities = {fault.name: float(p) for fault, p in zip(self.faults, chance, strict=True)}
         unnamed = tuple(one for one in possible if one not in faults)
-        return TurnDiagnosis(verdict, tuple(faults), probabilities, sizes, alarm, strange, reason, unnamed=unnamed)
-
-    def _said(
-        self, alarm: float, strange: float, seen: Sequence[FaultSeen], likely: bool
-    ) -> tuple[str, Sequence[FaultSeen], str]:  # fmt: skip
-        """The verdict on a turn, the faults that are told, and why; where no fault is `likely`, the nearest one is told
-        alone where it does not matter."""
-        if strange > 1.0:
-            why = f"the turn is unlike the healthy machine and all faults of the table, {strange:.1f} times the limit"
-            return UNKNOWN, seen if alarm > 0.0 and likely else (), why
-        if alarm <= 0.0:
-            return HEALTHY, (), "the turn is as the healthy machine's"
-        words = {fault.name: fault.words for fault in self.faults}
-        if likely or not seen[0].matters:
-            return FAULTY, seen, "the turn shows " + " and ".join(words[one.name] for one in seen)
-        nearest = seen[0]
-        why = "the turn is not healthy, and no fault of the table is likely; "
-        return UNKNOWN, (), f"{why}{words[nearest.name]} comes nearest, with {100.0 * nearest.probability:.0f} %"
+        return TurnDiagnosis(verdict, faults, probabilities, sizes, alarm, strange, reason, unnamed=unnamed)
 
     def _estimate(
         self, synthesis: Synthesis | None, x: np.ndarray, point: OperatingPoint, told: Mapping[str, np.ndarray],

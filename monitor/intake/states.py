@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 WORDS = {
@@ -31,16 +32,27 @@ UNTIL_GOOD_TURN = ("dead", "clipped", "other_speed", "no_indexing", "no_pulse", 
 _MOMENT_NS = 3600 * 1_000_000_000
 """For how long the page shows an event that has no end of its own, as a lost block: an hour."""
 
+_ITEMS = 100
+"""Items of which a state knows that they may come right; with more of them it ends by its age alone."""
+
 
 @dataclass
 class State:
-    """One state of a machine: since when, last seen, how often, and a sentence; `active` until it is over."""
+    """One state of a machine: since when, last seen, how often, and a sentence; `active` until it is over. `open` has
+    the items that it is of and may come right, as files, with a sentence for each; "" stands for what never will."""
 
     since_ns: int
     last_ns: int
     count: int
     text: str
     active: bool
+    open: dict[str, str] = field(default_factory=dict)
+
+
+def joined_items(items: Mapping[str, str], more: Mapping[str, str]) -> dict[str, str]:
+    """Items of a state and further ones, the newest last."""
+    both = {item: said for item, said in items.items() if item not in more} | dict(more)
+    return both if len(both) <= _ITEMS else {"": list(both.values())[-1]}
 
 
 class States:
@@ -50,28 +62,40 @@ class States:
         self._states: dict[str, State] = {}
         self.replace(body or {})
 
-    def note(self, name: str, now_ns: int, text: str = "", count: int = 1) -> None:
-        """Something happened or goes on."""
+    def note(
+        self, name: str, now_ns: int, text: str = "", count: int = 1, items: Mapping[str, str] | None = None
+    ) -> None:
+        """Something happened or goes on, with these `items`."""
         state = self._states.get(name)
         if state is None:
-            self._states[name] = State(now_ns, now_ns, count, text or WORDS[name], True)
+            self._states[name] = State(now_ns, now_ns, count, text or WORDS[name], True, dict(items or {}))
             return
         if not state.active:
             state.since_ns = now_ns
         state.last_ns, state.count, state.active = now_ns, state.count + count, True
-        state.text = text or WORDS[name]
+        state.text, state.open = text or WORDS[name], joined_items(state.open, items or {})
+
+    def right(self, name: str, item: str) -> None:
+        """An item of a state has come right; the state is over once all have."""
+        state = self._states.get(name)
+        if state is None or state.open.pop(item, None) is None:
+            return
+        if state.open:
+            state.text = list(state.open.values())[-1]
+        else:
+            state.active = False
 
     def over(self, *names: str) -> None:
         """These are no longer so; they stay in the count."""
         for name in names:
             if name in self._states:
-                self._states[name].active = False
+                self._states[name].active, self._states[name].open = False, {}
 
     def age(self, now_ns: int) -> None:
         """End events that are an hour old, reckoned by the samples' own time."""
         for name, state in self._states.items():
             if name not in (*UNTIL_GOOD_TURN, "stale", "rate_error") and now_ns - state.last_ns > _MOMENT_NS:
-                state.active = False
+                state.active, state.open = False, {}
 
     def replace(self, body: dict[str, Any]) -> None:
         """Be as `to_dict` told."""

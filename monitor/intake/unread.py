@@ -7,8 +7,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from monitor.intake.states import States
+from monitor.intake.states import States, joined_items
+
+if TYPE_CHECKING:
+    from monitor.pipeline import Pipeline
 
 _log = logging.getLogger(__name__)
 
@@ -32,14 +36,14 @@ class Unread:
     def __init__(self) -> None:
         self.told: Callable[[], None] = lambda: None
         self._lock = threading.Lock()
-        self._waiting: dict[str, tuple[int, str]] = {}
+        self._waiting: dict[str, tuple[int, dict[str, str]]] = {}
         self._logged: dict[tuple[str, str], float] = {}
 
-    def add(self, machine: str, sentence: str) -> None:
-        """A message or file could not be read, for the reason in the sentence."""
+    def add(self, machine: str, sentence: str, item: str = "") -> None:
+        """A message or file could not be read, for the reason in the sentence; `item` names a file."""
         with self._lock:
-            count, _ = self._waiting.pop(machine, (0, ""))
-            self._waiting[machine] = count + 1, sentence
+            count, items = self._waiting.pop(machine, (0, {}))
+            self._waiting[machine] = count + 1, joined_items(items, {item: sentence})
             if len(self._waiting) > _MACHINES:
                 del self._waiting[next(iter(self._waiting))]
             news = self._is_news(machine, sentence)
@@ -51,17 +55,22 @@ class Unread:
         """Hand over to the states of a machine, now that there are some, by the time of its samples; False: there was
         nothing."""
         with self._lock:
-            count, sentence = self._waiting.pop(machine, (0, ""))
+            count, items = self._waiting.pop(machine, (0, {}))
         if count:
-            states.note("broken_payload", now_ns, sentence, count)
+            states.note("broken_payload", now_ns, list(items.values())[-1], count, items)
             self.told()
         return count > 0
+
+    def read(self, pipeline: Pipeline, item: str) -> None:
+        """A file of a machine has been read: that it could not be before is over."""
+        self.move(pipeline.machine, pipeline.states, pipeline.time_at(time.time_ns()))
+        pipeline.states.right("broken_payload", item)
 
     @property
     def sentences(self) -> list[str]:
         """For the page: the last one of each machine that is unknown, newest first, and how many more there are."""
         with self._lock:
-            newest = [sentence for _, sentence in reversed(self._waiting.values())]
+            newest = [list(items.values())[-1] for _, items in reversed(self._waiting.values())]
         more = len(newest) - SHOWN
         return [*newest[:SHOWN], *([f"so it is with {more} more machines; the log names them"] if more > 0 else [])]
 

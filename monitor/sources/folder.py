@@ -2,7 +2,8 @@
 
 A file is complete once its size and time have not changed for `settle` seconds, and it is read once: its name, size and
 time go into the store together with its samples, so that neither a kill nor a restart reads it twice; where it grows
-all the same, as of a logger that paused for longer, what is new is used. Its machine is the folder below the watched
+all the same, as of a logger that paused for longer, what is new is used. A text that was seen to grow and ends within
+a line is still being written: it must rest ten times as long. Its machine is the folder below the watched
 one, or for a file that lies in it directly what stands before the first sign of _ or a digit of its name. Its time is
 the one in its name (20261122T060000Z), else that of its last change less its duration. A file that begins where the
 last one of its machine ended goes on with it; one that begins later, or earlier but ends later, is a recording of its
@@ -21,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from indexer_env.errors import IndexerError, SignalError
-from indexer_records.formats import SUFFIXES
+from indexer_records.formats import SUFFIXES, csv
 from indexer_records.measured import Reading, read_recording
 from monitor.engine import Arrival, Engine
 from monitor.intake.blocks import LARGEST_BLOCK, NANO, Block
@@ -31,6 +32,10 @@ _LOOK_S = 1.0
 _RETRY_S, _LONGEST_WAIT_S = 2.0, 64.0
 """First and longest time after which a file that could not be opened is looked at again; a machine's other files wait
 for it until the longest one."""
+
+_WITHIN_A_LINE = 10.0
+"""Times `settle` for which a text that ends within a line must rest: its logger may have paused there, but the last
+line of one that ends without a newline is to be read, too."""
 
 _TIME = re.compile(r"(\d{8}T\d{6})(?:\.(\d{1,6}))?Z")
 
@@ -60,6 +65,7 @@ class FolderSource(Source):
         self._folder, self._reading, self._pulse, self._settle = folder, reading, pulse_column, settle
         self._jitter_ns, self._turn_ns = round(jitter * NANO), round(turn * NANO)
         self._seen: dict[str, tuple[str, float]] = {}
+        self._growing: set[str] = set()
         self._ends: dict[str, int] = {}
         self._stretches: dict[str, tuple[int, int | None]] = {}
         self._short: dict[str, str] = {}
@@ -114,9 +120,16 @@ class FolderSource(Source):
             known = self._seen.get(name)
             if known is None or known[0] != mark:
                 self._seen[name] = (mark, now)
-            elif now - known[1] >= self._settle:
+                if known is not None or name in done:
+                    self._growing.add(name)
+            elif now - known[1] >= self._rest(path, name):
                 found.append((_moment(path.name) or state.st_mtime_ns, name, mark))
         return [(name, mark) for _, name, mark in sorted(found)]
+
+    def _rest(self, path: Path, name: str) -> float:
+        """Seconds without change after which a file is complete."""
+        unended = name in self._growing and _within_a_line(path)
+        return _WITHIN_A_LINE * self._settle if unended else self._settle
 
     def _held(self) -> set[str]:
         """Machines of which a file could not be opened a short time ago: what came after it would make it late."""
@@ -127,7 +140,7 @@ class FolderSource(Source):
         """Look again at a file that could not be opened, ever more rarely: a share may be away for a moment."""
         wait = self._waits[name] = min(2.0 * self._waits.get(name, 0.5 * _RETRY_S), _LONGEST_WAIT_S)
         self._seen[name] = mark, time.monotonic() + wait - self._settle
-        engine.broken(machine_of(Path(name)), f"{name} cannot be read ({error.strerror or error}); trying again")
+        engine.broken(machine_of(Path(name)), f"{name} cannot be read ({error.strerror or error}); trying again", name)
 
     def _read(self, engine: Engine, path: Path, name: str, mark: str, *, grown: bool = False) -> None:
         """Hand over a file; of one that has `grown` since it was read, what is new. Raises OSError where it cannot be
@@ -148,7 +161,7 @@ class FolderSource(Source):
             blocks = self._placed(engine, name, blocks)
         except IndexerError as error:
             told = str(error)
-            engine.broken(machine, told if str(path) in told else f"{name}: {told}")
+            engine.broken(machine, told if str(path) in told else f"{name}: {told}", name)
             return
         for place, block in enumerate(blocks):
             last = place == len(blocks) - 1
@@ -194,6 +207,20 @@ class FolderSource(Source):
             begin = start + round(first / signal.sample_rate * NANO)
             pieces.append(Block(machine, begin, signal.sample_rate, signal.unit, signal.values[piece], pulse))
         return pieces
+
+
+def _within_a_line(path: Path) -> bool:
+    """Whether a text ends within a line; False for other files."""
+    if path.suffix.lower() not in csv.FORMAT.suffixes:
+        return False
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, file.seek(0, 2) - 2))
+            # of UTF-16 a zero stands before or behind the end of the line
+            end = file.read().strip(b"\0")
+    except OSError:
+        return False
+    return not end.endswith((b"\n", b"\r"))
 
 
 def _behind(blocks: list[Block], used_ns: int | None) -> list[Block]:

@@ -168,6 +168,28 @@ def test_files_are_read_in_the_order_of_their_times(tmp_path):
     assert [name for name, _ in source._complete({})] == ["press_1.csv", "press_2.csv", "press_10.csv"]
 
 
+@pytest.mark.parametrize(
+    ("encoding", "ending", "looks"), [("utf-8", "\n", 1), ("utf-16", "\r\n", 1), ("utf-8", "", 10), ("utf-16", "", 10)]
+)
+def test_a_text_that_grows_is_complete_once_its_last_line_is(tmp_path, monkeypatch, encoding, ending, looks):
+    """`looks` times `settle` must pass; one that is there at once need not grow any more."""
+    now = [0.0]
+    monkeypatch.setattr("monitor.sources.folder.time.monotonic", lambda: now[0])
+    source = FolderSource(tmp_path, Reading(), None, settle=2.0, jitter=0.02, turn=1.0)
+    path = tmp_path / "press_20270115T080000Z.csv"
+
+    def seconds_until_complete():
+        begun = now[0]
+        while not source._complete({}):
+            now[0] += 1.0
+        return now[0] - begun
+
+    path.write_text("time [s],acceleration [m/s^2]\n0.00,0.1", encoding=encoding)
+    assert seconds_until_complete() == 2.0
+    path.write_text(f"time [s],acceleration [m/s^2]\n0.00,0.123\n0.01,-0.4{ending}", encoding=encoding, newline="")
+    assert seconds_until_complete() == 2.0 * looks
+
+
 def test_of_a_file_that_has_grown_what_is_new_is_used(monitor, tmp_path, monkeypatch):
     """A logger that pauses for longer than `settle` within a file of 8 s."""
     monkeypatch.setattr("monitor.sources.folder._LOOK_S", 0.01)

@@ -149,7 +149,7 @@ def test_what_cannot_be_compared_is_a_state(twin):
     assert state == "clipped" and "39.0%" in said
     assert one.flaw(mode, StreamedTurn(0.0, 8.2, "", record, clipped_share=1.0, constant_share=1.0))[0] == "dead"
     assert one.flaw(mode, StreamedTurn(0.0, 9.9, "must last 8.2 s"))[0] == "other_speed"
-    with pytest.raises(SignalError, match="look like the twin's machine"):
+    with pytest.raises(SignalError, match="times as strong as this machine's"):
         look(one, Signal(5.0 * record, RATE, unit="rad/s^2"))
 
 

@@ -55,6 +55,53 @@ def test_what_could_not_be_read_becomes_a_state_of_its_machine_once_this_is_know
     wait_for(lambda: monitor.store.summary("press-1")["states"]["broken_payload"]["count"] == 3)
 
 
+def test_what_could_not_be_read_is_over_once_the_file_is_read(monitor, tmp_path):
+    """Of two broken files one is put right, then the other; a message that cannot be read stays one."""
+    source = FolderSource(tmp_path, Reading(), None, settle=0.0, jitter=0.02, turn=1.0)
+    first, other = (tmp_path / f"press_20270115T0{hour}0000Z.csv" for hour in (8, 9))
+
+    def look(file, rows, mark):
+        file.write_text(HEAD + "\n".join(rows))
+        source._read(monitor.engine, file, file.name, mark)
+
+    def told():
+        summary = monitor.store.summary("press") or {"active_states": [], "states": {}}
+        state = summary["states"].get("broken_payload", {"count": 0, "text": ""})
+        return "broken_payload" in summary["active_states"], state["count"], state["text"]
+
+    look(first, [*ROWS[:-1], "1.9"], "part")
+    assert len(monitor.engine.unread.sentences) == 1
+    look(first, ROWS, "whole")  # its machine is known from here on
+    wait_for(lambda: told()[1] == 1)
+    assert not told()[0] and monitor.engine.unread.sentences == []
+    look(first, [*ROWS, "2.0"], "part")
+    look(other, [*ROWS, "2.0"], "part")
+    wait_for(lambda: told()[1] == 3)
+    assert told()[0] and other.name in told()[2]
+    look(other, ROWS, "whole")
+    wait_for(lambda: first.name in told()[2])
+    assert told()[0], "the first one is not yet read"
+    look(first, ROWS, "again")
+    wait_for(lambda: not told()[0])
+    monitor.engine.broken("press", "the message must have samples, got none.")
+    wait_for(lambda: told()[0])
+    look(first, ROWS, "once more")
+    wait_for(lambda: monitor.engine.positions(source.name).get(first.name) == "once more")
+    assert told()[0], "a file that was read says nothing of a message"
+
+
+def test_of_too_many_broken_files_the_state_ends_by_its_age():
+    states = States()
+    for place in range(500):
+        states.note("broken_payload", place, f"{place}.csv", items={f"{place}.csv": f"{place}.csv"})
+    for place in range(500):
+        states.right("broken_payload", f"{place}.csv")
+    assert states.active == ["broken_payload"] and len(states.to_dict()["broken_payload"]["open"]) <= 100
+    states = States(states.to_dict())
+    states.age(3601 * 10**9)
+    assert states.active == [] and states.to_dict()["broken_payload"]["open"] == {}
+
+
 def test_the_log_does_not_repeat_itself_and_the_page_tells_the_newest(caplog):
     unread, told = Unread(), []
     unread.told = lambda: told.append(len(unread.sentences))

@@ -14,7 +14,7 @@ from indexer_env import Sensor, load_machine
 from indexer_env.errors import refuse
 from tests.twin import builders
 from twin.answer import answer_of
-from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, together
+from twin.diagnosis import FAULTY, HEALTHY, NOT_COMPARABLE, UNKNOWN, FaultSeen, TurnDiagnosis, said_of, together
 from twin.faults import FAULTS
 from twin.measured import Measured
 from twin.physics import ESTABLISHED, PhysicalFault, Physics
@@ -26,7 +26,7 @@ MATTERS = {"crack": 0.05, "friction": 0.05, "reducer_play": 0.05}
 
 def network(verdict: str, *names: str, matters: bool = True) -> TurnDiagnosis:
     faults = tuple(FaultSeen(name, 0.9, 5.0, 4.0, 6.0, "N m", 0.2, matters) for name in names)
-    return TurnDiagnosis(verdict, faults, {}, {}, 1.0, 0.5, "because")
+    return TurnDiagnosis(verdict, faults, {}, {}, -1.0 if verdict == HEALTHY else 1.0, 0.5, "because")
 
 
 def physics(verdict: str, *faults: tuple[str, float], level: float = 1.0) -> Physics:
@@ -114,6 +114,30 @@ def test_a_fault_that_neither_names_is_told_where_both_together_find_it(probabil
     both = dataclasses.replace(found, measured=(*looks, measured("reducer_play", 0.03, 0.01)))
     told = answered(dataclasses.replace(seen, unnamed=more), both)
     assert {fault.name for fault in told.faults} == set(by)
+
+
+def test_an_alarm_without_a_likely_fault_is_healthy_where_the_nearest_one_is_too_small_to_matter():
+    (crack,) = network(FAULTY, "crack", matters=False).faults
+    nearest = dataclasses.replace(crack, probability=0.44)
+    verdict, faults, why = said_of(7.6, 0.5, (), nearest)
+    assert (verdict, faults) == (HEALTHY, ()) and "the turn shows" not in why
+    assert why.endswith("no fault is likely; nearest: cracked rollers, 44 %, too small to matter")
+    assert said_of(7.6, 0.5, (), dataclasses.replace(nearest, matters=True))[0] == UNKNOWN
+    seen = TurnDiagnosis(verdict, faults, {}, {}, 7.6, 0.5, why, unnamed=(nearest,))
+    for found in (None, physics(HEALTHY)):
+        answer = answered(seen, found)
+        assert (answer.verdict, answer.faults, answer.remarks) == (HEALTHY, (), (f"By the networks {why}.",))
+    # physics may make it likely
+    sure = dataclasses.replace(physics(HEALTHY), measured=(measured("crack", 0.2, 0.01),))
+    assert answered(seen, sure).verdict == FAULTY
+
+
+def test_a_likely_fault_too_small_to_matter_is_called_so_where_the_headline_is_healthy():
+    named = network(FAULTY, "crack", matters=False).faults
+    verdict, faults, why = said_of(7.6, 0.5, named, named[0])
+    assert (verdict, faults) == (FAULTY, named) and why == "the turn shows cracked rollers, too small to matter"
+    large = (*named, *network(FAULTY, "friction").faults)
+    assert said_of(7.6, 0.5, large, named[0])[2] == "the turn shows cracked rollers and growing friction"
 
 
 @pytest.mark.parametrize("novelty", [0.5, 2.0])
@@ -250,6 +274,7 @@ def test_a_record_that_differs_from_the_others_is_told_by_name():
     twin = OfRecords(turn(HEALTHY, -3.0), turn(HEALTHY, -2.0), turn(HEALTHY, -1.0))
     answer, _ = diagnosed(twin, records, physics=True)  # type: ignore[arg-type]
     assert answer.verdict == HEALTHY and answer.remarks[0].startswith("Physics was left out: IndexerModel.experiments")
+    assert answer.no_physics.startswith("IndexerModel.experiments must be records that hold a whole cam turn")
 
 
 @pytest.mark.parametrize(("verdict", "code"), [(NOT_COMPARABLE, 2), (HEALTHY, 0), (UNKNOWN, 0)])

@@ -45,6 +45,14 @@ def test_each_size_says_at_which_level_its_interval_holds():
     assert "95 % interval</span>" in said and "90 % interval</span>" not in said
 
 
+def test_why_physics_says_nothing_is_told():
+    answer = answer_of(network(HEALTHY), None, MACHINE, MATTERS)
+    assert "None. It was not asked for (physics=false)." in answer_page(answer, [], twin())
+    short = dataclasses.replace(answer, no_physics="The records must hold 4 whole cam turns, got 3.")
+    said = answer_page(short, [], twin())
+    assert "None. The records must hold 4 whole cam turns, got 3." in said and "not asked" not in said
+
+
 @pytest.mark.parametrize(
     ("verdict", "advice"),
     [(HEALTHY, "Nothing: go on"), (UNKNOWN, "look at the machine"), (NOT_COMPARABLE, "state what was different")],

@@ -134,14 +134,15 @@ def test_each_reason_has_its_sentence():
     refused("motor speed must lie within the twin's 1200 to 1500 rpm, got 1600", *record(rpm=1600.0))
     refused("load must lie within the twin's 0 to 20 N m, got 30", *record(load=30.0))
     refused(r"a whole turn of the table, got 0\.9", *record(turns=0.9))
-    refused("must look like the twin's machine", changed(signal, values=9.81 * signal.values), told)
+    level = r"times as strong as this machine's records \(0\.5 to 2 allowed\); check its unit, its sensor's radius"
+    refused(rf"today\.csv is 9\.8\d {level}", changed(signal, values=9.81 * signal.values), told)
     late = dataclasses.replace(told, start_angle=told.start_angle + 0.3)
     refused("cam angle at the first sample must agree .* got 0.3", signal, late)
 
 
 def test_another_machine_is_refused():
     slow = dataclasses.replace(MACHINE, output_joint=Joint(2000.0, 5.0))
-    refused("must look like the twin's machine", *record(slow))
+    refused(r"does not move as this machine does: .* \d\d(\.\d)? % alike \(90 or more allowed\)", *record(slow))
 
 
 def test_an_operating_point_of_a_twin_for_one_point_is_that_point():

@@ -253,10 +253,11 @@ def test_the_verdicts_on_a_turn():
     assert by_name["crack"].low < 30.0 < by_name["crack"].high
     slight = twin(Fixed(1.0, quiet))
     vars(slight)["matters"] = dict.fromkeys(NAMES, 0.6)
-    (nearest,) = slight.diagnose_turn(*given).faults
-    assert nearest.probability < 0.1 and not nearest.matters
+    near = slight.diagnose_turn(*given)
+    assert (near.verdict, near.faults) == (HEALTHY, ()) and near.reason.endswith(", 5 %, too small to matter")
+    assert len(near.unnamed) == len(NAMES) and not any(one.matters for one in near.unnamed)
     none = twin(Fixed(1.0, quiet)).diagnose_turn(*given)
-    assert none.verdict == UNKNOWN and none.faults == () and "comes nearest, with 5 %" in none.reason
+    assert none.verdict == UNKNOWN and none.faults == () and none.reason.endswith(", 5 %")
     short = twin(Fixed(1.0, quiet)).diagnose_turn(*record(turns=0.5))
     assert short.verdict == NOT_COMPARABLE and "whole turn" in short.reason
 

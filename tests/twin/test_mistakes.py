@@ -22,6 +22,7 @@ from twin.advice import advice
 from twin.bench import Bench
 from twin.folder import NETWORKS
 from twin.make import Maker
+from twin.quantities import spread_of
 from twin.settings import Settings
 from twin.teach import weights_by_control
 from twin.twin import Twin
@@ -47,7 +48,10 @@ def test_a_wrong_setting_is_refused(given, said):
     assert said in str(error.value)
 
 
-KNOWN = {"scale_spread": 0.01, "spread": {"table_inertia": 0.01}, "start_compared": False}
+HOUSING = {"path": "machine.housing_inertia", "unit": "kg m²", "value": 20.5, "low": 13.6, "high": 29.2}
+KNOWN = {
+    "scale_spread": 0.01, "spread": {"table_inertia": 0.01}, "start_compared": False, "parameters": [HOUSING],
+}  # fmt: skip
 
 
 def about(**changes):
@@ -67,7 +71,7 @@ def about(**changes):
         ({"recorded": [[1500.2, 2.0], [1500.9, 20.0]]}, "Record at a second speed"),
         ({"calibration": {**KNOWN, "scale_spread": 0.04}}, "a record under a well known load, larger than 20 N m"),
         ({"calibration": {**KNOWN, "start_compared": True}}, "once-per-turn pulse"),
-        ({"calibration": {**KNOWN, "spread": {"cam_inertia": 0.2}}}, "Hardly known: cam_inertia"),
+        ({"calibration": {**KNOWN, "spread": {"cam_inertia": 0.2}}}, "Hardly known: inertia of the cam"),
         ({"check": {"turns": [{}]}}, "Hold out another healthy record"),
         (
             {"detection": [{"fault": "crack", "motor_speed_rpm": 1500.0, "load_torque": 2.0, "size": 0.01}]},
@@ -78,6 +82,10 @@ def about(**changes):
 def test_what_to_record_next_follows_from_what_is_open(changes, said):
     assert not any(said in sentence for sentence in advice(about()))
     assert any(said in sentence for sentence in advice(about(**changes)))
+
+
+def test_the_advice_has_the_spread_of_the_table():
+    assert advice(about())[-1].endswith(f"to {spread_of(HOUSING)} (95 %).") and spread_of(HOUSING) == "±38 %"
 
 
 def test_a_twin_diagnoses_in_its_range_whatever_was_recorded_last():

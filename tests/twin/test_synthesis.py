@@ -19,6 +19,7 @@ from twin.faults import FAULTS
 from twin.growth import growth_of
 from twin.refine import Fits, fitted
 from twin.synthesis import effect_of
+from twin.teach import LEAST_FITTED
 from twin.weigh import Weights, reaches, spread, weights_of
 from twin.work import BAD, Work
 
@@ -74,6 +75,49 @@ def test_parts_are_fitted_side_by_side_and_keep_their_order(monkeypatch):
     advanced: list[int] = []
     found = fitted(synthesis(), np.arange(4.0)[:, None, None], [POINT] * 4, {}, advanced.append)
     assert found.left.tolist() == [0.0, 1.0, 2.0, 3.0] and advanced == [1, 1, 1, 1]
+
+
+def test_a_weighing_that_was_stopped_fits_the_rest_alone(monkeypatch, tmp_path):
+    fitted_turns: list[float] = []
+
+    def one(of, x, points, told):
+        if len(fitted_turns) == stop:
+            raise KeyboardInterrupt
+        fitted_turns.append(float(x[0, 0, 0]))
+        return Fits(x[:, 0], x[:, 0], x[:, 0, 0], x[:, 0, 0])
+
+    def run(logits, turns=5):
+        x = np.arange(float(turns))[:, None, None]
+        done = []
+        found = fitted(
+            synthesis(), x, [POINT] * turns, {"faults": logits},
+            lambda more, earlier=False: done.append((more, earlier)), tmp_path / "fits",
+        )  # fmt: skip
+        return found.left.tolist(), done
+
+    monkeypatch.setattr(module, "_fitted", one)
+    monkeypatch.setattr(module, "TOGETHER", 2)
+    monkeypatch.setattr(module, "_SIDE_BY_SIDE", 1)
+    logits, stop = np.arange(10.0).reshape(5, 2), 2
+    with pytest.raises(KeyboardInterrupt):
+        run(logits)
+    assert fitted_turns == [0.0, 2.0] and not list(tmp_path.rglob("*.part"))
+    stop = -1
+    assert run(logits + 1e-5) == ([0.0, 1.0, 2.0, 3.0, 4.0], [(4, True), (1, False)])
+    assert fitted_turns == [0.0, 2.0, 4.0]
+    # what other networks, or parts of another size, have left is none of it
+    other = logits.copy()
+    other[3] += 0.5
+    run(other)
+    assert fitted_turns == [0.0, 2.0, 4.0, 2.0]
+    monkeypatch.setattr(module, "TOGETHER", 3)
+    run(other)
+    assert fitted_turns == [0.0, 2.0, 4.0, 2.0, 0.0, 3.0]
+
+
+def test_a_part_is_small_beside_the_turns_that_are_weighed():
+    """What a run that is stopped loses is what its threads were at."""
+    assert module.TOGETHER * module._SIDE_BY_SIDE <= 0.1 * LEAST_FITTED
 
 
 def test_looking_to_both_sides_gets_past_where_play_is_rough(monkeypatch):

@@ -11,6 +11,7 @@ import jinja2
 from indexer_env.machine import Machine
 from twin.advice import advice
 from twin.faults import FAULTS
+from twin.quantities import meaning_of, shop_of, spread_of, value_of, words_of
 from twin.remains import Remains
 from twin.report import figures
 
@@ -22,7 +23,7 @@ def page(about: Mapping[str, Any], machine: Machine, remains: Remains) -> str:
     faults = about["settings"]["faults"]
     return environment.get_template("page.html").render(
         about=about, name=machine.name, points=_points(about), rows=[_row(about, fault) for fault in faults],
-        parameters=[_parameter(row) for row in about["calibration"]["parameters"]], advice=advice(about),
+        parameters=[_parameter(row, machine) for row in about["calibration"]["parameters"]], advice=advice(about),
         detection=figures.detection(about["detection"], faults), remains=figures.remains(remains),
     )  # fmt: skip
 
@@ -39,17 +40,18 @@ def _row(about: Mapping[str, Any], fault: str) -> dict[str, Any]:
     return {
         "words": FAULTS[fault].words, "unit": FAULTS[fault].unit,
         "cells": [
-            {"told": "not seen" if row["told"] is None else f"{row['told']:.2g}",
+            {"point": f"{row['motor_speed_rpm']:.0f} rpm, {row['load_torque']:g} N m",
+             "told": "not seen" if row["told"] is None else f"{row['told']:.2g}",
              "best": bool(known) and row["size"] == min(known)}
             for row in sizes
         ],
     }  # fmt: skip
 
 
-def _parameter(row: Mapping[str, Any]) -> dict[str, str]:
+def _parameter(row: Mapping[str, Any], machine: Machine) -> dict[str, str]:
     """A line of the table of parameters."""
-    value, half = row["value"], 0.5 * (row["high"] - row["low"])
-    share = f"±{100.0 * half / abs(value):.2g} %" if value else f"±{half:.2g}"
-    name = row["path"].removeprefix("machine.").removeprefix("effects.").replace("_", " ")
-    unit = "" if row["unit"] == "-" else row["unit"]
-    return {"name": name, "value": f"{value:.4g} {unit}", "spread": share if half else "fixed"}
+    path = row["path"]
+    return {
+        "name": words_of(path), "meaning": meaning_of(path), "value": value_of(row), "shop": shop_of(row, machine),
+        "spread": spread_of(row),
+    }  # fmt: skip

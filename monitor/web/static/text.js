@@ -128,16 +128,20 @@ export function remaining(r) {
   return `${span(r[0])} (${r[1] == null ? "?" : span(r[1])} to ${r[2] == null ? "much longer" : span(r[2])})`;
 }
 
-export function size(name, value) {
+// A size with its unit; of one with an interval of some `width`, down to the place that tells its ends apart.
+export function size(name, value, width = 0) {
   const { short, factor, digits } = unitOf(name);
   if (value == null) return "–";
-  const text = digits == null ? String(Number((value * factor).toPrecision(2))) : (value * factor).toFixed(digits);
+  const number = value * factor, place = width > 0 ? Math.ceil(-Math.log10(factor * width / 2)) : -Infinity;
+  const text = digits != null ? number.toFixed(Math.min(20, Math.max(digits, place)))
+    : String(Number(number.toPrecision(Math.min(20, Math.max(2, Math.floor(Math.log10(Math.abs(number) || 1)) + 1 + place)))));
   return `${text}${!short || short === "°" ? short : ` ${short}`}`;
 }
 
 export function interval(name, s) {
   if (!s) return "–";
-  return s[1] === s[2] ? size(name, s[0]) : `${size(name, s[0])} (${size(name, s[1])} to ${size(name, s[2])})`;
+  const width = s[2] - s[1];
+  return s[1] === s[2] ? size(name, s[0]) : `${size(name, s[0], width)} (${size(name, s[1], width)} to ${size(name, s[2], width)})`;
 }
 
 export const quantity = (name) => QUANTITIES[name]?.name ?? name;
