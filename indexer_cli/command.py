@@ -243,13 +243,20 @@ def _missing_config(error: MissingConfigException) -> str:
     missing = str(error.missing_cfg_file or "")
     if not error.options or "/" not in missing:
         return _one_line(str(error))
-    first, _, path = missing.partition("/")
-    if "/" in path and (config_dir() / first).is_dir():
-        names = ", ".join(sorted(one.stem for one in (config_dir() / first).glob("*.yaml")))
-        return f"{first} must be one of {names} or a file that ends in .yaml, got {path!r}."
     group, _, choice = missing.rpartition("/")
     options = list(error.options)
-    return f"{group} must be one of {', '.join(options)}, got {choice!r}{_remedy(choice, options)}."
+    first, _, path = missing.partition("/")
+    if "/" in path and (config_dir() / first).is_dir():
+        group, choice, options = first, path, sorted(one.stem for one in (config_dir() / first).glob("*.yaml"))
+    file = " or a file that ends in .yaml" if (config_dir() / group).is_dir() else ""
+    remedy = _beside(choice) or _remedy(choice, options)
+    return f"{group} must be one of {', '.join(options)}{file}, got {choice!r}{remedy}."
+
+
+def _beside(choice: str) -> str:
+    """The remedy for a choice that is a file's path but for its ending; empty where no such file is there."""
+    files = (Path(choice).with_suffix(ending) for ending in (".yaml", ".yml")) if Path(choice).name else ()
+    return next((f"; did you mean '{file}'" for file in files if file.is_file()), "")
 
 
 def _missing_group(group: str, options: list[str]) -> str:

@@ -22,7 +22,7 @@ from twin.weigh import ACCEPTED, Weights
 _CHANCE = 0.05
 """Probability below which so many alarms are no chance."""
 
-_PREDICTED = 2.0
+PREDICTED = 2.0
 """rms of a turn's difference from the prediction over the noise above which it was not predicted."""
 
 
@@ -74,7 +74,7 @@ def checked(
         )
     count = len(rows)
     alarms, novel = sum(row["alarm"] > 0.0 for row in rows), sum(row["novelty"] > 1.0 for row in rows)
-    off = [row for row in rows if row["level"] > _PREDICTED]
+    off = [row for row in rows if row["level"] > PREDICTED]
     where = "healthy turns that were fitted" if own else "healthy turns that were held out"
     if float(binom.sf(alarms - 1, count, false_alarms)) < _CHANCE and alarms:
         said = f"{alarms} of {count} {where} are called faulty; one of the records may be of a faulty machine"

@@ -28,7 +28,7 @@ from discrepancy.indexer import machine_yaml
 from indexer_cli.command import check_flag
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.units import RPM
-from twin import data, detection
+from twin import data, detection, first_look
 from twin.bench import Bench, no_whole_turn
 from twin.calibrate import calibrated
 from twin.card import calibration_card, span, turns_of
@@ -48,6 +48,7 @@ from twin.folder import (
     view_of,
 )  # fmt: skip
 from twin.judge import Judge
+from twin.learn import View
 from twin.moved import as_before, gone_on, moved_since
 from twin.posterior import Uncertain, simulated
 from twin.remains import Remains, remains_of
@@ -175,6 +176,7 @@ class Maker:
             "start_compared": self.bench.start_compared,
         }  # fmt: skip
         told["noise"] = view_of(told, remains).noise
+        self._look(told, healthy, view_of(told, remains))
         if before is not None and self.before is not None:
             noisier = told["sample_noise"] / before["sample_noise"]
             moved = moved_since(before["calibration"], self.bench.subject.machine, fresh, noisier)
@@ -186,6 +188,17 @@ class Maker:
         self._keep_remains(remains)
         # last: a run that was stopped before it calibrates again
         self.work.write("calibration", told)
+
+    def _look(self, told: dict[str, Any], healthy: Healthy, view: View) -> None:
+        """Say what is left of each file while there is time to stop, and note a load that was another than stated."""
+        fitted = first_look.by_file(self.bench.subject.model.experiments, healthy)
+        files = first_look.by_file(self.bench.experiments, healthy)
+        line, warning = first_look.sentences(first_look.levels(fitted, files, healthy, view))
+        notes = first_look.wrong_load(files, healthy, view, self.settings.load_uncertainty)
+        told["notes"] += notes
+        _log.info(line)
+        for caution in filter(None, (*notes, warning)):
+            _log.warning(caution)
 
     def _remains_of(self, healthy: Healthy) -> Remains:
         """What the records that were fitted leave of this machine."""

@@ -3,10 +3,11 @@
 In reading order:
     conditions  what was known when each record was taken: a table beside the files, the command line
     reading     the files and their conditions -> records, with the once-per-turn pulse where there is one
-    quality     dead and clipped sensors, mixed or low rates, too few turns
+    quality     dead and clipped sensors, low rates, too few turns
     period      how long a cam turn takes by the record itself
     matching    speed, cam angle, level and likeness of a record against the nominal machine
     speed       the motor speed by pulses, period and phase against the one stated
+    rates       records of one sampling rate, and the noise of each
     experiments records -> experiments with a checked operating point, to fit and to hold out
     machine     the nominal machine and how well its parameters are known, from one YAML file
 """

@@ -12,6 +12,7 @@ from typing import Any
 from indexer_env.build import from_mapping
 from indexer_env.checks import check_number
 from indexer_env.errors import ParameterError, SignalError, refuse
+from indexer_env.units import ENDINGS
 from indexer_records.conditions import RecordConditions
 from indexer_records.file_table import FILE, table_rows
 from indexer_records.measured import Reading
@@ -124,7 +125,8 @@ def conditions_of(names: Sequence[str], table: Path | None, known: Mapping[str, 
         try:
             found[name] = from_mapping(Conditions, {**common, **row}, place)
         except ParameterError as error:
-            raise SignalError(_owned(str(error), place, common)) from None
+            said = _owned(str(error), place, common)
+            raise SignalError(said if table is None else _of_table(said, place, table)) from None
     machines = sorted({told.machine for told in found.values() if told.machine is not None})
     if len(machines) > 1:
         got = ", ".join(machines)
@@ -142,6 +144,20 @@ def _owned(sentence: str, place: str, common: Mapping[str, Any]) -> str:
         remedy = "give each for all files by known.NAME=VALUE (known.motor_speed_rpm) or in the table of records"
         return f"{sentence.partition(';')[0]}; {remedy}."
     return sentence
+
+
+def _of_table(sentence: str, place: str, table: Path) -> str:
+    """The sentence about a row; of an unknown name it says where it stands, and that in the shop's unit first."""
+    found = re.fullmatch(rf"{re.escape(place)} has no parameter (.+?); (.*)", sentence)
+    if found is None:
+        return sentence
+    where = f"{place}: key" if table.suffix.lower() in (".yaml", ".yml") else f"{table}: column"
+    hint = found[2].replace("its parameters are", "known are")
+    if meant := re.fullmatch(r"did you mean '(\w+)'\.", hint):
+        units = ((ending, unit.si) for ending, unit in ENDINGS.items() if unit.measures(meant[1]))
+        for ending, si in units:
+            hint = f"did you mean '{meant[1]}{ending}', or '{meant[1]}' in {si}."
+    return f"{where} {found[1]} is not known; {hint}"
 
 
 def table_beside(files: Sequence[Path], root: Path) -> Path | None:

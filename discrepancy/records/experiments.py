@@ -13,14 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.indexer import Experiment
-from discrepancy.indexer.reading import of_its_rate
 from discrepancy.indexer.windows import LEAST_WINDOWS, windows_of
-from discrepancy.noise import limited_noise, noise_of, shared_noise
 from discrepancy.records.conditions import grouped
 from discrepancy.records.division import divided
 from discrepancy.records.likeness import ALIKE, LIKENESS, check_likeness, checked_motion, other_stations
 from discrepancy.records.matching import likest, likest_other, nominal_orders, upright
 from discrepancy.records.offset import first_dwell_of, without_offset
+from discrepancy.records.rates import Noise, at_rate_of_all, noises
 from discrepancy.records.reading import Record
 from discrepancy.records.speed import by_pulses, check_period, put_right, speed_known_to
 from discrepancy.records.start import start_of
@@ -29,15 +28,11 @@ from indexer_env.machine import Machine
 from indexer_env.operating_point import OperatingPoint
 from indexer_env.sensors import Sensor
 from indexer_env.signal import Signal
-from indexer_records.resample import CUTOFF, entire
 
 _TURN = 2.0 * math.pi
 
 _WHOLE_RATIO = 1e-3
 """Motor turns by which a turn of the table may differ from a whole number of them: some tens add up to nothing."""
-
-_RATE = 1000.0
-"""Sampling rate [Hz] that tells what a machine lacks: its modes lie below 100 Hz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +66,9 @@ def experiments(
         The nominal machine cannot run at a record's conditions.
     """
     made, notes = [], []
-    # rates that are one but for their clocks must not be thinned by different factors
-    every = int(min(record.signal.sample_rate for record in records) // _RATE)
-    for record, noise in zip(records, _noises(records), strict=True):
-        experiment, said = _checked(record, machine, sensor, noise, every, check_motion)
+    lowest = min(record.signal.sample_rate for record in records)
+    for record, noise in zip(records, noises(records), strict=True):
+        experiment, said = _checked(record, machine, sensor, noise, lowest, check_motion)
         made.append(experiment)
         notes += said
     notes += _apart(made, machine)
@@ -90,8 +84,7 @@ def experiments(
             "more"
         )
         fitted, held = divided(made, machine)
-    _check_windows("fitted", fitted, machine)
-    _check_windows("held out", held, machine)
+    _check_windows(fitted, held, machine)
     if len(grouped([e.operating_point.motor_speed for e in made])[1]) == 1:
         notes.append("all records are at one speed, at which effects can mimic each other; record at a second one")
     return Experiments(fitted, held, tuple(notes))
@@ -118,59 +111,44 @@ def _apart(made: Sequence[Experiment], machine: Machine) -> list[str]:
     return said
 
 
-def _check_windows(part: str, those: Sequence[Experiment], machine: Machine) -> None:
+def _check_windows(fitted: Sequence[Experiment], held: Sequence[Experiment], machine: Machine) -> None:
     """Refuse a part whose records hold too few cam turns, or one that holds none."""
-    held = np.bincount(windows_of(those, machine.reduction).record, minlength=len(those)).tolist()
-    files = [e.signal.source for e in those]
-    if sum(held) < LEAST_WINDOWS:
+    parts = {"fitted": fitted, "held out": held}
+    files = {part: [e.signal.source for e in those] for part, those in parts.items()}
+    counts = {
+        part: np.bincount(windows_of(those, machine.reduction).record, minlength=len(those)).tolist()
+        for part, those in parts.items()
+    }
+    total = {part: sum(each) for part, each in counts.items()}
+    for part, own in total.items():
+        if own >= LEAST_WINDOWS:
+            continue
+        if set(files["fitted"]) & set(files["held out"]):
+            rule = f"The records must hold {LEAST_WINDOWS} whole cam turns or more to fit and as many to hold out"
+            got, number = f"{total['fitted']} and {total['held out']}", len(parts)
+        else:
+            rule, got, number = f"The records {part} must hold {LEAST_WINDOWS} whole cam turns or more in all", own, 1
         raise SignalError(
-            f"The records {part} must hold {LEAST_WINDOWS} whole cam turns or more in all, from dwell to dwell, got "
-            f"{sum(held)} in {', '.join(files)}; record for longer."
+            f"{rule}, from dwell to dwell, got {got} in {', '.join(dict.fromkeys(files[part]))}; record "
+            f"{_turns_for(number, machine):g} turns or more of this table of {machine.stations} stations."
         )
-    for file, windows in zip(files, held, strict=True):
-        if not windows:
-            raise SignalError(
-                f"{file} must hold a whole cam turn, from dwell to dwell, in the part {part}, got none; record for "
-                "longer, or leave it out."
-            )
+    for part, each in counts.items():
+        for file, windows in zip(files[part], each, strict=True):
+            if not windows:
+                raise SignalError(
+                    f"{file} must hold a whole cam turn, from dwell to dwell, in the part {part}, got none; record for "
+                    "longer, or leave it out."
+                )
 
 
-_Noise = tuple[float, float]
-"""Standard deviation and correlation from sample to sample."""
-
-
-def _noises(records: Sequence[Record]) -> list[_Noise]:
-    """The noise of each record as it was measured: of those for which none is stated, that of all of one unit together,
-    as one sensor took them. Their rates differ by what their clocks are off."""
-    alike: dict[str, list[Signal]] = {}
-    for signal in (record.signal for record in records if record.conditions.noise is None):
-        alike.setdefault(signal.unit, []).append(signal)
-    shared = {unit: shared_noise([one.values for one in those], those[0].sample_rate) for unit, those in alike.items()}
-    return [
-        noise_of(r.signal.values, r.signal.sample_rate) if r.conditions.noise is not None else shared[r.signal.unit]
-        for r in records
-    ]
-
-
-def _thinned(record: Record, sensor: Sensor, noise: _Noise, every: int) -> tuple[Record, _Noise]:
-    """A record at about `_RATE` where it has twice as much or more, as what moves lies far below half of that, and its
-    noise, which is told above that band. A sensor with a bracket or a low-pass reads at the record's rate: at a lower
-    one they would be others."""
-    signal, rate = record.signal, record.signal.sample_rate
-    if every < 2 or of_its_rate(sensor):
-        return record, noise
-    target = rate / every
-    values = entire(signal.values, rate, target)
-    spread, colour = noise
-    stated, limit = record.conditions.noise, CUTOFF * target
-    estimate = limited_noise(stated or spread, colour, rate, limit, target)
-    conditions = record.conditions if stated is None else dataclasses.replace(record.conditions, noise=estimate[0])
-    thin = Signal(values, target, unit=signal.unit, source=signal.source)
-    return dataclasses.replace(record, signal=thin, conditions=conditions), estimate
+def _turns_for(parts: int, machine: Machine) -> float:
+    """Turns of the table in which each of so many parts holds `LEAST_WINDOWS`, wherever it begins: one cam turn more
+    each, rounded up to tenths."""
+    return math.ceil(10.0 * parts * (LEAST_WINDOWS + 1) / machine.stations) / 10.0
 
 
 def _checked(
-    record: Record, machine: Machine, sensor: Sensor, noise: _Noise, every: int, check_motion: bool
+    record: Record, machine: Machine, sensor: Sensor, noise: Noise, lowest: float, check_motion: bool
 ) -> tuple[Experiment, list[str]]:
     measured_at = record.signal.sample_rate
     cam_turn = 2.0 * math.pi / (machine.reduction * record.conditions.motor_speed)
@@ -180,13 +158,15 @@ def _checked(
             f"{record.signal.duration:.3g} s; record for longer, or leave it out, or write the unit of its time column "
             "into the heading where that is not the second."
         )
-    record, estimate = _thinned(record, sensor, noise, every)
+    record, estimate = at_rate_of_all(record, sensor, noise, lowest)
     signal, stated = record.signal, record.conditions
     notes: list[str] = []
     if signal.sample_rate < measured_at:
         notes.append(f"{record.name} is taken at {signal.sample_rate:g} Hz of its {measured_at:g} Hz")
     if signal.unit != sensor.unit:
-        remedy = "state sensor_radius" if sensor.radius is None else "leave sensor_radius out"
+        remedy = "leave sensor_radius out"
+        if sensor.radius is None:
+            remedy = "state it by known.sensor_radius=0.35 (m), or as sensor_radius in records.csv or records.yaml,"
         raise SignalError(
             f"{record.name} must be in {sensor.unit} as the sensor reads, got {signal.unit}; {remedy} or correct the "
             "unit."

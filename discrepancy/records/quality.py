@@ -1,4 +1,4 @@
-"""What is wrong with records whatever the machine: a dead or clipped sensor, mixed rates, too few turns."""
+"""What is wrong with records whatever the machine: a dead or clipped sensor, a low rate, too few turns."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from discrepancy.records.reading import Record
 from indexer_env.errors import SignalError
 from indexer_env.machine import Machine
 from indexer_env.units import RPM
-from indexer_records.measured import RATE_TOLERANCE
 from indexer_records.quality import is_clipped, is_dead, quality_columns
 
 _DEAD = 0.02
@@ -36,30 +35,12 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
     Raises
     ------
     SignalError
-        The first one that is dead or clipped, rates that differ or are too low, fewer than `_LEAST_TURNS` turns in all.
+        The first one that is dead or clipped, a rate that is too low, fewer than `_LEAST_TURNS` turns in all.
     """
     for record in records:
         _check_sensor(record)
+        _check_rate(record)
     first = records[0]
-    for record in records[1:]:
-        rate, expected = record.signal.sample_rate, first.signal.sample_rate
-        if abs(rate - expected) > RATE_TOLERANCE * expected:
-            raise SignalError(
-                f"All records must have one sampling rate, got {expected:g} Hz in {first.name} and {rate:g} Hz in "
-                f"{record.name}; resample them to the lower one."
-            )
-    if first.signal.sample_rate < _LEAST_RATE:
-        raise SignalError(
-            f"The records must be sampled at {_LEAST_RATE:g} Hz or more, got {first.signal.sample_rate:g} Hz in "
-            f"{first.name}; record with a higher rate."
-        )
-    unknown = [record.name for record in records if record.conditions.noise is None]
-    if unknown and first.signal.sample_rate < _NOISE_RATE:
-        raise SignalError(
-            f"The noise must be stated for records sampled below {_NOISE_RATE:g} Hz, where it cannot be told from the "
-            f"motion, got {first.signal.sample_rate:g} Hz and none in {unknown[0]}; state noise, or record with a "
-            "higher rate."
-        )
     turns = sum(r.signal.duration * r.conditions.motor_speed for r in records)
     turns /= 2.0 * math.pi * machine.stations * machine.reduction_ratio
     if turns < _LEAST_TURNS:
@@ -67,6 +48,20 @@ def check_records(records: Sequence[Record], machine: Machine) -> None:
             f"The records must hold {_LEAST_TURNS:g} turns of the table or more in all, got {turns:.2f} with a "
             f"motor at {first.conditions.motor_speed / RPM:.4g} rpm, as stated for {first.name}; record for longer, or "
             "correct the speed."
+        )
+
+
+def _check_rate(record: Record) -> None:
+    rate = record.signal.sample_rate
+    if rate < _LEAST_RATE:
+        raise SignalError(
+            f"The records must be sampled at {_LEAST_RATE:g} Hz or more, got {rate:g} Hz in {record.name}; record with "
+            "a higher rate."
+        )
+    if record.conditions.noise is None and rate < _NOISE_RATE:
+        raise SignalError(
+            f"The noise must be stated for records sampled below {_NOISE_RATE:g} Hz, where it cannot be told from the "
+            f"motion, got {rate:g} Hz and none in {record.name}; state noise, or record with a higher rate."
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +60,7 @@ def read_records(
     Raises
     ------
     SignalError, ParameterError
-        No file, a table or file that cannot be used, or whatever keeps a file from being a record.
+        No file, a table or file that cannot be used, the same samples twice, or whatever keeps a file from being one.
     """
     paths, root = measured_paths(measured)
     table = table or table_beside(paths, root)
@@ -69,9 +70,10 @@ def read_records(
     names = [path.relative_to(root).as_posix() for path in paths]
     conditions = conditions_of(names, table, known)
     kept = {name for wanted in held_out for name in _meant(names, wanted)}
-    records = []
+    records, seen = [], dict[bytes, str]()
     for name, path in zip(names, paths, strict=True):
         recording = read_recording(path, conditions[name].reading, pulse.column)
+        _check_new(path, name, recording.signal, seen)
         edges = None if recording.pulse is None else _edges(recording.pulse, recording.signal, pulse)
         told = conditions[name]
         noise = None if told.noise is None else told.noise * abs(recording.factor)
@@ -92,6 +94,15 @@ def measured_paths(measured: str | Sequence[str]) -> tuple[list[Path], Path]:
         if paths.count(path) > 1:
             raise refuse("discrepancy", "measured", "different files", str(path), "it is there twice; leave one out")
     return paths, common_folder(paths)
+
+
+def _check_new(path: Path, name: str, signal: Signal, seen: dict[bytes, str]) -> None:
+    """Refuse the samples of another file, which `seen` names by their digest: a copy is no new evidence."""
+    first = seen.setdefault(hashlib.sha256(signal.values.tobytes()).digest(), name)
+    if first != name:
+        raise SignalError(
+            f"{path} must differ from the other files, got the same samples as {first}; remove the copy and its row."
+        )
 
 
 def _meant(names: Sequence[str], given: str) -> list[str]:

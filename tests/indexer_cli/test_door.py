@@ -298,6 +298,10 @@ def test_each_file_of_a_sweep_is_a_choice(tmp_path):
         (("simulate", "-m", "seed=1,2", "out=full"), "out must be a folder of its own in a sweep, got 'full'"),
         (("simulate", "machine=./mine"), "machine must be one of reference, smooth or a file that ends in .yaml, got"),
         (
+            ("simulate", "machine=mine.yam"),
+            "machine must be one of reference, smooth or a file that ends in .yaml, got",
+        ),
+        (
             ("check", "-m", "data=a,b"),
             "check must be run without -m, as it writes no folder that could hold the jobs",
         ),
@@ -314,6 +318,16 @@ def test_what_was_silent_or_a_traceback_is_a_sentence(call, tmp_path, monkeypatc
     code, _, err = call(*arguments)
     assert code == 2 and said in err and "Traceback" not in err
     assert [path.name for path in tmp_path.iterdir()] == ["full"]
+
+
+@pytest.mark.parametrize("typed", ["drawing.yam", "drawing", "sub/drawing.txt"])
+def test_a_wrong_ending_of_a_file_is_told_with_the_file_that_is_there(call, tmp_path, monkeypatch, typed):
+    monkeypatch.chdir(tmp_path)
+    right = (tmp_path / typed).with_suffix(".yaml")
+    right.parent.mkdir(exist_ok=True)
+    right.write_text("stations: 6\n")
+    code, _, err = call("simulate", f"machine={typed}")
+    assert code == 2 and f"got '{typed}'; did you mean '{right.relative_to(tmp_path).as_posix()}'." in err
 
 
 def test_what_stops_the_loading_is_told_as_what_stops_the_work(call, monkeypatch):

@@ -96,6 +96,7 @@ def updated(
     monkeypatch.setattr("twin.make.remains_of", lambda *given: left(2.0, level, *points))
     monkeypatch.setattr("twin.make.stored_remains", lambda folder: left(1.0, 0.1, points[0], FAST))
     monkeypatch.setattr("twin.make.Maker._take_over", lambda maker, before: None)
+    monkeypatch.setattr("twin.make.Maker._look", lambda maker, *given: None)
     made = maker(before=tmp_path)
     made.settings = Settings(**settings)
     records = [

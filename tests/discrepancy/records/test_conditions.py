@@ -55,9 +55,13 @@ def test_speed_and_load_are_needed_here(speed, load, name: str) -> None:
         ("file,motor_speed_rpm\na.csv,1500\nc.csv,1500\n", r"a\.csv lacks load_torque"),
         (
             "file,moter_speed,load_torque\na.csv,1,2\nc.csv,1,2\n",
-            r"no parameter 'moter_speed'; did you mean 'motor_speed'",
+            r"column 'moter_speed' is not known; did you mean 'motor_speed_rpm', or 'motor_speed' in rad/s",
         ),
-        ("file,motion\na.csv,there\nc.csv,back\n", r"a\.csv has no parameter 'motion'; its parameters are"),
+        ("file,Speed,load_torque\na.csv,1500,2\nc.csv,1500,2\n", r"column 'Speed' is not known; .* 'motor_speed_rpm'"),
+        (
+            "file,motion\na.csv,there\nc.csv,back\n",
+            r"records\.csv: column 'motion' is not known; known are motor_speed",
+        ),
         ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
         ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
         ("file,motor_speed_rpm,load_torque\na.csv,-9,2\nc.csv,1,2\n", r"a\.csv\.motor_speed_rpm must .* 0 rpm, got -9"),
@@ -82,7 +86,10 @@ def test_a_mistake_is_one_sentence(tmp_path: Path, text: str, said: str) -> None
         ("- {file: [a.csv], load_torque: 2}\n", r"a mapping of its conditions by name, got .* for \['a\.csv'\]"),
         ("a.csv: {on: 3}\n", r"got \{True: 3\} for 'a\.csv'; put names that YAML takes for something else in quotes"),
         ("- {file: a.csv, load_torque: 2}\n- {file: ./a.csv, load_torque: 20}\n", r"got a second for a\.csv; keep one"),
-        ("a.csv: {motor_sped_rpm: 1500, load_torque: 2}\n", r"'motor_sped_rpm'; did you mean 'motor_speed_rpm'"),
+        (
+            "a.csv: {motor_sped_rpm: 1500, load_torque: 2}\n",
+            r"a\.csv: key 'motor_sped_rpm' .* did you mean 'motor_speed_rpm'",
+        ),
         ("a.csv: {motor_speed_rpm: 1500, load_torque: 2, unit: 5}\n", r"a\.csv\.unit must be a text or null, got 5"),
         ("a.csv: {motor_speed_rpm: 1500, load_torque: 2, scale: 5}\n", r"a\.csv\.unit must be one of .* where a scale"),
     ],

@@ -12,6 +12,7 @@ from discrepancy.noise import limited_noise, noise_of
 from discrepancy.problem import Problem
 from discrepancy.records.experiments import experiments
 from discrepancy.records.matching import matched, nominal_orders
+from discrepancy.records.quality import check_records
 from indexer_env import OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, motion_law, simulate
 from indexer_env.errors import ParameterError, SignalError
 from indexer_records.resample import CUTOFF
@@ -90,6 +91,28 @@ def test_a_sensor_with_filters_reads_at_the_rate_of_its_record(record, nominal, 
     assert {part.signal.sample_rate for part in (*found.fitted, *found.held_out)} == {rate}
 
 
+@pytest.mark.parametrize("slow", [500.0, 999.0 * (1.0 - 1e-6), 999.5])
+def test_records_of_several_rates_are_taken_at_the_lowest(record, nominal, values, slow: float) -> None:
+    """One logger at 1 kHz, one at half of it, one whose clock is off by 0.1 %, one by 0.05 %, which is left to the fit.
+    The slow record is the fast one, read at its times; seed 4."""
+    count, rng = int(len(values) * slow / 1000.0), np.random.default_rng(4)
+    other = np.interp(np.arange(count) / slow, np.arange(len(values)) / 1000.0, values)
+    slower = record(other + 0.1 * rng.standard_normal(count), rate=slow)
+    slower = dataclasses.replace(slower, name="slow.csv")
+    check_records([record(), slower], nominal)
+    found = experiments([record(), slower], nominal, Sensor())
+    fast, kept = (e.signal.sample_rate for e in found.fitted)
+    same = slow == 999.5
+    assert (fast, kept) == (1000.0 if same else slow, slow)
+    assert any(f"run.csv is taken at {slow:g} Hz of its 1000 Hz" in note for note in found.notes) != same
+    IndexerModel(nominal, found.fitted)  # takes records of one rate alone
+    left, own = (level(IndexerModel(nominal, [e])) * e.noise_level for e in found.fitted)
+    assert left == pytest.approx(own, rel=0.05), "as well predicted as the record of that rate"
+    stated = experiments([record(noise=0.2), slower], nominal, Sensor()).fitted[0]
+    share = 1.0 if same else math.sqrt(2.0 * CUTOFF * slow / 1000.0)
+    assert stated.noise_level == pytest.approx(0.2 * share, rel=0.1)
+
+
 def level(model: IndexerModel) -> float:
     problem = Problem(model, NONE)
     return problem.point(np.zeros(len(model.parameters)), np.zeros((len(model.counts), 4))).level(model)
@@ -151,7 +174,8 @@ def test_a_level_of_another_number_of_stations_is_said(record, nominal, values, 
 
 def test_a_tangential_record_needs_its_radius(record, nominal, values) -> None:
     tangential = record(0.4 * values, unit="m/s^2")
-    assert "state sensor_radius" in refusal([tangential], nominal)
+    said = refusal([tangential], nominal)
+    assert "known.sensor_radius=0.35 (m), or as sensor_radius in records.csv or records.yaml" in said
     assert len(experiments([tangential], nominal, Sensor(radius=0.4)).fitted) == 1
 
 
@@ -348,8 +372,15 @@ def test_a_machine_that_cannot_run_is_refused(record) -> None:
 
 
 def test_a_part_with_too_few_cam_turns_is_refused(record, nominal, values) -> None:
-    said = refusal([record(), record(values[:4000], held_out=True)], nominal)
-    assert "The records held out must hold 4 whole cam turns or more in all" in said and "got 3 in run.csv" in said
+    short = record(values[:4000], held_out=True)
+    short = dataclasses.replace(short, name="held.csv")
+    said = refusal([record(), short], nominal)
+    assert "The records held out must hold 4 whole cam turns or more in all" in said and "got 3 in held.csv" in said
+    assert "record 0.7 turns or more of this table of 8 stations" in said
+    said = refusal([record(values[:7200])], nominal)
+    assert "4 whole cam turns or more to fit and as many to hold out" in said and "got 4 and 2 in run.csv" in said
+    assert "record 1.3 turns or more of this table of 8 stations" in said
+    assert len(experiments([record(values[:10700])], nominal, Sensor()).fitted) == 1
     said = refusal([record(), record(values[:1350]), record(held_out=True)], nominal)
     assert "run.csv must hold a whole cam turn, from dwell to dwell, in the part fitted" in said
 

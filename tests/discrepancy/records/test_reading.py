@@ -17,8 +17,8 @@ def bench(tmp_path: Path) -> Path:
     """Two records of 2 s at 100 Hz, the pulse high from 0.5 s and from 1.5 s on for 0.1 s; and a table."""
     time = np.arange(200) / 100.0
     pulse = ((time % 1.0 >= 0.5) & (time % 1.0 < 0.6)).astype(float)
-    for name in ("a.csv", "b.csv"):
-        columns = np.column_stack([time, np.sin(9.0 * time), pulse])
+    for name, phase in (("a.csv", 0.0), ("b.csv", 1.0)):
+        columns = np.column_stack([time, np.sin(9.0 * time + phase), pulse])
         header = "time [s],acc [rad/s^2],pulse"
         np.savetxt(tmp_path / name, columns, delimiter=",", header=header, comments="", fmt="%.6f")
     (tmp_path / "records.csv").write_text("file,motor_speed_rpm,load_torque\na.csv,1500,2\nb.csv,1200,5\n")
@@ -49,6 +49,17 @@ def test_pulses_are_read_with_the_record(bench: Path) -> None:
     assert read_records(str(bench), None, {}, Pulse(), [])[0].pulses is None
 
 
+@pytest.mark.parametrize("heading", ["time [s],acc [rad/s^2],pulse", "t [s],acc [rad/s^2],index"])
+def test_a_copy_is_no_new_evidence(bench: Path, heading: str) -> None:
+    """The same samples in another file, its own row and headings notwithstanding."""
+    text = (bench / "a.csv").read_text().partition("\n")[2]
+    (bench / "c.csv").write_text(f"{heading}\n{text}")
+    (bench / "records.csv").write_text((bench / "records.csv").read_text() + "c.csv,1500,2\n")
+    with pytest.raises(SignalError, match=r"c\.csv must differ .* same samples as a\.csv; remove the copy and its row"):
+        read_records(str(bench), None, {}, Pulse(), [])
+    assert len(read_records([f"{bench}/c.csv", f"{bench}/b.csv"], None, {}, Pulse(), [])) == 2
+
+
 def test_files_to_hold_out_are_named(bench: Path) -> None:
     records = read_records(str(bench), None, {}, Pulse(), ["b.csv"])
     assert [record.conditions.held_out for record in records] == [False, True]
@@ -70,7 +81,7 @@ def test_noise_is_in_the_numbers_of_the_file(bench: Path) -> None:
 
 def test_files_of_one_name_are_told_apart_by_their_folders(bench: Path) -> None:
     (bench / "day").mkdir()
-    (bench / "day" / "a.csv").write_text((bench / "a.csv").read_text())
+    (bench / "day" / "a.csv").write_text((bench / "a.csv").read_text().replace("\n0.000000,0.0", "\n0.000000,0.1"))
     rows = "file,motor_speed_rpm,load_torque\na.csv,1500,2\nb.csv,1200,5\n"
     (bench / "records.csv").write_text(rows + "day/a.csv,1500,40\n")
     files = [str(bench / name) for name in ("a.csv", "b.csv", "day/a.csv")]
