@@ -84,9 +84,10 @@ class Model:
         return tuple(part.kind for part in self.parts if part.kind in GUARDS)
 
     def has_learnt_from(self, manifest: str) -> bool:
-        """Whether a data set with a manifest of this SHA-256 is the one of its training, or that of its fine-tuning."""
-        sets = (self.provenance.get(key) or {} for key in ("data", "fine_tuned_on"))
-        return any(one.get("manifest_sha256") == manifest for one in sets)
+        """Whether a data set with a manifest of this SHA-256 is the one of its training, or one of a fine-tuning."""
+        told = self.provenance
+        sets = (told.get("data"), told.get("fine_tuned_on"), *told.get("fine_tuned_before", ()))
+        return any((one or {}).get("manifest_sha256") == manifest for one in sets)
 
     def shortcomings(self) -> list[str]:
         """What the model cannot say, a line each; the last one where nothing tells a strange record."""

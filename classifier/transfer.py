@@ -121,6 +121,13 @@ class Learner:
                 rows += self._rows(method, count, seed, self.judged(learnt, scaled))
         return rows
 
+    def _provenance(self) -> dict[str, Any]:
+        """The model's own, this data set as what it was fine-tuned on, and those of fine-tunings before this one."""
+        own = self.model.provenance
+        earlier = [*own.get("fine_tuned_before", ()), *([own["fine_tuned_on"]] if "fine_tuned_on" in own else ())]
+        told = {**own, "fine_tuned_on": self.dataset.provenance}
+        return {**told, "fine_tuned_before": earlier} if earlier else told
+
     def _lost(self) -> dict[str, str]:
         """Classes of the model that the data set has no record of."""
         lost = [name for name in self.model.codes.names if name not in self.dataset.codes.names]
@@ -147,7 +154,7 @@ class Learner:
             conditions=dataset.conditions,
             mean_densities=mean_densities(dataset, self.model.features),
             mean_features=scaled[calibration].mean(axis=0),
-            provenance={**self.model.provenance, "fine_tuned_on": dataset.provenance},
+            provenance=self._provenance(),
             parts=(),
         )
         outputs = model.outputs_of(scaled)

@@ -99,6 +99,16 @@ def test_parts_that_do_not_come_along_are_told_and_those_not_asked_for_stay_away
     assert "novelty" in {part.kind for part in tuned.parts}
 
 
+def test_a_second_fine_tuning_does_not_hide_the_first(result, other):
+    model = result.model
+    for name in ("first", "second", "third"):
+        told = dataclasses.replace(other, provenance={"manifest_sha256": name})
+        model = Learner.of(model, fitted_to(model, told), TrainGdx(epochs=2)).tuned(0)
+        assert model.provenance["fine_tuned_on"] == told.provenance
+    assert all(model.has_learnt_from(name) for name in ("first", "second", "third"))
+    assert not model.has_learnt_from("another")
+
+
 def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path):
     model = learner.tuned(0)
     save_model(model, tmp_path)
@@ -106,6 +116,7 @@ def test_the_tuned_model_is_stored_and_says_on_what_it_learnt(learner, tmp_path)
     records = learner.dataset.records[learner.dataset.rows("validation")]
     assert np.array_equal(again.outputs(records), model.outputs(records))
     assert again.provenance["fine_tuned_on"] == learner.dataset.provenance
+    assert "fine_tuned_before" not in again.provenance
     assert again.metrics["validation"]["misclassified_percent"] < 10
     assert "confidence" in {part.kind for part in again.parts}
     assert set(again.left_out) >= {"indexing", "sign"} and again.left_out == model.left_out
