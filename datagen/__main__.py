@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from rich.table import Table
 
 from datagen.draws import effect_of
@@ -36,18 +38,33 @@ def main(config: dict[str, Any]) -> dict[str, Any]:
 def _refuse_idle(order: Order) -> None:
     """A value given for what the campaign decides or draws anyhow would be lost without a word."""
     campaign = order.campaign
-    for override in HydraConfig.get().overrides.task:
-        key = override.lstrip("+~").partition("=")[0]
+    for override, key, value in _values_given():
         path = path_of(key)
         if path in campaign.decides:
             remedy = f"see conf/campaign/{campaign.name}.yaml for what can be changed"
             raise refuse("datagen", key, f"left to the campaign {campaign.name}", override, remedy)
         for setting, stage in (("draws", campaign.machine_laws), ("drift", campaign.item_laws)):
             law = stage.laws.get(path) if path else None
-            if path and law is not None and not law.needs_nominal and "{" not in override:
+            if path and law is not None and not law.needs_nominal and not isinstance(value, Mapping):
                 effect = effect_of(path)
                 remedy = f"add ~campaign.{setting}.{f'effects.{effect}' if effect else key} to fix it"
                 raise refuse("datagen", key, f"left to campaign.{setting}, which draws it", override, remedy)
+
+
+def _values_given() -> Iterator[tuple[str, str, Any]]:
+    """Overrides of the command's line with the key and value of each quantity in them: `machine.effects.X={torque: 5}`
+    gives the key machine.effects.X.torque."""
+    for override in OverridesParser.create().parse_overrides(HydraConfig.get().overrides.task):
+        for key, value in _quantities(override.key_or_group, override.value()):
+            yield str(override.input_line), key, value
+
+
+def _quantities(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if not isinstance(value, Mapping) or path_of(key):  # the mapping of a quantity is its law
+        yield key, value
+        return
+    for name, inner in value.items():
+        yield from _quantities(f"{key}.{name}", inner)
 
 
 def _say(manifest: dict[str, Any], folder: str) -> None:

@@ -117,6 +117,16 @@ def test_in_a_sweep_the_other_jobs_live(call):
             "torque must be left to campaign.draws, which draws it, got '+machine.effects.friction.coulomb.torque=50'; "
             "add ~campaign.draws.effects.friction.coulomb to fix it",
         ),
+        (
+            ["campaign=random", "out=x", "+machine.effects.friction.coulomb={torque: 50}"],
+            "torque must be left to campaign.draws, which draws it, got "
+            "'+machine.effects.friction.coulomb={torque: 50}'; "
+            "add ~campaign.draws.effects.friction.coulomb to fix it",
+        ),
+        (
+            ["campaign=table2", "out=x", "machine.input_joint={stiffness: 6e4, backlash: 1e-3}"],
+            "machine.input_joint.backlash must be left to the campaign table2",
+        ),
         (["out=x", "machine.table_inertia={unifrom:[4,6]}"], "table_inertia must be"),
         (["out=x", "machine.table_inertia={uniform:[6,4]}"], "{uniform: [low, high]} with low <= high"),
         (["out=x", "machine.table_inertia={around:0.1}"], "{around: [nominal, share]} where a law stands in"),
