@@ -21,8 +21,8 @@ class Run:
         Samples of the record; None is one table turn at the commanded speed, rounded.
     step : float or None
         Largest step of the integrator [s]; the step used is the sampling interval over a whole number. None: for each
-        machine the largest that keeps the relative rms error of φ̈ below 1e-6 over a turn without play, and below 1e-5
-        over the first half second with it (modes.steps_of).
+        machine the largest with which the relative rms error of φ̈ should stay below 1e-6 over a turn, with play or an
+        effect below 1e-5 over the first half second, and with dry friction below 1e-4 (modes.steps_of).
     warmup_turns : int
         Bound on the table turns run before the record, >= 0. Every contact re-made at random by play keeps turns from
         agreeing; the linear transient is gone by then (two turns are 46 time constants of the reference machine's

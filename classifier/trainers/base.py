@@ -4,7 +4,7 @@ done.
 A rule is a frozen dataclass of its numbers that says how to `begin` and how to take one `step`; everything it
 must remember between steps is a (nested) NamedTuple of tensors whose first axis counts networks. Each network
 lives its own life: its error, its step size and its end depend on no other row, so that training it alone
-gives the same network to rounding.
+gives the same network bit for bit.
 """
 
 from __future__ import annotations

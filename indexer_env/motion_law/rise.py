@@ -15,7 +15,7 @@ from indexer_env.motion_law.base import MotionLaw, Values, check_use, split_turn
 from indexer_env.motion_law.pieces import LawPieces, quintic_hermite
 
 # A multiple of 8, so that junctions at eighths of the motion fall on edges. With 128 the quintics follow the
-# most curved rise to 5e-8 of its peak acceleration, and a cam takes 16 default steps over a piece.
+# most curved rise to 5e-8 of its peak acceleration.
 PIECES_PER_MOTION = 128
 
 
