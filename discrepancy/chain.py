@@ -120,6 +120,8 @@ def run_chain(
     gap = attempted(STAGES[2], lambda: _gap(subject, answer, streams[2]), None)
     begin(STAGES[3])
     table = attempted(STAGES[3], lambda: tabulate(answer, subject.forms()), None)
+    if table is None and not answer.selection.complete and not answer.at_noise and subject.forms():
+        failures.append("What remains was not read off as a table: the time allowed ran out.")
     begin(STAGES[4])
     before = len(failures)
     question = attempted(STAGES[4], lambda: question_of(answer), None)
@@ -136,7 +138,7 @@ def _gap(subject: Subject, answer: Explanation, rng: np.random.Generator) -> Gap
     before, after = (answer.held[name] for name in (answer.base.name, answer.accepted.name))
     if answer.names:
         before, after = _pooled(subject, before, after), _pooled(subject, after, before)
-    return gap_of(before, after, subject.view(subject.held_out), answer.remains.noise**2, rng)
+    return gap_of(before, after, subject.held_out, subject.view(subject.held_out), answer.remains.noise**2, rng)
 
 
 def _pooled(subject: Subject, place: Point, other: Point) -> Point:

@@ -77,7 +77,7 @@ class FoundEffect:
     choices : tuple of (str, float)
         Discrete choices that were made (a station, say).
     bound : str
-        Parameters that are held at a bound of what is possible, with their values; "" where none is.
+        Parameters that are held at a bound of what is possible, with that bound; "" where none is.
     untold : bool
         Whether nothing can be told of its size, whose interval is then all that is possible.
     """
@@ -153,8 +153,7 @@ class Estimates:
     def effect(self, name: str, choices: Sequence[tuple[str, float]] = ()) -> FoundEffect:
         """One effect of the place, its parameters known by their prefix."""
         mine = [k for k, p in enumerate(self.parameters) if p.name.startswith(f"{name}.")]
-        held = [self.estimates[k] for k in mine if self.at_bound[k]]
-        bound = " and ".join(f"{e.name} {e.value:.4g} {e.unit}" for e in held)
+        bound = " and ".join(_at_bound(self.parameters[k], self.believed.z[k]) for k in mine if self.at_bound[k])
         own = (self.estimates[k] for k in mine)
         own = tuple(dataclasses.replace(e, name=e.name.removeprefix(f"{name}.")) for e in own)
         return FoundEffect(name, own, tuple(choices), bound, self.untold[mine[0]])
@@ -205,6 +204,13 @@ def _estimate(parameter: Parameter, low: float, z: float, high: float) -> Estima
     return Estimate(parameter.name, parameter.unit, value, low, high, parameter.nominal, moved, parameter.null)
 
 
+def _at_bound(parameter: Parameter, z: float) -> str:
+    """A parameter that a bound holds, and the bound, the nearer one."""
+    low, high = parameter.bounds
+    bound = parameter.low if z - low < high - z else parameter.high
+    return f"{parameter.name} {bound:.4g}" + ("" if parameter.unit == "-" else f" {parameter.unit}")
+
+
 def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, ...]:
     """Directions of weak information, the weakest first."""
     values, vectors = np.linalg.eigh(information)
@@ -213,5 +219,6 @@ def _undetermined(information: np.ndarray, names: Sequence[str]) -> tuple[str, .
         if value < _WEAK:
             vector = vector * np.sign(vector[np.abs(vector).argmax()])
             parts = sorted(zip(vector.tolist(), names, strict=True), key=lambda part: -abs(part[0]))
-            found.append(", ".join(f"{name} {share:+.2f}" for share, name in parts if abs(share) > _PART))
+            least = min(_PART, abs(parts[0][0]))
+            found.append(", ".join(f"{name} {share:+.2f}" for share, name in parts if abs(share) >= least))
     return tuple(found)

@@ -219,11 +219,12 @@ def _answer(
     calibration = estimates.calibration(len(model.parameters))
     after = held[accepted.name].level(held_out)
     left = after**2 / judge.floor - 1.0
+    named = [one.found for one in judged if one.grade in NAMED]
     answer = Explanation(
         _verdict(findings, left, criteria, within=after**2 <= held_out.tolerated), findings, remains, base, best,
         accepted, held, held[base.name].level(held_out), after, calibration,
-        written(model, estimates, held_out, held[accepted.name], judge.floor, criteria), selection, criteria, model,
-        held_out,
+        written(model, estimates, held_out, held[accepted.name], judge.floor, criteria, named), selection, criteria,
+        model, held_out,
     )  # fmt: skip
     return answer, [one.found.name for one in judged if one.grade == STANDS_IN and one.evidence.bound]
 

@@ -1,9 +1,9 @@
 """The gap before and after on records never fitted, as normalised rms and as share of what could be closed.
 
-With r_w the residuals of window w over the noise, y the record, N its samples and f the mean square of what does not
-repeat, over the noise's:
+With r_w the residuals of window w over the noise, y the record, N its samples whose residuals tell anything
+(`Model.told`) and f the mean square of what does not repeat, over the noise's:
 
-    gap = rms(simulated - measured) / rms(measured),   closed = (Σ r_before² - Σ r_after²) / (Σ r_before² - f N)
+    gap = rms(simulated - measured) / rms(measured),   closed = (E_before - E_after) / E_before,   E = Σ r² - f N
 
 Intervals come from windows drawn again with replacement (bootstrap), wider where they are few: by the quantile of
 Student's law of w - 1 degrees of freedom over the normal law's, and by √(w/(w - 1)). One window tells no interval.
@@ -17,11 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from discrepancy.model import Model
 from discrepancy.place import Point
 from discrepancy.subjects.base import View
 
 _DRAWS = 2000
 _ENDS = (0.025, 0.975)
+
+_NO_GAP = 0.1
+"""Excess of the mean square before, over f, up to which there was no gap to close."""
 
 
 @dataclass(frozen=True)
@@ -53,28 +57,30 @@ class Gap:
     metric = "rms(simulated - measured) / rms(measured), on records that were not fitted"
 
 
-def gap_of(before: Point, after: Point, view: View, floor: float, rng: np.random.Generator) -> Gap:
-    """The gap of two places on the records of `view`: the model as it came, and with what was found; f as above."""
-    counts = view.inside.sum(axis=1)
+def gap_of(before: Point, after: Point, model: Model, view: View, floor: float, rng: np.random.Generator) -> Gap:
+    """The gap of two places on the records of a model and their `view`: the model as it came, and with what was found;
+    f as above."""
+    told_before, told_after = (model.told(place.hypothesis, place.z) for place in (before, after))
     noise = view.noise[view.groups]
     energy = np.where(view.inside, view.measured**2, 0.0).sum(axis=1)
-    sums = np.stack([counts, before.squares, after.squares, counts * noise**2, before.squares * noise**2,
+    excess_before, excess_after = before.squares - floor * told_before, after.squares - floor * told_after
+    sums = np.stack([told_before, excess_before, excess_after, told_after * noise**2, before.squares * noise**2,
                      after.squares * noise**2, energy])  # fmt: skip
-    w = len(counts)
+    w = len(energy)
     drawn = np.array([sums[:, rng.integers(0, w, w)].sum(axis=1) for _ in range(_DRAWS)]).T
     whole = sums.sum(axis=1)
     noise_floor, old, new = (
         _share(np.sqrt(whole[k] / whole[6]), np.sqrt(drawn[k] / drawn[6]), w) for k in (3, 4, 5)
     )  # fmt: skip
-    if whole[1] - floor * whole[0] <= 0.1 * floor * whole[0]:
+    if whole[1] <= _NO_GAP * floor * whole[0]:
         return Gap(noise_floor, old, new, None)
-    closed = _share(_closed(whole, floor), _closed(drawn, floor), w, low=-math.inf, high=1.0)
+    closed = _share(_closed(whole), _closed(drawn), w, low=-math.inf, high=1.0)
     return Gap(noise_floor, old, new, closed)
 
 
-def _closed(sums: np.ndarray, floor: float) -> np.ndarray:
-    gap = sums[1] - floor * sums[0]
-    closed = (sums[1] - sums[2]) / np.where(gap > 0.0, gap, math.nan)
+def _closed(sums: np.ndarray) -> np.ndarray:
+    gap = sums[1]
+    closed = (gap - sums[2]) / np.where(gap > 0.0, gap, math.nan)
     # Chance may bring the residual below the noise floor; no more than the gap can be closed.
     return np.minimum(closed, 1.0)
 

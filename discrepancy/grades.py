@@ -129,14 +129,14 @@ RULES = (
     Rule(
         "at a bound", STANDS_IN,
         lambda e, c: bool(e.bound),
-        lambda e, c: f"{e.bound} is held at the bound of what is possible, so it stands in for another effect.",
+        lambda e, c: f"Held at the bound of what is possible: {e.bound}. So it stands in for another effect.",
     ),
     Rule(
         "closes a part", STANDS_IN,
         lambda e, c: e.most < c.closes,
         lambda e, c: (
             f"It closes {_percent(e.closes)} of the gap on records held out, where a name needs {_percent(c.closes)}, "
-            f"and {e.remains:.1f} times the noise remains."
+            f"and with it {e.remains:.1f} times the noise would remain."
         ),
     ),
     Rule(

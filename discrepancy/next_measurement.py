@@ -94,7 +94,8 @@ def question_of(answer: Explanation) -> Question | None:
                 other = selection.instead[k][0]
                 about = f"whether {finding.name} or {apart(other, selection.best)} stands for what is missing"
                 return Question(about, (selection.best, other))
-            return Question(f"what {finding.name} stands in for", (selection.best, selection.without[k]))
+            about = f"whether {finding.name} is needed at all, though not what it stands in for"
+            return Question(about, (selection.best, selection.without[k]))
     if answer.at_noise:
         return None
     if not selection.tried:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.criteria import Criteria
-from discrepancy.estimates import Estimates
+from discrepancy.estimates import Estimates, FoundEffect
 from discrepancy.fit import fit
 from discrepancy.held_out import held_places
 from discrepancy.judging import counted
@@ -38,11 +39,14 @@ class Written:
     remarks: tuple[str, ...]
 
 
-def written(model: Model, told: Estimates, held_out: Model, held: Point, floor: float, criteria: Criteria) -> Written:
+def written(
+    model: Model, told: Estimates, held_out: Model, held: Point, floor: float, criteria: Criteria,
+    named: Sequence[FoundEffect] = (),
+) -> Written:  # fmt: skip
     """The machine as it is told, with parameters at a bound at nominal and the others fitted again; the nominal machine
     where that one predicts a record held out better, or where no effect is named and much of what it leaves remains.
     Start states on the records held out begin at the place `held`; `floor` is the mean square there that does not
-    repeat."""
+    repeat. The effects `named` may have been judged beside others, with other sizes."""
     place, at_nominal = _within_bounds(model, told)
     remarks = tuple(
         f"{name} is nominal: the fit holds it at the bound of what is believable, so its number says nothing."
@@ -67,7 +71,18 @@ def written(model: Model, told: Estimates, held_out: Model, held: Point, floor: 
         why = _against(left, open_, bool(place.hypothesis.effects), f"record {int(g) + 1} of those held out", criteria)
         if why:
             return Written(nominal, why, (f"This is the nominal machine. The calibrated one is held back: {why}.",))
-    return Written(place, "", remarks)
+    return Written(place, "", (*remarks, *_told_otherwise(named, told)))
+
+
+def _told_otherwise(named: Sequence[FoundEffect], told: Estimates) -> list[str]:
+    """What must be said of effects whose sizes were found beside one that is not in the set of the estimates."""
+    sizes = [(one.name, one.parameters[0], told.effect(one.name).parameters[0]) for one in named]
+    return [
+        f"The {size.name} of {name} is {here.value:.4g} here, where only what is named stands; it was found as "
+        f"{size.value:.4g} beside a hint that takes up a part of it."
+        for name, size, here in sizes
+        if here.value != size.value
+    ]
 
 
 def _within_bounds(model: Model, told: Estimates) -> tuple[Point, list[str]]:

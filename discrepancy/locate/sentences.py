@@ -67,8 +67,18 @@ def shortly(cells: Sequence[Cell], spots: Sequence[Spot], spread: Sequence[Cell]
         return ""
     cell = max(contrasts, key=lambda pair: pair[0])[1] if contrasts else _strongest(spread)
     if cell.axis in ("cam phase", "time"):
-        return f"most at a {cell.axis} from {cell.label} on"
+        return f"most at a {cell.axis} {_ends(cell, cells)}"
     return f"most at {cell.axis} {cell.label}" if cell.axis == STATION else f"most at {cell.label} ({cell.axis})"
+
+
+def _ends(cell: Cell, cells: Sequence[Cell]) -> str:
+    """Where a cell begins and ends; its label is where it begins, with its unit."""
+    number = cell.label.rstrip("° s")
+    begins = sorted(float(one.label.rstrip("° s")) for one in cells if one.axis == cell.axis)
+    if len(begins) < 2:
+        return f"from {cell.label} on"
+    end = float(number) + float(np.diff(begins).min())
+    return f"of {cell.label} to {end:g}{cell.label.removeprefix(number)}"
 
 
 def _strongest(cells: Sequence[Cell]) -> Cell:
@@ -98,17 +108,17 @@ def _of_axis(axis: str, cells: list[Cell], passes: np.ndarray) -> list[str]:
 
 
 def _phases(cells: list[Cell], excess: np.ndarray) -> str:
-    """The strongest cells that hold half of the excess, as ranges of the cam turn. A cell that no record has samples of
-    is not among them."""
-    excess = np.where([cell.significant for cell in cells], excess, 0.0)
-    order = np.argsort(-excess)
+    """The strongest cells beyond chance that hold half of the excess, or all of them, as ranges of the cam turn, and
+    what share they hold. A cell that no record has samples of is not among them."""
+    order = [int(k) for k in np.argsort(-excess) if cells[k].significant]
     held = np.cumsum(excess[order]) / excess.sum()
-    chosen = np.sort(order[: int(np.searchsorted(held, _HALF)) + 1])
+    count = min(int(np.searchsorted(held, _HALF)) + 1, len(order))
+    chosen = np.sort(order[:count])
     begins = np.array([float(cell.label.removesuffix("°")) for cell in cells])
     width = float(np.diff(begins, append=360.0).min())
     runs = np.split(begins[chosen], np.flatnonzero(np.diff(begins[chosen]) > 1.5 * width) + 1)
     ranges = [f"{run[0]:.0f}° to {run[-1] + width:.0f}°" for run in runs]
-    return f"Half of what exceeds the noise lies at a cam phase of {joined(ranges)}."
+    return f"{100.0 * held[count - 1]:.0f} % of what exceeds the noise lies at a cam phase of {joined(ranges)}."
 
 
 def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
@@ -121,9 +131,9 @@ def _stations(cells: list[Cell], excess: np.ndarray, passes: np.ndarray) -> str:
     stands_out = top >= _UNEVEN * max(middle, 0.05 * top, 0.1)
     strong = [int(k) for k in np.argsort(-excess) if excess[k] > (_HALF if stands_out else 1.0 - 1e-9) * top]
     names = joined([cells[k].label for k in sorted(strong)])
-    weak = [cells[k].level for k in range(len(cells)) if k not in strong]
-    where = f"at station {names}: {cells[strong[0]].level:.1f} times the noise, where the other stations have "
-    where += f"{float(np.median(weak)):.1f}"
+    weak = sorted(cells[k].level for k in range(len(cells)) if k not in strong)
+    others = " to ".join(dict.fromkeys(f"{level:.1f}" for level in (weak[0], weak[-1])))
+    where = f"at station {names}: {cells[strong[0]].level:.1f} times the noise, where the other stations have {others}"
     stations = [int(cells[k].label) for k in strong]
     if not _twice(stations, passes):
         return (
@@ -166,7 +176,8 @@ def _of_lines(spots: Sequence[Spot]) -> list[str]:
         if not strong:
             continue
         if kind == "fixed frequency":
-            said.append(f"A line stands at {joined([s.name for s in strong])} at every speed, locked to no shaft.")
+            stand = "Lines stand" if len(strong) > 1 else "A line stands"
+            said.append(f"{stand} at {joined([s.name for s in strong])} at every speed, locked to no shaft.")
         else:
             orders = [s.name.removeprefix("order ").partition(" of")[0] for s in strong[:4]]
             said.append(f"Lines stand at order {joined(orders)} of the {kind} at every speed.")

@@ -86,7 +86,7 @@ class Origin:
     ----------
     first : Place
     share : float
-        Of what remains above the noise, what its first cause explains.
+        Of what remains above the noise, what this cause explains; NaN of a torque that is free at each moment.
     others : tuple of Place
         All other places, the most probable first.
     beside : tuple of Place
@@ -135,18 +135,20 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     leaders, sums = _sums(residue, forms, scan)
     if max([row[0] for row in leaders.values()] + [won for _, won in free[:1]], default=0.0) < MARGIN:
         return None
-    best = max(sums, key=lambda one: one.evidence, default=None)
     evidence = {place: row[0] for place, row in leaders.items()}
     names = {place: row[2].name for place, row in leaders.items()}
+    speaks = {place: _Sum((form,), (scale,), won, residue) for place, (won, scale, form) in leaders.items()}
     for one in sums:
         # a cause is as likely as the best sum that speaks for it; it may have come to light beside the others alone
         form = one.forms[0]
         place = form.joint, form.kind
         if one.evidence > evidence.get(place, -math.inf):
-            evidence[place], names[place] = one.evidence, form.name
+            evidence[place], names[place], speaks[place] = one.evidence, form.name, one
     for form, won in free:
-        if won > evidence.get((form.joint, form.kind), -math.inf):
-            evidence[form.joint, form.kind], names[form.joint, form.kind] = won, form.name
+        place = form.joint, form.kind
+        if won > evidence.get(place, -math.inf):
+            evidence[place], names[place] = won, form.name
+            speaks.pop(place, None)
     most = max(evidence.values())
     blur = max(_BLUR * most, 1.0)
     weights = {place: _PARTS[place[0]] * math.exp((won - most) / blur) for place, won in evidence.items()}
@@ -157,9 +159,9 @@ def origin_of(residue: Residue, forms: Sequence[Form], scan: Scan, free: Sequenc
     first, *others = places
     whole = max(float(residue.y @ residue.y) - residue.samples * residue.noise, 1e-9)
     beside, share = (), math.nan
-    if best is not None and best.evidence >= most:
-        share = min(_energy_of_first(residue, best) / whole, 1.0)
-        beside = tuple(Place(form.joint, form.kind, form.name, math.nan) for form in best.forms[1:])
+    if own := speaks.get((first.joint, first.kind)):
+        share = min(_energy_of_first(residue, own) / whole, 1.0)
+        beside = tuple(Place(form.joint, form.kind, form.name, math.nan) for form in own.forms[1:])
     return Origin(first, share, tuple(others), beside)
 
 

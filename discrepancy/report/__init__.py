@@ -35,8 +35,7 @@ def report_files(outcome: Outcome) -> dict[str, str]:
     files = {
         "report.json": json.dumps(whole, indent=1, ensure_ascii=False) + "\n",
         "report.html": _page(outcome, whole),
-        **machine,
-        "machine.yaml": comments + machine["machine.yaml"],
+        **{name: comments + text for name, text in machine.items()},
         **_with_table(outcome),
     }
     return {name: plain(text) for name, text in files.items()}
@@ -60,6 +59,14 @@ def _with_table(outcome: Outcome) -> dict[str, str]:
     if table is None:
         return {}
     machine = outcome.subject.files(outcome.answer.model, table.place)["machine.yaml"]
-    held = " and ".join(f"between {axis.low:.4g} and {axis.high:.4g}" for axis in table.form.axes)
-    comment = f"# {table.form.hypothesis.name} is a table, not a law: it holds {held}, where it was read off.\n"
-    return {"with_table.yaml": comment + machine}
+    form, calibration = table.form, outcome.answer.calibration
+    ends = " and ".join(f"from {axis.low:.4g} to {axis.high:.4g}" for axis in form.axes)
+    said = [
+        f"{form.hypothesis.name} is a table over the {form.over}, not a law.",
+        f"Its places lie {ends}; those that no record passed stay at nothing.",
+    ]
+    if outcome.answer.written.held_back:
+        said.append("All else is the calibrated machine, which machine.yaml holds back.")
+    if calibration.bounds_hit:
+        said.append(f"Held at the bound of what is believable: {', '.join(calibration.bounds_hit)}.")
+    return {"with_table.yaml": "".join(f"# {one}\n" for one in said) + machine}

@@ -107,7 +107,7 @@ def where_in_short(where: Where | None) -> str:
 def comes_from(origin: Origin) -> str:
     """Where what remains comes from, how sure that is, and what is hardly told from it."""
     first = origin.first
-    said = f"Of the causes that were compared, {first.name} explains it best"
+    said = f"Of the causes that were compared, {first.name} is the most likely"
     likely = _surely(first.probability)
     said += f" (among them it is {JOINT_WORDS[first.joint]}, varying with {first.kind}, with {likely})"
     if origin.alike:

@@ -16,7 +16,7 @@ CASES = {
         {"closes": 0.05}, DISMISSED, "It closes 5 % of the gap on records held out; a hint needs 10 %.",
     ),
     "size unknown": ({"untold": True}, STANDS_IN, "With it the least step of a parameter leads to another motion"),
-    "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "size 9 N is held at the bound of what is possible"),
+    "at a bound": ({"bound": "size 9 N"}, STANDS_IN, "Held at the bound of what is possible: size 9 N. So"),
     "closes a part": ({"closes": 0.5}, STANDS_IN, "It closes 50 % of the gap on records held out, where a name needs"),
     "not steady": ({"better": 0.4}, STANDS_IN, "In one record 40 % of what it changes becomes better, "),
     "slight": (

@@ -57,7 +57,7 @@ def test_what_a_bound_holds_gives_way_to_what_it_stands_in_for(tmp_path: Path, m
     monkeypatch.setattr(Search, "in_time", lambda search: not search._barred)
     answer = _answer(tmp_path, force, text)
     why = {finding.name: finding.why for finding in answer.findings}
-    assert "is held at the bound" in why["spring.bilinear"] and "spring.linear" not in why
+    assert "Held at the bound of" in why["spring.bilinear"] and "spring.linear" not in why
 
 
 def test_what_stands_in_is_taken_up_as_a_table(tmp_path: Path) -> None:

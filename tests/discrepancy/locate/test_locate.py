@@ -58,7 +58,8 @@ def test_a_phase_is_said_rightly_where_a_record_spares_another_one() -> None:
     phases = [Cell("cam phase", label, loud.get(label, 1.0), 1.0, 0.001, label in loud) for label in held]
     said = sentences(1.5, phases, (), np.zeros((2, 0)))
     assert said[0] == "On the records fitted the residual is 1.50 times the noise."
-    assert said[1] == "Half of what exceeds the noise lies at a cam phase of 30° to 60°."
+    assert said[1] == "70 % of what exceeds the noise lies at a cam phase of 30° to 60°."
+    assert shortly(phases, ()) == "most at a cam phase of 30° to 45°"
     louder = [Cell(one.axis, one.label, 5.0 if one.label == "345°" else one.level, 1.0, 0.001, True) for one in phases]
     assert sentences(1.5, louder, (), np.zeros((2, 0)))[1].endswith("a cam phase of 345° to 360°.")
 
@@ -138,10 +139,10 @@ def test_a_cell_of_the_map_alone_is_where_the_model_disagrees() -> None:
 
 
 def test_a_phase_that_chance_explains_is_not_named() -> None:
-    """One cell of eight beyond chance, which holds a fifth of what exceeds the noise."""
+    """One cell of eight beyond chance; excesses of 1.25 and seven times 0.69."""
     phases = [Cell("cam phase", f"{45 * k}°", 1.5 if k == 2 else 1.3, 1.0, 0.01, k == 2) for k in range(8)]
     said = sentences(1.3, phases, (), np.zeros((2, 0)))
-    assert said[1].endswith("lies at a cam phase of 90° to 135°.")
+    assert said[1] == "21 % of what exceeds the noise lies at a cam phase of 90° to 135°."
 
 
 def test_all_strong_stations_are_told() -> None:
@@ -149,6 +150,21 @@ def test_all_strong_stations_are_told() -> None:
     stations = [Cell("station", str(k), level, 1.0, 0.005, level > 1.0) for k, level in enumerate(levels)]
     said = sentences(2.0, stations, (), np.tile(np.square(levels), (2, 1)))
     assert "largest at station 0, 1, 2, 3 and 4: 3.0 times the noise" in said[1]
+
+
+def test_stations_that_do_not_stand_out_are_told_with_their_range() -> None:
+    levels = [3.8, 4.2, 4.4, 3.8, 1.5, 2.0, 2.1, 1.4]
+    stations = [Cell("station", str(k), level, 1.0, 0.005, True) for k, level in enumerate(levels)]
+    said = sentences(3.0, stations, (), np.tile(np.square(levels), (2, 1)))
+    assert "largest at station 2: 4.4 times the noise, where the other stations have 1.4 to 4.2" in said[1]
+
+
+def test_lines_at_every_speed_are_told() -> None:
+    hum = [Spot(f"{hz:g} Hz", "fixed frequency", (hz, hz), 50.0, 0.001, True) for hz in (50.0, 100.0)]
+    shaft = Spot("order 1 of the motor shaft", "motor shaft", (20.0, 25.0), 1.0, 0.5, False)
+    for lines, said in ((hum, "Lines stand at 50 Hz and 100 Hz"), (hum[:1], "A line stands at 50 Hz")):
+        told = sentences(2.0, (), (*lines, shaft), np.zeros((2, 0)))
+        assert told[1] == f"{said} at every speed, locked to no shaft."
 
 
 def test_of_one_station_nothing_is_said_of_the_others() -> None:

@@ -56,6 +56,17 @@ def test_of_several_causes_the_largest_is_first_and_the_others_are_told() -> Non
     assert 0.6 < found.share < 0.95
 
 
+def test_share_and_company_are_those_of_the_cause_that_is_named() -> None:
+    """The base explains most, and the output joint, which holds most of the same, is more probable beforehand."""
+    base, other = rows(4), CAUSES["sensor.time"]
+    causes = {"base.time": base, "output.time": base + 0.2 * rows(8), "sensor.time": other}
+    residual = NOISE + 0.5 * base.sum(axis=2) + 0.3 * other.sum(axis=2)
+    found, alone = asked(residual, causes), asked(residual, {name: causes[name] for name in causes if name[0] != "b"})
+    assert found is not None and alone is not None
+    assert found.first.name == alone.first.name == "output.time"
+    assert abs(found.share - alone.share) < 1e-3 and found.beside == alone.beside
+
+
 def test_where_two_joints_look_alike_the_one_with_more_parts_is_said_and_the_other_told() -> None:
     same = rows(4)
     found = asked(NOISE + 0.5 * same.sum(axis=2), {"base.time": same, "input.time": same, "output.time": same})

@@ -17,6 +17,7 @@ from discrepancy import __main__ as command
 from discrepancy.chain import STAGES, Outcome, run_chain
 from discrepancy.estimates import Estimate
 from discrepancy.fits import Fitted
+from discrepancy.form import Form
 from discrepancy.gap import Share
 from discrepancy.grades import RULES
 from discrepancy.origin import Origin, Place
@@ -26,6 +27,7 @@ from discrepancy.report.ranking import NONE_OF_THESE
 from discrepancy.report.words import percent, ranged
 from discrepancy.search import Race, Search
 from discrepancy.written import Written
+from indexer_env.effects.spline import Axis
 from tests.discrepancy.toy import ChordSubject, effect
 
 PLACES = [Place("output", "phase", "a torque on the table that follows the cam's phase", 0.6),
@@ -149,7 +151,7 @@ def test_the_map_counts_cells_that_samples_lie_in(made: Made) -> None:
     [
         ("found", "Nothing is open"),
         ("family", "Record a telling one: it would show which one of"),
-        ("stands in", "Record .*: it would show what tone stands in for"),
+        ("stands in", "Record .*: it would show whether tone is needed at all, though not what it stands in for"),
         ("nothing", "Nothing is open"),
         ("remainder", "with which of them the remainder grows"),
     ],
@@ -162,6 +164,29 @@ def test_a_search_cut_short_says_so() -> None:
     outcome = run_chain(ChordSubject({"tone": 10.0}), 5, criteria=Criteria(seconds=1e-9))
     assert "time allowed ran out" in headline(outcome)
     assert json.loads(report_files(outcome)["report.json"])["search"]["complete"] is False
+
+
+def test_a_table_that_was_not_read_off_for_want_of_time_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    form = Form("speed [m/s]", ("speed",), effect("tabulated"), (Axis(3, 0.0, 1.0, False),))
+    said = "What remains was not read off as a table: the time allowed ran out."
+    for forms, failures in (((form,), (said,)), ((), ())):
+        monkeypatch.setattr(ChordSubject, "forms", lambda self, forms=forms: forms)
+        assert run_chain(ChordSubject({"rest": 10.0}), 5, criteria=Criteria(seconds=1e-9)).failures == failures
+
+
+def test_a_size_that_was_found_beside_a_hint_is_told_where_the_machine_has_another_one() -> None:
+    """Half is known too vaguely for a name, and tone without it takes up a part of it."""
+    files = report_files(run_chain(ChordSubject({"tone": 12.0, "half": 1.2}, ("tone", "half")), 5,
+                                   criteria=Criteria(span=1.15)))  # fmt: skip
+    report = json.loads(files["report.json"])
+    (found,) = report["effects"][0]["parameters"]
+    written = yaml.safe_load(files["machine.yaml"])["tone.size"]
+    assert abs(written - found["value"]) > 0.5
+    remark = (
+        f"The size of tone is {written:.4g} here, where only what is named stands; it was found as "
+        f"{found['value']:.4g} beside a hint that takes up a part of it."
+    )
+    assert report["calibration"]["remarks"] == [remark] and files["machine.yaml"].startswith(f"# {remark}\n")
 
 
 def test_json_has_every_key_and_the_finding(filed: Filed) -> None:
@@ -382,10 +407,10 @@ def test_where_the_remainder_comes_from_is_said_in_report_and_page(made: Made) -
     origin = Origin(PLACES[0], 0.7, (PLACES[1],), (FLOOR,))
     files = report_files(dataclasses.replace(made("remainder"), origin=origin))
     said = (
-        "Of the causes that were compared, a torque on the table that follows the cam's phase explains it best (among "
-        "them it is the indexer, the output joint or the table, varying with phase, with 60 %); these records hardly "
-        "tell it from a torque on the cam shaft that follows the cam's phase; beside it they show blows to the base, "
-        "which rings at 31 Hz."
+        "Of the causes that were compared, a torque on the table that follows the cam's phase is the most likely "
+        "(among them it is the indexer, the output joint or the table, varying with phase, with 60 %); these records "
+        "hardly tell it from a torque on the cam shaft that follows the cam's phase; beside it they show blows to the "
+        "base, which rings at 31 Hz."
     )
     told = json.loads(files["report.json"])["remains"]["origin"]
     assert told["in_words"] == said and (told["joint"], told["kind"], told["share"]) == ("output", "phase", 0.7)
