@@ -78,9 +78,11 @@ class Conditions(RecordConditions):
         for name, unit in (("start_angle", "rad"), ("pulse_angle", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), unit=unit)
-        for name, unit in (("noise", "of the record"), ("start_uncertainty", "rad"), ("speed_uncertainty", "-")):
+        for name, unit in (("noise", "of the record"), ("start_uncertainty", "rad")):
             if getattr(self, name) is not None:
                 check_number("Conditions", name, getattr(self, name), low=0.0, low_open=True, unit=unit)
+        if self.speed_uncertainty is not None:
+            check_number("Conditions", "speed_uncertainty", self.speed_uncertainty, low=0.0, low_open=True, high=0.1)
         check_number("Conditions", "inertia_uncertainty", self.inertia_uncertainty, low=0.0, high=0.3)
         if not isinstance(self.held_out, bool):
             raise refuse("Conditions", "held_out", "true or false", self.held_out)

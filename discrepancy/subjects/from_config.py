@@ -44,9 +44,12 @@ def indexer_subject(config: dict[str, Any]) -> IndexerSubject:
 def _with_radius(sensor: Sensor, records: Sequence[Record]) -> Sensor:
     """The sensor at the radius that the records were taken at. Its rate is theirs: they are thinned as the search
     needs it."""
-    radii = {record.conditions.sensor_radius for record in records} - {None}
+    stated = [record.conditions.sensor_radius for record in records]
+    radii = {sensor.radius if radius is None else radius for radius in stated}
     if len(radii) > 1:
+        if None in radii:
+            blank = records[stated.index(None)].name
+            raise SignalError(f"A sensor_radius must be stated of all records or of none; {blank} has none.")
         got = ", ".join(f"{radius:g}" for radius in sorted(r for r in radii if r is not None))
         raise SignalError(f"All records must be taken at one sensor_radius, got {got} m; explain them apart.")
-    sensor = dataclasses.replace(sensor, sample_rate=None)
-    return dataclasses.replace(sensor, radius=radii.pop()) if radii else sensor
+    return dataclasses.replace(sensor, sample_rate=None, radius=radii.pop())

@@ -65,6 +65,10 @@ def test_speed_and_load_are_needed_here(speed, load, name: str) -> None:
         ("file,motor_speed,load_torque,held_out\na.csv,1,2,perhaps\nc.csv,1,2,no\n", r"held_out must be yes or no"),
         ("file,motor_speed,load_torque\na.csv,-1,2\nc.csv,1,2\n", r"a\.csv\.motor_speed must be .* > 0 rad/s, got -1"),
         ("file,motor_speed_rpm,load_torque\na.csv,-9,2\nc.csv,1,2\n", r"a\.csv\.motor_speed_rpm must .* 0 rpm, got -9"),
+        (
+            "file,motor_speed,load_torque,speed_uncertainty\na.csv,1,2,2\nc.csv,1,2,\n",
+            r"a\.csv\.speed_uncertainty must be .* > 0 and <= 0\.1, got 2",
+        ),
         ("file,motor_speed_hz,load_torque\na.csv,25,2\nc.csv,1,2\n", r"'motor_speed', .* SI units, .* _rpm for"),
         (
             "file,motor_speed,load_torque,machine\na.csv,1,2,M1\nc.csv,1,2,M2\n",

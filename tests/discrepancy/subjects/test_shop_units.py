@@ -12,7 +12,48 @@ from indexer_env import load_machine
 from indexer_env.effects import EFFECTS
 from indexer_env.faults import Faults
 
-ONES = {"-", "rad", "turns", "s", "rad/(N m)"}
+TURN = 2.0 * math.pi
+
+SAID = {
+    "output.backlash.backlash": (math.radians(0.5), "30 ′ at the table"),
+    "base.looseness.backlash": (math.radians(0.5), "30 ′ at the housing"),
+    "cam.profile_error.height": (math.radians(0.5), "30 ′ at the follower"),
+    "cam.profile_error.centre": (0.25, "90 ° of the cam"),
+    "cam.profile_error.half_width": (0.05, "18 ° of the cam"),
+    "cam.station_spacing.error": (math.radians(0.5), "30 ′ at the table"),
+    "drive.slip.compliance": (TURN * 5.0 / 60.0, "5 rpm per N m"),
+    "drive.speed_ripple.depth": (0.02, "2 % of the speed"),
+    "drive.speed_ripple.phase": (TURN / 8.0, "45 °"),
+    "drive.transmission_error.amplitude": (math.radians(0.5), "30 ′ at the cam shaft"),
+    "drive.transmission_error.phase": (TURN / 8.0, "45 °"),
+    "drive.mesh_stiffness.depth": (0.3, "30 % of the stiffness"),
+    "drive.mesh_stiffness.phase": (TURN / 8.0, "45 °"),
+    "drive.mesh_friction.loss": (0.3, "30 % of the torque"),
+    "load.imbalance.torque": (2.0 * 9.80665, "2 kg m"),
+    "load.imbalance.phase": (TURN / 8.0, "45 °"),
+    "load.process.centre": (0.25, "90 ° of the cam"),
+    "load.process.half_width": (0.05, "18 ° of the cam"),
+    "roller.crack.stiffness_loss": (0.3, "30 % of the stiffness lost"),
+    "roller.crack_single.stiffness_loss": (0.3, "30 % of the stiffness lost"),
+    "sensor.gain.error": (0.03, "3 % of the reading"),
+    "sensor.highpass.corner": (TURN * 0.5, "0.5 Hz cut-off"),
+    "sensor.bracket_resonance.inverse_square": ((TURN * 80.0) ** -2, "80 Hz"),
+    "sensor.mains_hum.phase": (TURN / 8.0, "45 °"),
+}
+"""SI and what is said; the others of `SHOP` have tests of their own."""
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_each_number_is_said_in_its_unit(name: str) -> None:
+    value, said = SAID[name]
+    number, _, unit = said.partition(" ")
+    told = in_the_shop(name, (value, value, value), load_machine("reference"))
+    assert told == f"{number} ({number} to {number}) {unit}"
+
+
+def test_no_number_of_the_shop_is_left_out() -> None:
+    others = {"input_joint.backlash", "input.backlash.backlash", "base.looseness.compliance"}
+    assert set(SHOP) - set(SAID) == others | {"sensor.lowpass.time_constant"}
 
 
 def test_every_name_is_one_of_the_library_or_the_machine() -> None:
