@@ -163,12 +163,12 @@ def _of_table(sentence: str, place: str, table: Path) -> str:
 
 
 def table_beside(files: Sequence[Path], root: Path) -> Path | None:
-    """The table that stands beside the files, or above them in the folder of them all, `root`.
+    """The table that stands beside the files, or the nearest one above them, up to the folder of them all, `root`.
 
     Raises
     ------
     ParameterError
-        Files have different ones.
+        Files have different ones, or a folder has two.
     """
     nearest = {_nearest(folder, root): None for folder in dict.fromkeys(path.parent for path in files)}
     found = [table for table in nearest if table is not None]
@@ -179,7 +179,15 @@ def table_beside(files: Sequence[Path], root: Path) -> Path | None:
 
 
 def _nearest(folder: Path, root: Path) -> Path | None:
-    return next((place / name for place in (folder, root) for name in TABLES if (place / name).is_file()), None)
+    places = [folder, *folder.parents]
+    for place in places[: places.index(root) + 1] if root in places else [folder, root]:
+        tables = [place / name for name in TABLES if (place / name).is_file()]
+        if len(tables) > 1:
+            rule = "one table in a folder, or a choice by records=TABLE"
+            raise refuse("discrepancy", "records", rule, " and ".join(map(str, tables)), "keep one of them")
+        if tables:
+            return tables[0]
+    return None
 
 
 def _si(key: str) -> str:
@@ -222,7 +230,8 @@ def _yaml_rows(table: Path) -> dict[str, Mapping[str, Any]]:
         name = written(file)
         if name in rows:
             raise SignalError(f"{table}: a file must have one row, got a second for {name}; keep one.")
-        rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in row.items()}
+        given = {key: value for key, value in row.items() if value is not None}  # as an empty cell
+        rows[name] = {key: _number(value) if key not in _TEXTS else value for key, value in given.items()}
     if not rows:
         raise SignalError(f"{table} must hold, for each file, a mapping of its conditions; see docs/how-to/explain.md.")
     return rows

@@ -69,6 +69,12 @@ def read_records(
         raise refuse("discrepancy", "measured", "one measured file or more", str(measured), "only the table is there")
     names = [path.relative_to(root).as_posix() for path in paths]
     conditions = conditions_of(names, table, known)
+    for name, told in conditions.items() if pulse.column is None else ():
+        if told.pulse_angle is not None:
+            raise SignalError(
+                f"{name}: pulse_angle must be left out where no channel has the pulse, got {told.pulse_angle:g} rad; "
+                "name the channel by pulse.column=NAME."
+            )
     kept = {name for wanted in held_out for name in _meant(names, wanted)}
     records, seen = [], dict[bytes, str]()
     for name, path in zip(names, paths, strict=True):

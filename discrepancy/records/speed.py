@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from discrepancy.indexer.windows import Experiment
 from discrepancy.records.matching import Match
 from discrepancy.records.period import LONGEST, SHORTEST, cam_period
 from discrepancy.records.reading import Record
@@ -41,22 +42,41 @@ def by_pulses(record: Record, machine: Machine) -> float | None:
     if spacing.max() > (1.0 + SPEED_TOLERANCE) * spacing.min():
         raise SignalError(
             f"{record.name}: the pulses must come evenly within {SPEED_TOLERANCE:.0%}, got {spacing.min():.4g} to "
-            f"{spacing.max():.4g} s; repair the channel or cut the record where the speed is steady."
+            f"{spacing.max():.4g} s; set pulse.threshold where some are missed or come twice, or cut the record where "
+            "the speed is steady."
         )
-    speed = _TURN * machine.stations * machine.reduction_ratio / float(spacing.mean())
+    turn = _TURN * machine.stations * machine.reduction_ratio
+    _check_one_a_turn(record, turn / record.conditions.motor_speed / float(spacing.mean()))
+    speed = turn / float(spacing.mean())
     if abs(speed / record.conditions.motor_speed - 1.0) > SPEED_TOLERANCE:
         raise wrong_speed(record, speed, "by the pulses")
     return speed
 
 
+def _check_one_a_turn(record: Record, often: float) -> None:
+    """Refuse pulses that come `often` in a turn of the table at the speed stated, where that is a whole number of
+    times, or once in a whole number of turns."""
+    several, got = max(often, 1.0 / often), f"{often:.4g} in each"
+    if often < 1.0:
+        got = f"one in {1.0 / often:.4g} turns"
+    if round(several) > 1 and abs(several / round(several) - 1.0) < SPEED_TOLERANCE:
+        raise SignalError(
+            f"{record.name}: there must be one pulse in each turn of the table, got {got} at the {stated_rpm(record)} "
+            "stated; take the pulse from the table, set pulse.threshold, or leave pulse.column out."
+        )
+
+
 def speed_known_to(record: Record, cam_rate: float) -> float:
-    """Relative standard deviation of the mean speed: as stated, by the first and last pulse, or by the record."""
+    """Relative standard deviation of the mean speed: as stated, by the first and last pulse, or by the record. The mean
+    over the pulses is another one than that over the record where the speed drifts and their middles differ."""
     stated = record.conditions
     if stated.speed_uncertainty is not None:
         return stated.speed_uncertainty
     if record.pulses is None or len(record.pulses) < 2:
         return _ANGLE_SPREAD / (cam_rate * record.signal.duration)
-    return math.sqrt(2.0) * stated.start_uncertainty / (cam_rate * float(record.pulses[-1] - record.pulses[0]))
+    first, last, duration = float(record.pulses[0]), float(record.pulses[-1]), record.signal.duration
+    drifted = Experiment.drift_uncertainty * (0.5 * (first + last) / duration - 0.5)
+    return math.hypot(math.sqrt(2.0) * stated.start_uncertainty / (cam_rate * (last - first)), drifted)
 
 
 def check_period(record: Record, machine: Machine) -> SignalError | None:

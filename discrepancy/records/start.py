@@ -63,17 +63,25 @@ def start_of(
         )
     off = _apart(start, match.start_angle, _TURN)
     if off > _TOLERANCE:
+        whence, remedy = "stated", "correct start_angle or pulse_angle"
+        if stated.start_angle is None:
+            angle = stated.pulse_angle or 0.0
+            fits = _degrees((angle + match.start_angle - start) % _TURN)
+            whence = f"by the pulse, whose angle is {'stated as' if stated.pulse_angle is not None else 'taken for'} "
+            whence += f"{_degrees(angle)},"
+            remedy = f"correct pulse_angle_deg, of which {fits} or a whole number of cam turns more would fit"
         raise SignalError(
             f"{record.name}: the cam angle at the first sample must agree with the record within {_TOLERANCE:g} "
-            f"rad, got {start % _TURN:.3f} rad ({_degrees(start % _TURN)}) stated and {match.start_angle:.3f} rad "
-            f"({_degrees(match.start_angle)}) by the record; correct start_angle or pulse_angle."
+            f"rad, got {start % _TURN:.3f} rad ({_degrees(start % _TURN)}) {whence} and {match.start_angle:.3f} rad "
+            f"({_degrees(match.start_angle)}) by the record; {remedy}."
         )
     if off > _NOTED:
         late = (start - match.start_angle) % _TURN < 0.5 * _TURN
         reads = "late, as behind a slow low-pass filter," if late else "early, as an AC-coupled one does,"
+        whence = "stated" if stated.start_angle is not None else "by the pulse"
         notes.append(
-            f"{record.name}: the start angle stated is {off:.2f} rad from that of the nominal machine's motion; only a "
-            f"sensor that reads {reads} would explain it"
+            f"{record.name}: the start angle {whence} is {off:.2f} rad from that of the nominal machine's motion; only "
+            f"a sensor that reads {reads} would explain it"
         )
     return start, known_to, notes
 

@@ -115,8 +115,20 @@ def test_a_table_in_the_folder_above_is_found(tmp_path: Path) -> None:
     assert table_beside([measured], tmp_path) is None
     above = table(tmp_path, "a.csv: {}\n", "records.yaml")
     assert table_beside([measured], tmp_path) == above
+    (tmp_path / "day" / "run").mkdir()
+    below = [tmp_path / "day" / "run" / "a.csv"]
+    assert table_beside(below, tmp_path) == above
     beside = table(tmp_path / "day", "a.csv: {}\n", "records.yaml")
-    assert table_beside([measured], tmp_path) == beside
+    assert table_beside([measured], tmp_path) == table_beside(below, tmp_path) == beside
+    table(tmp_path / "day", "file\n", "records.csv")
+    with pytest.raises(ParameterError, match=r"one table in a folder, .*records\.csv and .*records\.yaml'; keep one"):
+        table_beside([measured], tmp_path)
+
+
+def test_nothing_in_yaml_is_an_empty_cell(tmp_path: Path) -> None:
+    path = table(tmp_path, "a.csv: {motor_speed_rpm: 1500, load_torque: null}\nb/c.csv: {}\n", "records.yaml")
+    found = conditions_of(NAMES, path, {"motor_speed_rpm": 1200, "load_torque": 2.0})
+    assert [one.load_torque for one in found.values()] == [2.0, 2.0] and found["a.csv"].motor_speed > 150.0
 
 
 def test_yaml_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from discrepancy.problem import Problem
 from discrepancy.records.experiments import experiments
 from discrepancy.records.matching import matched, nominal_orders
 from discrepancy.records.quality import check_records
+from discrepancy.records.speed import speed_known_to
 from indexer_env import OperatingPoint, Run, Sensor, Signal, load_machine, make_effect, motion_law, simulate
 from indexer_env.errors import ParameterError, SignalError
 from indexer_records.resample import CUTOFF
@@ -288,12 +289,34 @@ def test_pulses_give_speed_and_start(record, nominal) -> None:
     assert "1000 rpm by the record, by the pulses" in refusal([record(pulses=slow)], nominal)
 
 
+@pytest.mark.parametrize(("often", "got"), [(0.5, "one in 2 turns"), (8.0, "8 in each"), (8.0 * 25.625, "205 in each")])
+def test_pulses_that_do_not_come_once_a_turn_are_refused(record, nominal, often: float, got: str) -> None:
+    """One missed each time, one of the cam, one of the motor."""
+    said = refusal([record(pulses=1.0 + np.arange(3) * 8.2 / often)], nominal)
+    assert f"one pulse in each turn of the table, got {got} at the 1500 rpm stated; take the pulse from" in said
+
+
+@pytest.mark.parametrize(("drift", "last"), [(0.002, 2), (-0.004, 2), (0.004, 3)])
+def test_a_speed_by_pulses_is_as_uncertain_as_the_drift_makes_it(record, drift: float, last: int) -> None:
+    """A speed that drifts from the first sample to the last one; pulses of its first turns alone tell another mean."""
+    duration, turn, late = 3.2 * 8.2, 8.2, 0.4
+    long = record(np.zeros(int(1000.0 * duration)))
+    time = np.linspace(0.0, duration, 100_001)
+    turned = time + drift * (0.5 * time**2 / duration - 0.5 * time)  # at its mean speed the time itself
+    pulses = np.interp(late + turn * np.arange(last), turned, time)
+    error = turn / float(np.diff(pulses).mean()) - 1.0
+    long = dataclasses.replace(long, pulses=pulses)
+    spread = speed_known_to(long, 1500.0 * RPM / 25.625)
+    assert abs(error) < 1.05 * abs(drift) / 0.002 * spread and abs(error) > 5e-5
+
+
 def test_what_pulses_tell_is_as_sure_as_they_are_far_apart(record, nominal) -> None:
     cam_rate = 1500.0 * RPM / 25.625
     first = (-1.3 / cam_rate) % 8.2
     pulsed = record(pulses=np.array([first, first + 8.2]), start_angle=None)
     found = experiments([pulsed, record(held_out=True)], nominal, Sensor()).fitted[0]
-    speed = math.sqrt(2.0) * 0.002 / (8.2 * cam_rate)
+    middle = (first + 4.1) / pulsed.signal.duration
+    speed = math.hypot(math.sqrt(2.0) * 0.002 / (8.2 * cam_rate), 0.002 * (middle - 0.5))
     assert found.speed_uncertainty == pytest.approx(speed)
     assert found.start_uncertainty == pytest.approx(math.hypot(0.002, first * cam_rate * speed))
 
@@ -325,6 +348,9 @@ def test_a_stated_start_angle_goes_before_the_pulse(record, nominal) -> None:
     assert experiments([one], nominal, Sensor()).fitted[0].operating_point.start_angle == 1.3
     said = refusal([record(pulses=np.array([first, first + 8.2]), pulse_angle=0.0)], nominal)
     assert "must be one within 0.5 rad" in said and "leave one out" in said
+    alone = refusal([record(pulses=np.array([first + 0.5, first + 8.7]), start_angle=None)], nominal)
+    # the cam turns by 175.6° in 0.5 s
+    assert "by the pulse, whose angle is taken for 0.0°," in alone and "pulse_angle_deg, of which 17" in alone
     both = record(pulses=np.array([first, first + 8.2]), pulse_angle=6.0 * math.pi)
     assert experiments([both], nominal, Sensor()).fitted[0].operating_point.start_angle == 1.3
 

@@ -49,6 +49,12 @@ def test_pulses_are_read_with_the_record(bench: Path) -> None:
     assert read_records(str(bench), None, {}, Pulse(), [])[0].pulses is None
 
 
+def test_an_angle_of_no_pulse_is_refused(bench: Path) -> None:
+    with pytest.raises(SignalError, match=r"^a\.csv: pulse_angle must be left out where no .* got 0\.5 rad; name"):
+        read_records(str(bench), None, {"pulse_angle": 0.5}, Pulse(), [])
+    assert read_records(str(bench), None, {"pulse_angle": 0.5}, Pulse(column="pulse"), [])
+
+
 @pytest.mark.parametrize("heading", ["time [s],acc [rad/s^2],pulse", "t [s],acc [rad/s^2],index"])
 def test_a_copy_is_no_new_evidence(bench: Path, heading: str) -> None:
     """The same samples in another file, its own row and headings notwithstanding."""
