@@ -18,6 +18,7 @@ from discrepancy.place import Point
 from discrepancy.search import Search, Suggest
 from discrepancy.selection import Fitted, Selection
 from discrepancy.written import Written, written
+from indexer_env.errors import refuse
 
 VERDICTS = ("found", "nothing missing", "only a remainder")
 """found: an effect is established, or a family of them; nothing missing: the calibrated model is at the noise; only a
@@ -185,9 +186,11 @@ def explain(
     where nothing `elsewhere` explains its part better (`Subject.elsewhere`). Sets that others `suggest` are compared
     with what the search selects.
     """
+    if not model.parameters:
+        raise refuse("Model", "parameters", "one or more", (), "an offset that is known to be 0 within the noise will do")
+    criteria = criteria or Criteria()
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
-    criteria = criteria or Criteria()
     with threadpool_limits(limits=1, user_api="blas"):
         if criteria.tolerance is not None:
             model, held_out = (one.tolerating(criteria.tolerance) for one in (model, held_out))

@@ -89,6 +89,29 @@ def test_windows_that_disagree_widen_what_they_disagree_about(monkeypatch) -> No
     assert 0.9 * spread < told < 2.6 * spread
 
 
+def test_windows_that_pull_apart_tell_less_than_their_curvature_says() -> None:
+    """White's variance of the mean of four windows at -3, -1, 1 and 3, each of which is known to 0.2 alone:
+    Σ u²·(4/3)/I² with u = 25 value and I = 100."""
+    model = Apart((-3.0, -1.0, 1.0, 3.0))
+    problem = Problem(model, NONE)
+    told = Told(problem, problem.point(np.zeros(1), np.zeros((4, 0))))
+    _, spread = told._under(1.0, 0)
+    assert spread[0] == pytest.approx(np.sqrt(20.0 * 25.0**2 * 4.0 / 3.0) / 100.0, rel=1e-3)
+
+
+class Apart(Stateless):
+    """y = a in 4 windows of 25 samples, of which each has a value of its own; nothing is known of a."""
+
+    def __init__(self, values: tuple[float, ...]) -> None:
+        self.parameters = (Parameter("a", "m", 0.0, 1.0, -9.0, 9.0),)
+        self.counts, self.groups = np.full(4, 25), np.zeros(4, dtype=np.int64)
+        self.values = np.array(values)
+
+    def residuals(self, hypothesis: Hypothesis, jobs: Jobs) -> np.ndarray:
+        made = jobs.points[jobs.point][:, :1] - self.values[jobs.window, None]
+        return np.repeat(made, 25, axis=1)
+
+
 def test_what_the_records_cannot_tell_is_named() -> None:
     told = fitted(Line(0.05, np.random.default_rng(8))).calibration(2)
     assert told.undetermined == ("a +1.00",)

@@ -1,6 +1,7 @@
 """Each verdict, on chords whose answer is known. Seeds 5 and 6."""
 
 import dataclasses
+import importlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,6 +16,7 @@ from discrepancy.place import Point
 from discrepancy.problem import Problem
 from discrepancy.search import Search
 from discrepancy.selection import Fitted
+from indexer_env.errors import ParameterError
 from tests.discrepancy.toy import Chord, Long
 
 
@@ -144,6 +146,34 @@ def test_a_bound_that_holds_an_effect_begins_a_second_search_where_much_is_left(
     monkeypatch.setattr(Search, "run", lambda self, barred=(): asked.append(list(barred)) or run(self, barred))
     explain(*(Chord({"tone": 10.0}, seed, largest=9.9) for seed in (5, 6)), Criteria(much=much))
     assert asked == [[], ["tone"]][:runs]
+
+
+@pytest.mark.parametrize(("clearly", "afters", "second"), [(True, (9.0, 5.0), False), (False, (9.0, 5.0), True),
+                                                           (False, (5.0, 9.0), False)])  # fmt: skip
+def test_of_two_searches_the_better_one_is_told(clearly: bool, afters, second: bool, monkeypatch) -> None:
+    """The first where it wins clearly on the records fitted, else what leaves less of those held out."""
+    module = importlib.import_module("discrepancy.explain")  # the package has the function of that name
+    made, answers = module._answer, []
+
+    def answered(*given):
+        answer, held = made(*given)
+        answers.append(dataclasses.replace(answer, after=afters[len(answers)]))
+        return answers[-1], held
+
+    monkeypatch.setattr(module, "_answer", answered)
+    run, wins = Search.run, Search.wins
+    over: list[bool] = []
+    monkeypatch.setattr(Search, "run", lambda self, barred=(): (run(self, barred), over.append(bool(barred)))[0])
+    monkeypatch.setattr(Search, "wins", lambda self, *given: clearly if over[-1:] == [True] else wins(self, *given))
+    told = explain(*(Chord({"tone": 10.0}, seed, largest=9.9) for seed in (5, 6)), Criteria(much=1.0))
+    assert told is answers[int(second)]
+
+
+def test_a_model_without_parameters_is_refused() -> None:
+    bare = Chord({}, 5)
+    bare.parameters = ()
+    with pytest.raises(ParameterError, match=r"Model\.parameters must be one or more, got \(\); an offset"):
+        explain(bare, bare)
 
 
 def test_records_held_out_that_are_far_off_are_not_said_to_lack_nothing() -> None:

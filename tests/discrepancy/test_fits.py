@@ -80,6 +80,16 @@ class Parted(Long, Pitted):
         return np.zeros((1, 1))
 
 
+def test_a_set_pays_for_parameters_choices_and_what_it_frees(monkeypatch) -> None:
+    """k ln N + 2 ln m + v W: two parameters, one of two choices and one alone, 3 unknowns in each of 8 windows."""
+    model = Chord({}, 5, ("tone", "beat"))
+    model.library["tone"] = (effect_like("tone"), dataclasses.replace(effect_like("tone"), fixed={"order": 2.0}))
+    monkeypatch.setattr(Chord, "freed", lambda self, hypothesis: 3.0, raising=False)
+    both = together(*(model.library[name][0] for name in ("tone", "beat")))
+    price = 2.0 * np.log(800.0) + 2.0 * np.log(2.0) + 3.0 * WINDOWS
+    assert Fits(model, model).price(both) == pytest.approx(price)
+
+
 def test_all_windows_start_as_those_that_were_searched() -> None:
     whole = Parted({"tone": 10.0}, 5)
     part = whole.part(4)

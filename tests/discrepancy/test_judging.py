@@ -255,6 +255,17 @@ def test_two_pairs_of_windows_tell_what_does_not_repeat(pairs: int, level: float
     assert unrepeated([(model, place)]) == pytest.approx(level, rel=0.25)
 
 
+def test_what_does_not_repeat_counts_for_nothing() -> None:
+    """Twice the noise, which differs between windows that see the same: an effect closes all above four times the
+    noise's mean square. Seeds 5 and 6."""
+    models = [Repeating({"tone": 10.0}, seed) for seed in (5, 6)]
+    for model in models:
+        model.pairs = ((0, 1), (2, 3), (4, 5))
+        model.y = model.y + np.sqrt(3.0) * np.random.default_rng(len(model.pairs)).standard_normal(model.y.shape)
+    answer = explain(*models)
+    assert answer.remains.noise == pytest.approx(2.0, rel=0.1) and answer.closed_share > 0.98
+
+
 def test_noise_taken_for_twice_its_size_hides_no_effect() -> None:
     """A tone that leaves less than the noise as it was taken to be; seeds 5 and 6."""
     models = [Chord({"tone": 2.0}, seed) for seed in (5, 6)]

@@ -45,6 +45,18 @@ def test_a_set_is_scored_where_it_is_best_under_the_dispersion(dispersion: float
     assert (there - model.best(dispersion) > 2.0) == (dispersion > 1.0)
 
 
+def test_sets_are_compared_under_the_dispersion_of_the_one_that_leaves_least() -> None:
+    model = Bent()
+    problem = Problem(model, NONE)
+    place = fit(problem, problem.point(np.zeros(2), np.zeros((4, 0))), steps=20).place
+    best = dataclasses.replace(fitted_set(model, place, True, 0.0), dispersion=5.0)
+    worse = fitted_set(model, problem.point(np.array([-2.0, 1.0]), np.zeros((4, 0))), True, 0.0, optimum=False)
+    worse = dataclasses.replace(worse, dispersion=50.0)
+    expected = [scores((best,), model)[0], problem.deviance(worse.place, 5.0)]
+    assert scores((best, worse), model) == pytest.approx(expected)
+    assert scores((worse, best), model) == pytest.approx(expected[::-1])
+
+
 def test_what_a_bound_holds_stays_there() -> None:
     model = Bent(high=0.1)
     problem = Problem(model, NONE)
