@@ -187,7 +187,7 @@ def explain(
     with what the search selects.
     """
     if not model.parameters:
-        raise refuse("Model", "parameters", "one or more", (), "an offset that is known to be 0 within the noise will do")
+        raise refuse("Model", "parameters", "one or more", (), "an offset that is known to be 0 will do")
     criteria = criteria or Criteria()
     # The normal equations are small: on a busy machine the threads of a matrix library wait for each other, 30 times as
     # long as one takes.
